@@ -1,0 +1,70 @@
+#pragma once
+
+// numpy <-> core. Python has checked shapes and values by the time a call arrives here.
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "surflux/core/error.h"
+#include "surflux/core/progress.h"
+#include "surflux/core/vec.h"
+
+namespace surflux::bindings {
+
+namespace py = pybind11;
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double));
+
+inline std::vector<Vec3> to_vec3s(const Doubles& array, const char* name) {
+    require(array.ndim() == 2 && array.shape(1) == 3, name, ": wanted shape (n, 3)");
+    std::vector<Vec3> out(static_cast<std::size_t>(array.shape(0)));
+    if (!out.empty()) std::memcpy(static_cast<void*>(out.data()), array.data(), out.size() * sizeof(Vec3));
+    return out;
+}
+
+inline Vec3 to_vec3(const Doubles& array, const char* name) {
+    require(array.ndim() == 1 && array.shape(0) == 3, name, ": wanted shape (3,)");
+    return {array.data()[0], array.data()[1], array.data()[2]};
+}
+
+template <class T>
+std::vector<T> to_vector(const py::array_t<T, py::array::c_style | py::array::forcecast>& array) {
+    return std::vector<T>(array.data(), array.data() + array.size());
+}
+
+inline py::array_t<double> to_array(const std::vector<Vec3>& values) {
+    py::array_t<double> out({static_cast<py::ssize_t>(values.size()), py::ssize_t{3}});
+    if (!values.empty()) std::memcpy(out.mutable_data(), values.data(), values.size() * sizeof(Vec3));
+    return out;
+}
+
+template <class T>
+py::array_t<T> to_array(const std::vector<T>& values) {
+    return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+inline py::tuple to_tuple(const Vec3& v) { return py::make_tuple(v.x, v.y, v.z); }
+
+// A progress callback for passes that run with the GIL released: takes it back, lets Ctrl-C through, and asks
+// the Python callable, if there is one.
+inline Progress to_progress(const py::object& callable) {
+    return [callable](std::size_t done, std::size_t total) {
+        py::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        if (callable.is_none()) return true;
+        const py::object answer = callable(done, total);
+        return answer.is_none() || answer.cast<bool>();
+    };
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,19 @@
+#include "convert.h"
+#include "rooms.h"
+
+#include "surflux/core/parallel.h"
+
+namespace surflux::bindings {
+
+PYBIND11_MODULE(_core, module) {
+    module.doc() = "The compiled core of surflux. Use the package surflux, which checks what it hands in here.";
+
+    py::register_exception<FileError>(module, "FileError", PyExc_OSError);
+    py::register_exception<Cancelled>(module, "Cancelled");
+    py::register_exception<DeviceError>(module, "DeviceError", PyExc_RuntimeError);
+    py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
+
+    bind_scene(module);
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+// One function and one file per room of cpp/surflux.
+namespace surflux::bindings {
+
+void bind_scene(pybind11::module_& module);
+
+}  // namespace surflux::bindings

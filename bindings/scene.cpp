@@ -1,0 +1,121 @@
+#include "convert.h"
+#include "rooms.h"
+
+#include "surflux/scene/scene.h"
+
+namespace surflux::bindings {
+
+namespace {
+
+Surfels make_surfels(const Doubles& positions, const Doubles& normals, const Doubles& radii,
+                     const std::optional<Doubles>& areas, const Doubles& reflectance, const Doubles& emission,
+                     const Doubles& triangles, const Indices& triangle_surfel) {
+    Surfels s;
+    s.positions = to_vec3s(positions, "positions");
+    s.normals = to_vec3s(normals, "normals");
+    s.radii = to_vector(radii);
+    if (areas) s.areas = to_vector(*areas);
+    s.reflectance = to_vec3s(reflectance, "reflectance");
+    s.emission = to_vec3s(emission, "emission");
+    const std::size_t n = s.size();
+    require(s.normals.size() == n && s.radii.size() == n && s.reflectance.size() == n && s.emission.size() == n &&
+                (s.areas.empty() || s.areas.size() == n),
+            "surfels: arrays of different lengths");
+    require(triangles.size() == 9 * triangle_surfel.size(), "triangles: wanted shape (t, 3, 3) for t surfel indices");
+    const auto* corners = reinterpret_cast<const Vec3*>(triangles.data());
+    for (py::ssize_t t = 0; t < triangle_surfel.size(); ++t) {
+        const std::uint32_t surfel = triangle_surfel.data()[t];
+        require(surfel < n && (t == 0 || surfel >= s.triangles.back().surfel),
+                "triangle_surfel: wanted ascending indices of surfels");
+        s.triangles.push_back({corners[3 * t], corners[3 * t + 1], corners[3 * t + 2], surfel});
+    }
+    return s;
+}
+
+py::array_t<double> triangles_of(const Surfels& s) {
+    py::array_t<double> out({static_cast<py::ssize_t>(s.triangles.size()), py::ssize_t{3}, py::ssize_t{3}});
+    auto* corner = reinterpret_cast<Vec3*>(out.mutable_data());
+    for (const Triangle& t : s.triangles) {
+        *corner++ = t.a;
+        *corner++ = t.b;
+        *corner++ = t.c;
+    }
+    return out;
+}
+
+py::array_t<std::uint32_t> triangle_surfels_of(const Surfels& s) {
+    py::array_t<std::uint32_t> out(static_cast<py::ssize_t>(s.triangles.size()));
+    for (std::size_t t = 0; t < s.triangles.size(); ++t) out.mutable_data()[t] = s.triangles[t].surfel;
+    return out;
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+    py::class_<Surfels>(module, "Surfels")
+        .def(py::init(&make_surfels), py::arg("positions"), py::arg("normals"), py::arg("radii"), py::arg("areas"),
+             py::arg("reflectance"), py::arg("emission"), py::arg("triangles"), py::arg("triangle_surfel"))
+        .def("__len__", &Surfels::size)
+        .def_property_readonly("positions", [](const Surfels& s) { return to_array(s.positions); })
+        .def_property_readonly("normals", [](const Surfels& s) { return to_array(s.normals); })
+        .def_property_readonly("radii", [](const Surfels& s) { return to_array(s.radii); })
+        .def_property_readonly("areas",
+                               [](const Surfels& s) -> py::object {
+                                   if (s.areas.empty()) return py::none();
+                                   return to_array(s.areas);
+                               })
+        .def_property_readonly("reflectance", [](const Surfels& s) { return to_array(s.reflectance); })
+        .def_property_readonly("emission", [](const Surfels& s) { return to_array(s.emission); })
+        .def_property_readonly("triangles", &triangles_of)
+        .def_property_readonly("triangle_surfel", &triangle_surfels_of)
+        .def("set_areas", [](Surfels& s, const Doubles& areas) { s.areas = to_vector(areas); })
+        .def("select", [](const Surfels& s, const Indices& indices) { return select(s, to_vector(indices)); })
+        .def("two_sided", [](const Surfels& s) { return two_sided(s); });
+
+    py::class_<PointLight>(module, "PointLight")
+        .def(py::init([](const Doubles& position, const Doubles& intensity) {
+            return PointLight{to_vec3(position, "position"), to_vec3(intensity, "intensity")};
+        }));
+    py::class_<SpotLight>(module, "SpotLight")
+        .def(py::init([](const Doubles& position, const Doubles& direction, const Doubles& intensity, double cone,
+                         double penumbra) {
+            return SpotLight{to_vec3(position, "position"), to_vec3(direction, "direction"),
+                             to_vec3(intensity, "intensity"), cone, penumbra};
+        }));
+    py::class_<AreaLight>(module, "AreaLight")
+        .def(py::init([](const Doubles& corner, const Doubles& u, const Doubles& v, const Doubles& exitance) {
+            return AreaLight{to_vec3(corner, "corner"), to_vec3(u, "edge_u"), to_vec3(v, "edge_v"),
+                             to_vec3(exitance, "exitance")};
+        }));
+    py::class_<DirectionalLight>(module, "DirectionalLight")
+        .def(py::init([](const Doubles& direction, const Doubles& irradiance) {
+            return DirectionalLight{to_vec3(direction, "direction"), to_vec3(irradiance, "irradiance")};
+        }));
+    py::class_<Environment>(module, "Environment")
+        .def(py::init([](const Doubles& radiance, const std::optional<Doubles>& pixels, const Doubles& up) {
+                 Environment e;
+                 e.radiance = to_vec3(radiance, "radiance");
+                 e.up = to_vec3(up, "up");
+                 if (pixels) {
+                     require(pixels->ndim() == 3 && pixels->shape(2) == 3, "image: wanted shape (h, w, 3)");
+                     e.height = static_cast<std::size_t>(pixels->shape(0));
+                     e.width = static_cast<std::size_t>(pixels->shape(1));
+                     const auto* first = reinterpret_cast<const Rgb*>(pixels->data());
+                     e.pixels.assign(first, first + e.width * e.height);
+                 }
+                 return e;
+             }),
+             py::arg("radiance"), py::arg("pixels"), py::arg("up"));
+
+    py::class_<Scene>(module, "Scene")
+        .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights) {
+            Scene scene;
+            for (const Surfels* object : objects) append(scene, *object);
+            scene.lights = lights;
+            return scene;
+        }))
+        .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })
+        .def_property_readonly("object", [](const Scene& s) { return to_array(s.object); });
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "surflux/core/progress.h"
+
+namespace surflux {
+
+// Calls body(begin, end) over blocks of at most `grain` indices that cover [0, count), on all threads.
+// The blocks do not depend on the number of threads: what a block computes, and so every result, is the same for any.
+void parallel_blocks(std::size_t count, std::size_t grain,
+                     const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+// The same with reports in between, often enough that a cancel takes effect within a fraction of a second
+// when one index costs up to a few milliseconds.
+void parallel_blocks(std::size_t count, std::size_t grain,
+                     const std::function<void(std::size_t begin, std::size_t end)>& body, const Progress& progress);
+
+template <class Body>
+void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
+    parallel_blocks(count, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+}
+
+// While it lives, passes of this process use at most this many threads (0: all).
+class ThreadLimit {
+public:
+    explicit ThreadLimit(int threads);
+    ~ThreadLimit();
+    ThreadLimit(const ThreadLimit&) = delete;
+    ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+int available_threads();
+std::string tbb_version();
+
+}  // namespace surflux

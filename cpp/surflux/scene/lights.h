@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <variant>
+#include <vector>
+
+#include "surflux/core/vec.h"
+
+namespace surflux {
+
+struct PointLight {
+    Vec3 position;
+    Rgb intensity;  // W/sr
+};
+
+struct SpotLight {
+    Vec3 position;
+    Vec3 direction;          // unit, from the light into the scene
+    Rgb intensity;           // W/sr on the axis
+    double cone = 45.0;      // full angle in degrees where the light ends
+    double penumbra = 5.0;   // full angle in degrees over which it fades: smoothstep in angle
+};
+
+// A rectangle that emits along edge_u x edge_v; it does not occlude and does not reflect.
+struct AreaLight {
+    Vec3 corner, edge_u, edge_v;
+    Rgb exitance;  // W/m2
+};
+
+struct DirectionalLight {
+    Vec3 direction;  // unit, of travel
+    Rgb irradiance;  // on a plane that faces it
+};
+
+// Radiance from the full sphere: constant where `pixels` is empty, else a lat-long image, row 0 towards `up`.
+struct Environment {
+    Rgb radiance;
+    std::size_t width = 0, height = 0;
+    std::vector<Rgb> pixels;  // row-major, height x width
+    Vec3 up{0, 0, 1};         // unit
+};
+
+using Light = std::variant<PointLight, SpotLight, AreaLight, DirectionalLight, Environment>;
+
+}  // namespace surflux

@@ -1,0 +1,27 @@
+#include "surflux/scene/scene.h"
+
+#include "surflux/core/error.h"
+
+namespace surflux {
+
+void append(Scene& scene, const Surfels& surfels) {
+    Surfels& all = scene.surfels;
+    const auto first = static_cast<std::uint32_t>(all.size());
+    require(first == 0 || all.areas.empty() == surfels.areas.empty(),
+            "areas: given for some objects of the scene and not for others");
+    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    const std::uint32_t object = scene.object.empty() ? 0 : scene.object.back() + 1;
+    add(all.positions, surfels.positions);
+    add(all.normals, surfels.normals);
+    add(all.radii, surfels.radii);
+    add(all.areas, surfels.areas);
+    add(all.reflectance, surfels.reflectance);
+    add(all.emission, surfels.emission);
+    for (Triangle t : surfels.triangles) {
+        t.surfel += first;
+        all.triangles.push_back(t);
+    }
+    scene.object.insert(scene.object.end(), surfels.size(), object);
+}
+
+}  // namespace surflux

@@ -1,0 +1,59 @@
+#include "surflux/scene/surfels.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace surflux {
+
+std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels) {
+    std::vector<std::uint32_t> begin(surfels.size() + 1, 0);
+    for (const Triangle& t : surfels.triangles) ++begin[t.surfel + 1];
+    for (std::size_t i = 0; i < surfels.size(); ++i) begin[i + 1] += begin[i];
+    return begin;
+}
+
+Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices) {
+    const std::vector<std::uint32_t> begin = triangle_ranges(surfels);
+    Surfels out;
+    for (std::size_t to = 0; to < indices.size(); ++to) {
+        const std::uint32_t from = indices[to];
+        out.positions.push_back(surfels.positions[from]);
+        out.normals.push_back(surfels.normals[from]);
+        out.radii.push_back(surfels.radii[from]);
+        if (!surfels.areas.empty()) out.areas.push_back(surfels.areas[from]);
+        out.reflectance.push_back(surfels.reflectance[from]);
+        out.emission.push_back(surfels.emission[from]);
+        for (std::uint32_t t = begin[from]; t < begin[from + 1]; ++t) {
+            out.triangles.push_back(surfels.triangles[t]);
+            out.triangles.back().surfel = static_cast<std::uint32_t>(to);
+        }
+    }
+    return out;
+}
+
+Surfels two_sided(const Surfels& surfels) {
+    const std::size_t n = surfels.size();
+    std::vector<std::uint32_t> twice(2 * n);
+    for (std::size_t i = 0; i < 2 * n; ++i) twice[i] = static_cast<std::uint32_t>(i % n);
+    Surfels out = select(surfels, twice);
+    for (std::size_t i = n; i < 2 * n; ++i) out.normals[i] = -out.normals[i];
+    for (Triangle& t : out.triangles)
+        if (t.surfel >= n) std::swap(t.b, t.c);
+    return out;
+}
+
+Box bounds_of(const Surfels& surfels) {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    Box box{{inf, inf, inf}, {-inf, -inf, -inf}};
+    const auto grow = [&box](const Vec3& p) {
+        for (int axis = 0; axis < 3; ++axis) {
+            box.low[axis] = std::min(box.low[axis], p[axis]);
+            box.high[axis] = std::max(box.high[axis], p[axis]);
+        }
+    };
+    for (const Vec3& p : surfels.positions) grow(p);
+    for (const Triangle& t : surfels.triangles) grow(t.a), grow(t.b), grow(t.c);
+    return box;
+}
+
+}  // namespace surflux
