@@ -14,6 +14,8 @@ PYBIND11_MODULE(_core, module) {
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
     bind_scene(module);
+    bind_neighbors(module);
+    bind_area(module);
 }
 
 }  // namespace surflux::bindings
