@@ -16,6 +16,7 @@ PYBIND11_MODULE(_core, module) {
     bind_scene(module);
     bind_neighbors(module);
     bind_area(module);
+    bind_radiosity(module);
 }
 
 }  // namespace surflux::bindings

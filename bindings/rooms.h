@@ -8,5 +8,6 @@ namespace surflux::bindings {
 void bind_scene(pybind11::module_& module);
 void bind_neighbors(pybind11::module_& module);
 void bind_area(pybind11::module_& module);
+void bind_radiosity(pybind11::module_& module);
 
 }  // namespace surflux::bindings
