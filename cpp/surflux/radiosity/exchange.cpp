@@ -10,12 +10,15 @@
 #include "surflux/core/sampling.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/radiosity/pair_exchange.h"
+#include "surflux/solution/conjugate_gradients.h"
 
 namespace surflux {
 
 namespace {
 
 constexpr std::size_t tile = 32;
+constexpr int warm_up_rounds = 6, newton_applications = 60;
+constexpr double newton_tolerance = 1e-3, newton_limit = 1.0;
 constexpr int near_rays = 16, mid_rays = 4, far_rays = 1;
 
 // Surfels along a Morton curve: rays of a tile then start and end close together, which Embree rewards.
@@ -55,21 +58,25 @@ void require_memory(std::size_t n, double limit) {
             " surfels fit (Surfels.thinned gives fewer)");
 }
 
-// Share of a pair's sight that is free. Rays are spread over both surfels as far as they are patches.
+// Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or near;
+// each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
                      PairExchange::Range range, bool extended, std::uint64_t seed, std::size_t& rays) {
     using Range = PairExchange::Range;
     if (range == Range::same_surface) return 1.0;
     const int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
-    int free = 0;
+    double all = 0.0, free = 0.0;
     for (int k = 0; k < count; ++k) {
         const double* u = even.next();
         const Vec3 from = pairs.ray_point(i, range, u[0], u[1]), to = pairs.ray_point(j, range, u[2], u[3]);
-        free += tracer.visible(i, from, j, to);
+        const double weight = count == 1 ? 1.0 : pairs.kernel(i, from, j, to);
+        if (weight <= 0.0) continue;
+        all += weight;
+        if (tracer.visible(i, from, j, to)) free += weight;
+        ++rays;
     }
-    rays += static_cast<std::size_t>(count);
-    return static_cast<double>(free) / count;
+    return all > 0.0 ? free / all : 0.0;
 }
 
 }  // namespace
@@ -167,29 +174,55 @@ void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std
 
 Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, int max_rounds) {
     const std::size_t n = exchange.size;
+    const std::vector<double>& area = exchange.areas;
+    std::vector<double>& scale = exchange.scale;
     Closure closure;
     const std::vector<double> ones(n, 1.0);
-    std::vector<double> row;
-    exchange.scale.assign(n, 1.0);
-    const auto sums = [&] {
-        exchange.apply(ones, row, 1);
+    std::vector<double> product, weighted(n), outflow(n), row(n), step;
+    scale.assign(n, 1.0);
+    const auto measure = [&] {
+        exchange.apply(ones, product, 1);
+        ++closure.applications;
         closure.residual = 0.0;
         for (std::size_t i = 0; i < n; ++i) {
-            const double lost = hemispheres.escape[i] + hemispheres.absorbed[i];
-            row[i] = row[i] / exchange.areas[i] + exchange.scale[i] * lost;
+            outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
+            row[i] = outflow[i] / area[i];
+            // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange reaches)
+            // has nothing to scale.
             if (row[i] > 0.0) closure.residual = std::max(closure.residual, std::abs(row[i] - 1.0));
         }
     };
-    for (sums(); closure.residual > tolerance && closure.rounds < max_rounds; ++closure.rounds) {
+    for (int round = 0; round < warm_up_rounds; ++round) {
+        measure();
+        if (closure.residual <= tolerance) break;
         for (std::size_t i = 0; i < n; ++i)
-            if (row[i] > 0.0) exchange.scale[i] /= std::sqrt(row[i]);
-        sums();
+            if (row[i] > 0.0) scale[i] /= std::sqrt(row[i]);
+    }
+    for (measure(); closure.residual > tolerance && closure.rounds < max_rounds; ++closure.rounds) {
+        // Newton in log scale: (DGD + diag(outflow)) step = A - outflow, made symmetric with unit diagonal.
+        std::vector<double> right(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            weighted[i] = row[i] > 0.0 ? 1.0 / std::sqrt(outflow[i]) : 0.0;
+            right[i] = weighted[i] * (area[i] - outflow[i]);
+        }
+        std::vector<double> scaled(n);
+        const LinearOperator apply = [&](const std::vector<double>& x, std::vector<double>& out) {
+            for (std::size_t i = 0; i < n; ++i) scaled[i] = weighted[i] * x[i];
+            exchange.apply(scaled, out, 1);
+            for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weighted[i] * out[i];
+        };
+        step.assign(n, 0.0);
+        closure.applications += conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step)
+                                    .applications;
+        for (std::size_t i = 0; i < n; ++i)
+            scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
+        measure();
     }
     for (std::size_t i = 0; i < n; ++i) {
-        closure.largest_correction = std::max(closure.largest_correction, std::abs(exchange.scale[i] - 1.0));
-        hemispheres.escape[i] *= exchange.scale[i];
-        hemispheres.absorbed[i] *= exchange.scale[i];
-        hemispheres.sky[i] *= exchange.scale[i];
+        closure.largest_correction = std::max(closure.largest_correction, std::abs(scale[i] - 1.0));
+        hemispheres.escape[i] *= scale[i];
+        hemispheres.absorbed[i] *= scale[i];
+        hemispheres.sky[i] *= scale[i];
     }
     return closure;
 }

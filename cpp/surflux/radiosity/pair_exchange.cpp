@@ -114,6 +114,10 @@ double PairExchange::to_polygons(const Vec3& point, const Vec3& normal, std::uin
     return sum;
 }
 
+double PairExchange::kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const {
+    return kernel(at_i, scene_.surfels.normals[i], at_j, scene_.surfels.normals[j]);
+}
+
 // F_ij: the closed form at points spread over i.
 double PairExchange::near_factor(std::uint32_t i, std::uint32_t j) const {
     const Surfels& s = scene_.surfels;
@@ -165,7 +169,11 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
     const double nothing = 1e-9 * extent;
     if (above_i <= nothing || above_j <= nothing) return {};
-    const double g = 0.5 * (s.areas[i] * near_factor(i, j) + s.areas[j] * near_factor(j, i));
+    // The outer integral belongs over the smaller surfel: the grid on a much larger one would step over the smaller.
+    const double over_i = extent_[i] > 2.0 * extent_[j] ? 0.0 : extent_[j] > 2.0 * extent_[i] ? 1.0 : 0.5;
+    double g = 0.0;
+    if (over_i > 0.0) g += over_i * s.areas[i] * near_factor(i, j);
+    if (over_i < 1.0) g += (1.0 - over_i) * s.areas[j] * near_factor(j, i);
     return g > 0.0 ? Pair{std::min(g, std::min(s.areas[i], s.areas[j])), Range::near} : Pair{};
 }
 

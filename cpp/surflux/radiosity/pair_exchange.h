@@ -30,6 +30,9 @@ public:
     // G_ii of a concave piece: its own area times the mean kernel to its nearest surroundings; 0 where flat or convex.
     double self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const;
 
+    // cos cos / (pi r^2) between a point of each.
+    double kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const;
+
     // A point of the surfel for a visibility ray of a pair at that range.
     Vec3 ray_point(std::uint32_t i, Range range, double s, double t) const;
 
