@@ -14,6 +14,8 @@ PYBIND11_MODULE(_core, module) {
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
     bind_scene(module);
+    bind_image(module);
+    bind_render(module);
 }
 
 }  // namespace surflux::bindings

@@ -6,5 +6,7 @@
 namespace surflux::bindings {
 
 void bind_scene(pybind11::module_& module);
+void bind_image(pybind11::module_& module);
+void bind_render(pybind11::module_& module);
 
 }  // namespace surflux::bindings
