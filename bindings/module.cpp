@@ -17,6 +17,8 @@ PYBIND11_MODULE(_core, module) {
     bind_neighbors(module);
     bind_area(module);
     bind_radiosity(module);
+    bind_image(module);
+    bind_render(module);
 }
 
 }  // namespace surflux::bindings
