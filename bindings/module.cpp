@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, module) {
     py::register_exception<DeviceError>(module, "DeviceError", PyExc_RuntimeError);
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
+    bind_files(module);
     bind_scene(module);
     bind_neighbors(module);
     bind_area(module);
