@@ -106,9 +106,7 @@ def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, w
     elif array.shape == (n, 3):
         array = finite_array(name, array, (n, 3))
     else:
-        raise ValueError(
-            f"{name}: wanted shape (), (3,), ({n},) or ({n}, 3) for {n} {what}, got {array.shape}"
-        )
+        raise ValueError(f"{name}: wanted shape (), (3,), ({n},) or ({n}, 3) for {n} {what}, got {array.shape}")
     return in_range(name, array, low, high, high_open=high_open)
 
 

@@ -34,7 +34,9 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     differ. With patch_area, faces are cut into pieces of at most that area: quadrilaterals into a grid of
     near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles.
     """
-    rings = _rings(vertices, offsets, indices)  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
+    rings = _rings(
+        vertices, offsets, indices
+    )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
         warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=3)
@@ -267,11 +269,11 @@ def _assemble(pieces):
         normal = _unit(vector_area.sum(axis=1))
         patch = np.arange(first, first + len(face))
         keep = area.ravel() > 0.0  # a corner of 180 degrees leaves an empty triangle in the fan
-        parts.append(
-            (centroid, normal, total, radius, face, fan.reshape(-1, 3, 3)[keep], patch.repeat(k - 2)[keep])
-        )
+        parts.append((centroid, normal, total, radius, face, fan.reshape(-1, 3, 3)[keep], patch.repeat(k - 2)[keep]))
         first += len(face)
-    centroids, normals, areas, radii, faces, triangles, owner = (np.concatenate(part) for part in zip(*parts, strict=True))
+    centroids, normals, areas, radii, faces, triangles, owner = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
     order = np.argsort(faces, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))

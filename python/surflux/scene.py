@@ -75,7 +75,9 @@ class Scene:
 
         total = sum(len(s) for s in self._objects)
         title = f"{self.name!r}, " if self.name else ""
-        return f"Scene({title}{of(len(self._objects), 'object')}, {of(total, 'surfel')}, {of(len(self._lights), 'light')})"
+        return (
+            f"Scene({title}{of(len(self._objects), 'object')}, {of(total, 'surfel')}, {of(len(self._lights), 'light')})"
+        )
 
     def _to_core(self, *, threads=None, progress=False):
         """The compiled scene, with effective areas for every object; the objects stay as they are."""

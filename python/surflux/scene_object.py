@@ -66,9 +66,9 @@ def _mesh(table, shape, file, kind):
     if shape in ("box", "room"):
         arguments = _shape_arguments(table, shapes.box, 0)
         vertices, faces, side = table.call(shapes.box, inward=shape == "room", **arguments)
-        return read_mesh((vertices, faces)), side
+        return read_mesh((vertices, faces))[:3], side
     if shape == "rectangle":
-        return read_mesh(table.call(shapes.rectangle, **_shape_arguments(table, shapes.rectangle, 0))), None
+        return read_mesh(table.call(shapes.rectangle, **_shape_arguments(table, shapes.rectangle, 0)))[:3], None
     if shape is not None:
         if shape != "sphere":
             raise table.error("kind", f'a {shape} comes as "surfels" alone')
@@ -78,10 +78,10 @@ def _mesh(table, shape, file, kind):
             raise table.error("points", f"wanted 10 * 4^k + 2 corners (12, 42, 162, 642, ...) for a mesh, got {points}")
         radius = table.call(_check.number, "radius", table.get("radius", 1.0), 0.0, low_open=True)
         corners, faces = shapes.icosphere(level)
-        return read_mesh((radius * corners, faces)), None
+        return read_mesh((radius * corners, faces))[:3], None
     if kind == "surfels" and "points" not in table:
         return None, None
-    return table.call(read_mesh, file), None
+    return table.call(read_mesh, file)[:3], None
 
 
 def _read(table, file):

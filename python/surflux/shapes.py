@@ -161,7 +161,9 @@ def knot(points=3000, radius=1.0, tube=0.28, swelling=0.3, windings=(2, 3), seed
 
     along, around = 360, 36
     i, j = np.divmod(np.arange(along * around), around)
-    corner = [np.stack([(i + a) * 2 * np.pi / along, (j + b) * 2 * np.pi / around], axis=1) for a in (0, 1) for b in (0, 1)]
+    corner = [
+        np.stack([(i + a) * 2 * np.pi / along, (j + b) * 2 * np.pi / around], axis=1) for a in (0, 1) for b in (0, 1)
+    ]
     triangles = np.concatenate([np.stack([corner[k] for k in ks], axis=1) for ks in ((0, 1, 3), (0, 3, 2))])
     return _sampled(evaluate, triangles, points, seed)
 

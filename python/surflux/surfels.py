@@ -115,7 +115,7 @@ class Surfels:
         if patch_area is not None:
             patch_area = _check.number("patch_area", patch_area, 0.0, low_open=True)
         two_sided = _check.flag("two_sided", two_sided)
-        polygons = read_mesh(mesh)
+        polygons = read_mesh(mesh)[:3]
         faces = len(polygons[1]) - 1
         reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="faces")
         emission = _check.per_surfel_rgb("emission", emission, faces, what="faces")
@@ -144,7 +144,7 @@ class Surfels:
         seed = _check.seed("seed", seed)
         reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = _check.per_surfel_rgb("emission", emission, n)
-        return sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission)
+        return sampled_surfels(read_mesh(mesh)[:3], n, seed, reflectance, emission)
 
     @property
     def points(self):
@@ -253,9 +253,9 @@ class Surfels:
         Raises:
             FileError: a path that cannot be written.
         """
-        from surflux.files import write_surfels
+        from surflux.files import save_surfels
 
-        write_surfels(path, self)
+        save_surfels(path, self._core)
 
     def to_pyvista(self):
         """The points as pyvista.PolyData with normals, radius, area, reflectance and emission as point arrays."""
