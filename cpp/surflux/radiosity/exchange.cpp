@@ -17,8 +17,8 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t tile = 32;
-constexpr int warm_up_rounds = 6, newton_applications = 60;
-constexpr double newton_tolerance = 1e-3, newton_limit = 1.0;
+constexpr int warm_up_rounds = 3, newton_applications = 60;
+constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
 constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not the two surfels
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 

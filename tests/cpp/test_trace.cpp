@@ -1,0 +1,116 @@
+#include <gtest/gtest.h>
+
+#include "shapes.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+namespace {
+
+using shapes::disk;
+using shapes::scene_of;
+
+const Vec3 up{0, 0, 1}, down{0, 0, -1};
+
+TEST(Tracer, ADiskBlocksInsideItsRadiusFromBothSides) {
+    for (const Vec3& offset : {Vec3{}, Vec3{5e6, 5e6, 5e6}})
+        for (const Vec3& normal : {up, down}) {
+            const Vec3 floor = offset, lamp = offset + Vec3{0, 0, 2};
+            const Scene scene = scene_of({disk(floor, up, 0.1), disk(offset + Vec3{0, 0, 1}, normal, 0.25)});
+            const Tracer tracer(scene);
+            EXPECT_FALSE(tracer.visible(0, floor, lamp));
+            EXPECT_FALSE(tracer.visible(0, floor, lamp + Vec3{0.48, 0, 0}));  // crosses the disk's plane at 0.24
+            EXPECT_TRUE(tracer.visible(0, floor, lamp + Vec3{0.52, 0, 0}));   // at 0.26
+            EXPECT_FALSE(tracer.escapes(0, floor, up));
+            EXPECT_TRUE(tracer.visible(0, floor, floor + Vec3{0, 0, 0.9}));  // ends before the disk
+            const Hit hit = tracer.closest(0, floor, up);
+            EXPECT_EQ(hit.surfel, 1u);
+            EXPECT_EQ(hit.front, normal == down);
+        }
+}
+
+TEST(Tracer, SegmentsBetweenSurfelsIgnoreTheirOwnDisks) {
+    const Scene scene = scene_of({disk({0, 0, 0}, up, 0.5), disk({0, 0, 1}, down, 0.5)});
+    const Tracer tracer(scene);
+    EXPECT_TRUE(tracer.visible(0, {0, 0, 0}, 1, {0, 0, 1}));
+    EXPECT_TRUE(tracer.visible(0, {0.4, 0, 0}, 1, {-0.4, 0, 1}));
+}
+
+TEST(Tracer, NoPairInsideOrOutsideASphereIsFalselyBlocked) {
+    for (double sign : {-1.0, 1.0}) {
+        const Scene scene = scene_of({shapes::sphere(400, 1.0, sign, 0.5, 0.0)});
+        const Tracer tracer(scene);
+        const Surfels& s = scene.surfels;
+        for (std::uint32_t i = 0; i < s.size(); ++i) {
+            for (std::uint32_t j = 0; sign < 0.0 && j < s.size(); ++j)
+                ASSERT_TRUE(i == j || tracer.visible(i, s.positions[i], j, s.positions[j])) << i << " " << j;
+            // Cosine-distributed rays: from outside all escape, from inside none does, down to grazing ones.
+            EvenPoints even(2, 0, i);
+            const Frame frame = frame_around(s.normals[i]);
+            for (int k = 0; k < 64; ++k) {
+                const double* u = even.next();
+                const Vec3 d = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+                ASSERT_EQ(bool(tracer.closest(i, s.positions[i], d)), sign < 0.0);
+                ASSERT_EQ(tracer.escapes(i, s.positions[i], d), sign > 0.0);
+            }
+        }
+    }
+}
+
+TEST(Tracer, WhatTouchesButFacesTheSurfelBlocks) {
+    // A lid of the same object 1e-3 of a radius above: near, overlapping, and an obstacle all the same.
+    Surfels floor = disk({0, 0, 0}, up, 0.5);
+    const Surfels lid = disk({0, 0, 5e-4}, down, 0.5);
+    Scene scene = scene_of({floor, lid});
+    scene.object = {0, 0};
+    const Tracer tracer(scene);
+    EXPECT_FALSE(tracer.escapes(0, {0, 0, 0}, up));
+    EXPECT_EQ(tracer.closest(0, {0, 0, 0}, up).surfel, 1u);
+}
+
+TEST(Tracer, TwoSidedSheetsAreSeenFromEitherSideAndDoNotBlockThemselves) {
+    Surfels grid;
+    for (int x = 0; x < 5; ++x)
+        for (int y = 0; y < 5; ++y) {
+            grid.positions.push_back({0.1 * x, 0.1 * y, 0.01 * std::sin(1.5 * x)});  // slightly wavy
+            grid.normals.push_back(up);
+        }
+    shapes::finish(grid, 0.5, 0.0);
+    grid.radii.assign(25, 0.15);
+    const Scene scene = scene_of({two_sided(grid), disk({0.2, 0.2, 1}, down, 0.3), disk({0.2, 0.2, -1}, up, 0.3)});
+    const Tracer tracer(scene);
+    const std::uint32_t front = 12, back = 37, above = 50, below = 51;
+    const Vec3 middle = grid.positions[12];
+    EXPECT_EQ(tracer.closest(front, middle, up).surfel, above);
+    EXPECT_EQ(tracer.closest(back, middle, down).surfel, below);
+    EXPECT_FALSE(tracer.visible(above, {0.2, 0.2, 1}, below, {0.2, 0.2, -1}));
+    const Hit from_above = tracer.closest(above, {0.2, 0.2, 1}, down), from_below = tracer.closest(below, {0.2, 0.2, -1}, up);
+    EXPECT_TRUE(from_above.front);
+    EXPECT_LT(from_above.surfel, 25u);
+    EXPECT_TRUE(from_below.front);
+    EXPECT_GE(from_below.surfel, 25u);
+}
+
+TEST(Tracer, MeshSurfelsBlockByTheirTrianglesNotTheirDisks) {
+    Surfels square;
+    shapes::add_rectangle(square, {-0.5, -0.5, 1}, {0, 1, 0}, {1, 0, 0}, 1, 1);  // faces down
+    shapes::finish(square, 0.5, 0.0);
+    const Scene scene = scene_of({disk({0, 0, 0}, up, 0.1), square});
+    const Tracer tracer(scene);
+    const Vec3 o;
+    EXPECT_FALSE(tracer.escapes(0, o, {0.49, 0, 1}));
+    EXPECT_TRUE(tracer.escapes(0, o, {0.51, 0, 1}));  // inside the circumscribed disk, outside the square
+    EXPECT_TRUE(tracer.closest(0, o, {0.2, 0.2, 1}).front);
+}
+
+TEST(Tracer, NoRaySlipsOutOfAClosedBox) {
+    const Scene scene = scene_of({shapes::cube_inside(8, 0.5, 0.0)});
+    const Tracer tracer(scene);
+    Random random(1);
+    for (int k = 0; k < 20000; ++k) {
+        const Vec3 d = normalized({random.uniform() - 0.5, random.uniform() - 0.5, random.uniform()});
+        ASSERT_TRUE(tracer.closest(0, scene.surfels.positions[0], d).front);
+    }
+}
+
+}  // namespace
+}  // namespace surflux
