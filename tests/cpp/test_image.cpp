@@ -158,6 +158,18 @@ TEST_F(ImageFiles, BrokenContentIsAFileErrorAndNothingElse) {
     }
 }
 
+TEST_F(ImageFiles, ABrokenPngSaysWhere) {
+    write_image(path("a.png"), ramp(8, 8, {"R", "G", "B"}));
+    const std::string whole = get("a.png");
+    put("a.png", "GIF89a, no PNG");
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"), "(byte 0): not a PNG file");
+    put("a.png", whole.substr(0, 20));  // within the first chunk, which starts behind the signature of 8 bytes
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"), "(byte 8): the file ends early");
+    put("a.png", whole.substr(0, whole.size() - 12));  // without IEND
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"),
+                      "(byte " + std::to_string(whole.size() - 12) + "): the file ends early");
+}
+
 TEST_F(ImageFiles, AHugeClaimIsRefusedBeforeAnythingIsAllocated) {
     put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n1234");
     expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 60000 x 60000 pixels");
