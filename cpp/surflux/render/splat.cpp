@@ -16,7 +16,7 @@ namespace {
 
 // How far a kernel reaches along its normal, over how far in its plane: a neighbour on a curved surface lies off the
 // plane by up to a tenth of it where the surfels sample the surface well, another sheet mostly farther.
-constexpr float thickness = 0.35f;
+constexpr float thickness = 0.45f;
 
 // As the shaders read them (std430): camera frame, float32 relative to the eye.
 struct Splat {

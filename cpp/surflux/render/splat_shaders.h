@@ -129,7 +129,7 @@ layout(location = 0) out vec4 sum;
 
 void main() {
     vec4 depth_normal = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
-    float agreement = smoothstep(0.6, 0.9, dot(depth_normal.yzw, normal));
+    float agreement = smoothstep(0.5, 0.95, dot(depth_normal.yzw, normal));
     if (agreement <= 0.0) discard;
     vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_kernel.xyz;
     float height = dot(d, normal);
