@@ -87,7 +87,7 @@ def read_image(path: str | os.PathLike, layer: str | None = None) -> np.ndarray:
     if single in names:
         channel = pixels[:, :, names.index(single)]
         return np.repeat(channel[:, :, None], 3, axis=2) if layer is None else np.ascontiguousarray(channel)
-    wanted = "R G B or Y" if layer is None else f"a layer '{layer}'"
+    wanted = "R G B or Y" if layer is None else f"layer '{layer}'"
     raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
 
 

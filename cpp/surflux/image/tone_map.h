@@ -12,8 +12,8 @@ struct ToneMapOptions {
 };
 
 // The factor that brings the log-average luminance of a picture to 0.22. It is taken over the pixels that are finite
-// and brighter than 0, the darkest and the brightest 2 % left out, so that neither a black background nor a lamp in
-// view changes it. 1 where there is no such pixel.
+// and brighter than 0. Left out are a background and lamps, told by one and the same value in more than 1 % of the
+// pixels, and of the rest the darkest and the brightest 2 %. 1 where no pixel is bright.
 double automatic_exposure(const std::vector<float>& rgb);
 
 // Linear radiance -> linear display values in 0..1 (to be sRGB-encoded, which write_image does for .png), 3 per pixel.

@@ -18,7 +18,8 @@ struct VisibleEmitter {
 
 struct SplatOptions {
     Rgb background;          // radiance where no surface is seen
-    double footprint = 1.5;  // kernel radius of a splat over its surfel's radius: larger is smoother, from 1 up
+    double footprint = 1.5;  // kernel radius over the radius drawn (R, or less where areas show it is enough): from 1
+                             // up, larger is smoother
     int samples = 1;         // samples x samples subpixels, averaged
 };
 

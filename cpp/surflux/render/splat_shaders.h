@@ -19,6 +19,7 @@ constexpr const char* disk_vertex = SURFLUX_SPLAT_BUFFER R"(
 uniform vec2 scale;
 uniform float near_depth;
 out vec2 local;
+flat out float sag;
 flat out vec3 normal;
 flat out int index;
 
@@ -28,6 +29,7 @@ void main() {
     normal = splat.normal_disk.xyz;
     index = floatBitsToInt(splat.radiance_index.w);
     gl_Position = nowhere;
+    sag = 0.4 * splat.normal_disk.w;
     if (splat.normal_disk.w <= 0.0 || dot(normal, splat.center_kernel.xyz) >= 0.0) return;
     // Orthonormal frame around the normal, Duff et al. 2017, as in core/vec.h.
     float s = normal.z < 0.0 ? -1.0 : 1.0;
@@ -46,10 +48,12 @@ layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 uniform vec2 scale;
 uniform float near_depth;
 out vec2 local;
+flat out float sag;
 flat out vec3 normal;
 flat out int index;
 
 void main() {
+    sag = 0.0;
     Triangle t = triangles[gl_VertexID / 3];
     vec3 p = t.corner[gl_VertexID % 3].xyz;
     local = vec2(0);
@@ -61,6 +65,7 @@ void main() {
 
 constexpr const char* surface_fragment = R"(#version 430
 in vec2 local;
+flat in float sag;
 flat in vec3 normal;
 flat in int index;
 uniform float far_depth;
@@ -72,8 +77,9 @@ void main() {
     float depth = 1.0 / gl_FragCoord.w;
     depth_normal = vec4(depth, normal);
     seen = index;
+    // The disk as a paraboloid: of disks that overlap the one whose centre is nearest wins, not the one that sticks out.
     // An emitter in the plane of a ceiling is in front of it.
-    gl_FragDepth = depth / far_depth * (index < -1 ? 0.99999 : 1.0);
+    gl_FragDepth = (depth + sag * dot(local, local)) / far_depth * (index < -1 ? 0.99999 : 1.0);
 }
 )";
 
@@ -123,7 +129,7 @@ layout(location = 0) out vec4 sum;
 
 void main() {
     vec4 depth_normal = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
-    float agreement = smoothstep(0.6, 0.9, dot(depth_normal.yzw, normal));
+    float agreement = smoothstep(0.5, 0.95, dot(depth_normal.yzw, normal));
     if (agreement <= 0.0) discard;
     vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_kernel.xyz;
     float height = dot(d, normal);

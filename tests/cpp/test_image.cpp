@@ -1,0 +1,250 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "surflux/core/error.h"
+#include "surflux/image/image.h"
+#include "surflux/image/tone_map.h"
+
+namespace surflux {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ImageFiles : public testing::Test {
+protected:
+    ImageFiles() : folder_(fs::temp_directory_path() / ("surflux-image-" + std::to_string(getpid()))) {
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    ~ImageFiles() override { fs::remove_all(folder_); }
+
+    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+    std::size_t files() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+    }
+    void put(const std::string& name, const std::string& bytes) const {
+        std::ofstream(path(name), std::ios::binary) << bytes;
+    }
+    std::string get(const std::string& name) const {
+        std::ifstream in(path(name), std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
+    fs::path folder_;
+};
+
+Image ramp(std::size_t width, std::size_t height, std::vector<std::string> channels) {
+    Image image{width, height, std::move(channels), {}};
+    for (std::size_t i = 0; i < width * height * image.channels.size(); ++i) {
+        image.pixels.push_back(static_cast<float>(i) / static_cast<float>(width * height * image.channels.size()));
+    }
+    return image;
+}
+
+void expect_file_error(const std::function<void()>& action, const std::string& path, const std::string& reason) {
+    try {
+        action();
+        ADD_FAILURE() << path << ": no error";
+    } catch (const FileError& error) {
+        const std::string text = error.what();
+        EXPECT_EQ(text.rfind(path, 0), 0u) << text;
+        EXPECT_NE(text.find(reason), std::string::npos) << text;
+    }
+}
+
+TEST_F(ImageFiles, ExrKeepsEveryFloatOfEveryLayer) {
+    Image image = ramp(7, 5, {"R", "G", "B", "Z", "indirect.R", "indirect.G", "indirect.B"});
+    image.pixels[3] = std::numeric_limits<float>::infinity();  // depth where nothing is seen
+    image.pixels[7] = 1e30f;
+    image.pixels[8] = -0.1f;
+    write_image(path("a.exr"), image);
+    const Image back = read_image(path("a.exr"));
+    ASSERT_EQ(back.width, 7u);
+    ASSERT_EQ(back.height, 5u);
+    ASSERT_EQ(back.channels.size(), image.channels.size());
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {  // a reader may order channels as it likes
+        const auto at = static_cast<std::size_t>(
+            std::find(back.channels.begin(), back.channels.end(), image.channels[c]) - back.channels.begin());
+        ASSERT_LT(at, back.channels.size()) << image.channels[c];
+        for (std::size_t p = 0; p < 35; ++p) ASSERT_EQ(back.pixels[p * 7 + at], image.pixels[p * 7 + c]);
+    }
+}
+
+// RGBE holds 8 bits of mantissa below the largest channel: an error of at most 2^-8 of that, up to the truncation.
+TEST_F(ImageFiles, HdrKeepsEightBitsOfMantissa) {
+    Image image = ramp(16, 9, {"R", "G", "B"});
+    for (float& v : image.pixels) v *= 5000.0f;
+    write_image(path("a.hdr"), image);
+    const Image back = read_image(path("a.hdr"));
+    ASSERT_EQ(back.pixels.size(), image.pixels.size());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const std::size_t first = i / 3 * 3;
+        const float largest = std::max({image.pixels[first], image.pixels[first + 1], image.pixels[first + 2]});
+        ASSERT_NEAR(back.pixels[i], image.pixels[i], largest / 128.0f);
+    }
+}
+
+// 8 bits of sRGB: half a step, 0.5/255, through the curve's steepest slope when decoded, 2.4/1.055 = 2.275.
+TEST_F(ImageFiles, PngIsLinearAgainAfterReading) {
+    for (const std::vector<std::string>& channels :
+         {std::vector<std::string>{"R", "G", "B"}, {"R", "G", "B", "A"}, {"Y"}}) {
+        const Image image = ramp(32, 8, channels);
+        write_image(path("a.png"), image);
+        const Image back = read_image(path("a.png"));
+        ASSERT_EQ(back.channels, channels);
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            ASSERT_NEAR(back.pixels[i], image.pixels[i], 2.275 * 0.5 / 255.0 + 1e-6)
+                << "channel " << i % channels.size();
+        }
+    }
+}
+
+TEST_F(ImageFiles, PngClampsWhatADisplayCannotShow) {
+    write_image(path("a.png"), {1, 1, {"R", "G", "B"}, {7.0f, -1.0f, std::nanf("")}});
+    EXPECT_EQ(read_image(path("a.png")).pixels, (std::vector<float>{1.0f, 0.0f, 0.0f}));
+}
+
+TEST(Srgb, KnownValuesAndInverse) {
+    EXPECT_NEAR(srgb_encode(0.5), 0.735357, 1e-6);  // IEC 61966-2-1
+    EXPECT_NEAR(srgb_decode(0.5), 0.214041, 1e-6);
+    for (double x = 0.0; x <= 1.0; x += 0.01) EXPECT_NEAR(srgb_decode(srgb_encode(x)), x, 1e-6);
+}
+
+TEST_F(ImageFiles, RefusesWhatItCannotRead) {
+    expect_file_error([&] { read_image(path("none.exr")); }, path("none.exr"), "no such file");
+    expect_file_error([&] { read_image(path("a.jpg")); }, path("a.jpg"), ".exr, .hdr and .png are supported");
+    expect_file_error([&] { read_image(path("noname")); }, path("noname"), ".exr, .hdr and .png are supported");
+    fs::create_directory(path("folder.png"));
+    expect_file_error([&] { read_image(path("folder.png")); }, path("folder.png"), "not a plain file");
+}
+
+TEST_F(ImageFiles, BrokenContentIsAFileErrorAndNothingElse) {
+    for (const std::string suffix : {"exr", "hdr", "png"}) {
+        const std::string name = "a." + suffix;
+        put(name, "");
+        expect_file_error([&] { read_image(path(name)); }, path(name), ": ");
+        put(name, "this is no image, whatever its name says");
+        expect_file_error([&] { read_image(path(name)); }, path(name), ": ");
+        // One format under the name of another: nothing is detected.
+        write_image(path(name), ramp(64, 64, {"R", "G", "B"}));
+        const std::string whole = get(name);
+        for (const std::string other : {"exr", "hdr", "png"}) {
+            if (other == suffix) continue;
+            put("b." + other, whole);
+            expect_file_error([&] { read_image(path("b." + other)); }, path("b." + other), ": ");
+        }
+        for (const std::size_t part : {10ul, whole.size() / 2, whole.size() * 9 / 10}) {
+            put(name, whole.substr(0, part));
+            expect_file_error([&] { read_image(path(name)); }, path(name), ": ");
+        }
+        // Any byte of the header may be wrong: an image or a FileError, no crash, no endless allocation.
+        for (std::size_t at = 0; at < 200; ++at) {
+            std::string bytes = whole;
+            bytes[at] = static_cast<char>(bytes[at] ^ 0x5a);
+            put(name, bytes);
+            try {
+                read_image(path(name));
+            } catch (const FileError&) {
+            }
+        }
+    }
+}
+
+TEST_F(ImageFiles, ABrokenPngSaysWhere) {
+    write_image(path("a.png"), ramp(8, 8, {"R", "G", "B"}));
+    const std::string whole = get("a.png");
+    put("a.png", "GIF89a, no PNG");
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"), "(byte 0): not a PNG file");
+    put("a.png", whole.substr(0, 20));  // within the first chunk, which starts behind the signature of 8 bytes
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"), "(byte 8): the file ends early");
+    put("a.png", whole.substr(0, whole.size() - 12));  // without IEND
+    expect_file_error([&] { read_image(path("a.png")); }, path("a.png"),
+                      "(byte " + std::to_string(whole.size() - 12) + "): the file ends early");
+}
+
+TEST_F(ImageFiles, AHugeClaimIsRefusedBeforeAnythingIsAllocated) {
+    put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n1234");
+    expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 60000 x 60000 pixels");
+}
+
+TEST_F(ImageFiles, AFailedWriteLeavesNothing) {
+    const Image image = ramp(4, 4, {"R", "G", "B"});
+    expect_file_error([&] { write_image(path("a.tif"), image); }, path("a.tif"), ".exr, .hdr and .png are supported");
+    expect_file_error([&] { write_image(path("no/a.exr"), image); }, path("no/a.exr"), "does not exist");
+    EXPECT_EQ(files(), 0u);
+    fs::create_directory(path("a.exr"));
+    expect_file_error([&] { write_image(path("a.exr"), image); }, path("a.exr"), "not a plain file");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(ImageFiles, WritesThroughALinkAndReplacesWhatIsThere) {
+    write_image(path("a.exr"), ramp(4, 4, {"R", "G", "B"}));
+    fs::create_symlink(path("a.exr"), path("link.exr"));
+    write_image(path("link.exr"), ramp(2, 2, {"R", "G", "B"}));
+    EXPECT_TRUE(fs::is_symlink(path("link.exr")));
+    EXPECT_EQ(read_image(path("a.exr")).width, 2u);
+    EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(ImageFiles, RefusesChannelsThatTheFormatHasNoPlaceFor) {
+    EXPECT_THROW(write_image(path("a.hdr"), ramp(2, 2, {"R", "G", "B", "Z"})), ArgumentError);
+    EXPECT_THROW(write_image(path("a.png"), ramp(2, 2, {"R", "G", "B", "Z"})), ArgumentError);
+    EXPECT_THROW(write_image(path("a.exr"), ramp(2, 2, {"R", "R"})), ArgumentError);
+    EXPECT_THROW(write_image(path("a.exr"), {2, 2, {"R"}, {1.0f}}), ArgumentError);
+    EXPECT_EQ(files(), 0u);
+}
+
+TEST(ToneMap, AutomaticExposureBringsTheLogAverageToItsTarget) {
+    std::vector<float> rgb;
+    for (int i = 0; i < 1000; ++i) {  // luminances 2^-5 ... 2^5, evenly in the logarithm: their log-average is 1
+        const float v = std::exp2(static_cast<float>(i - 499.5) / 100.0f);
+        rgb.insert(rgb.end(), {v, v, v});
+    }
+    EXPECT_NEAR(automatic_exposure(rgb), 0.22, 1e-4);
+    // A black background, a grey one, lamps, and pixels that are not numbers change nothing.
+    const std::vector<float> alone = rgb;
+    for (const float v : {0.0f, 0.01f, 1e6f, std::nanf(""), std::numeric_limits<float>::infinity()}) {
+        std::vector<float> more = alone;
+        more.insert(more.end(), 1500, v);
+        EXPECT_NEAR(automatic_exposure(more), 0.22, 1e-4) << v;
+    }
+}
+
+TEST(ToneMap, FlatAndBlackPicturesHaveAnExposure) {
+    EXPECT_NEAR(automatic_exposure(std::vector<float>(300, 4.0f)), 0.22 / 4.0, 1e-6);
+    EXPECT_EQ(automatic_exposure(std::vector<float>(300, 0.0f)), 1.0);
+    EXPECT_EQ(automatic_exposure({}), 1.0);
+}
+
+TEST(ToneMap, IsMonotonicAndBounded) {
+    std::vector<float> rgb;
+    for (int i = 0; i < 300; ++i) rgb.push_back(0.01f * static_cast<float>(i));
+    const std::vector<float> display = tone_map(rgb, {1.0, true});
+    for (std::size_t i = 1; i < rgb.size(); ++i) {
+        ASSERT_GT(display[i], display[i - 1]);
+        ASSERT_LE(display[i], std::min(1.0f, rgb[i]));
+        if (rgb[i] <= 0.6f) {
+            ASSERT_EQ(display[i], rgb[i]);
+        }
+    }
+    EXPECT_EQ(tone_map({0.5f, 1.5f, 3.0f}, {0.5, false}), (std::vector<float>{0.25f, 0.75f, 1.0f}));
+}
+
+TEST(ToneMap, OnePoisonedPixelStaysAlone) {
+    const float inf = std::numeric_limits<float>::infinity();
+    const std::vector<float> display = tone_map({std::nanf(""), inf, -inf, 0.3f, 0.3f, 0.3f}, {1.0, true});
+    EXPECT_EQ(display, (std::vector<float>{0.0f, 1.0f, 0.0f, 0.3f, 0.3f, 0.3f}));
+    EXPECT_THROW(tone_map({1.0f, 1.0f, 1.0f}, {0.0, true}), ArgumentError);
+    EXPECT_THROW(tone_map({1.0f, 1.0f}, {}), ArgumentError);
+}
+
+}  // namespace
+}  // namespace surflux

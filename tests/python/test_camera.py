@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from surflux.camera import Camera
+
+
+def test_projection_follows_the_conventions():
+    camera = Camera((0, -4, 0), (0, 0, 0), fov=90.0)
+    # At depth 4 the picture is 8 high: up is towards row 0, right (+x when looking along +y) to higher columns.
+    points = [[0, 0, 0], [0, 0, 4], [4, 0, 0], [0, 4, -8]]
+    expected = [[100, 50, 4], [100, 0, 4], [150, 50, 4], [100, 100, 8]]
+    np.testing.assert_allclose(camera.project(points, (200, 100)), expected, atol=1e-12)
+
+
+@given(
+    st.integers(0, 10_000),
+    st.floats(10.0, 120.0),
+    st.sampled_from([0.5, 1.0, 16 / 9]),
+    st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.hypot(d[0], d[1]) > 0.1),
+)
+def test_fit_has_all_points_in_the_picture(seed, fov, aspect, direction):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(30, 3)) * rng.uniform(0.1, 10.0, 3) + rng.normal(size=3) * 1e3
+    camera = Camera.fit(points, direction, fov=fov, aspect=aspect)
+    column, row, depth = camera.project(points, (1000 * aspect, 1000)).T
+    assert (depth > 0).all()
+    assert column.min() >= 0
+    assert column.max() <= 1000 * aspect
+    assert row.min() >= 0
+    assert row.max() <= 1000
+    # Not needlessly small either: the closest of the four margins is 1/2.1 - 1/2 of the picture, 2.4 %.
+    margin = min(column.min() / aspect, 1000 - column.max() / aspect, row.min(), 1000 - row.max())
+    assert margin == pytest.approx(500 - 500 / 1.05, abs=0.01)
+
+
+def test_one_point_can_be_framed():
+    camera = Camera.fit([[5.0, 6.0, 7.0]])
+    np.testing.assert_allclose(camera.target, [5, 6, 7])
+    assert np.linalg.norm(camera.eye - camera.target) > 0
+
+
+def test_a_dictionary_takes_it_there_and_back():
+    camera = Camera((1, 2, 3), (4, 5, 6), (0, 1, 0), 30)
+    assert camera.to_dict() == {"eye": [1, 2, 3], "target": [4, 5, 6], "up": [0, 1, 0], "fov": 30}
+    assert Camera(**camera.to_dict()) == camera
+    assert eval(repr(camera), {"Camera": Camera}) == camera
+    assert camera != Camera((1, 2, 3), (4, 5, 6), (0, 1, 0), 31)
+
+
+def test_nothing_of_it_can_be_changed_from_outside():
+    eye = np.zeros(3)
+    camera = Camera(eye, (0, 1, 0))
+    eye[0] = 9
+    camera.eye[1] = 9
+    np.testing.assert_array_equal(camera.eye, [0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"eye": (0, 0)}, "eye"),
+        ({"eye": (0, 0, np.nan)}, "eye"),
+        ({"eye": "here"}, "eye"),
+        ({"target": (0, np.inf, 0)}, "target"),
+        ({"target": (0, 0, 0)}, "target"),
+        ({"up": (0, 0, 0)}, "up"),
+        ({"up": (0, 2, 0)}, "up"),
+        ({"up": (0, 1, 0, 0)}, "up"),
+        ({"fov": 0.0}, "fov"),
+        ({"fov": 180.0}, "fov"),
+        ({"fov": np.nan}, "fov"),
+        ({"fov": "wide"}, "fov"),
+    ],
+)
+def test_refuses_by_name(arguments, name):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        Camera(**{"eye": (0, 0, 0), "target": (0, 1, 0), **arguments})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"points": np.zeros((0, 3))}, "points"),
+        ({"points": np.zeros((4, 2))}, "points"),
+        ({"points": [[np.nan, 0, 0]]}, "points"),
+        ({"direction": (0, 0, 0)}, "direction"),
+        ({"direction": (0, 0, 1)}, "up"),
+        ({"aspect": 0.0}, "aspect"),
+        ({"fov": -1.0}, "fov"),
+    ],
+)
+def test_fit_refuses_by_name(arguments, name):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        Camera.fit(**{"points": [[0, 0, 0], [1, 1, 1]], **arguments})
