@@ -38,7 +38,7 @@ protected:
         return path(name);
     }
 
-    PlyData read(const std::string& bytes) const { return read_ply(file(bytes)); }
+    PlyData read(const std::string& bytes) const { return parse_ply(path(), bytes); }
 
     // What the FileError says after the path; fails where there is none.
     std::string refusal(const std::string& bytes) const {
@@ -207,25 +207,25 @@ TEST_F(Ply, ReadsEveryTypeByBothNames) {
 
 TEST_F(Ply, AnAsciiNumberMustFitItsType) {
     EXPECT_EQ(refusal(replaced(triangle, " 255", " 256")),
-              " (line 13): 'vertex' 0: 'red' is '256', which its type uchar does not hold");
+              " (line 13): vertex 0: 'red' is '256', which its type uchar does not hold");
     EXPECT_EQ(refusal(replaced(triangle, " 255", " 2.5")),
-              " (line 13): 'vertex' 0: 'red' is '2.5', which its type uchar does not hold");
+              " (line 13): vertex 0: 'red' is '2.5', which its type uchar does not hold");
     EXPECT_EQ(column(read(replaced(triangle, " 255", " 255.0")), "vertex", "red")[0], 255.0);
     EXPECT_EQ(column(read(replaced(triangle, "1.5", "1e-999")), "vertex", "x")[1], 0.0);
 }
 
 TEST_F(Ply, NamesTheLineOfBadAsciiData) {
-    EXPECT_EQ(refusal(replaced(triangle, "1.5", "1,5")), " (line 14): 'vertex' 1: 'x' is '1,5', which is no number");
+    EXPECT_EQ(refusal(replaced(triangle, "1.5", "1,5")), " (line 14): vertex 1: 'x' is '1,5', which is no number");
     EXPECT_EQ(refusal(replaced(triangle, "1.5", "\xff\x01")),
-              " (line 14): 'vertex' 1: 'x' is '\\xff\\x01', which is no number");
-    EXPECT_EQ(refusal(replaced(triangle, "+3 7", "+3")), " (line 15): 'vertex' 2 ends before 'red'");
+              " (line 14): vertex 1: 'x' is '\\xff\\x01', which is no number");
+    EXPECT_EQ(refusal(replaced(triangle, "+3 7", "+3")), " (line 15): vertex 2 ends before 'red'");
     EXPECT_EQ(refusal(replaced(triangle, "+3 7", "+3 7 8")),
-              " (line 15): 'vertex' 2 goes on with '8' after its last property 'red'");
-    EXPECT_EQ(refusal(replaced(triangle, "3 0 1 2", "3 0 1")), " (line 16): 'face' 0 ends before 'vertex_indices'");
+              " (line 15): vertex 2 goes on with '8' after its last property 'red'");
+    EXPECT_EQ(refusal(replaced(triangle, "3 0 1 2", "3 0 1")), " (line 16): face 0 ends before 'vertex_indices'");
     EXPECT_EQ(refusal(replaced(triangle, "3 0 1 2", "3 0 1 3")),
-              " (line 16): 'face' 0 has the corner 3; the file has 3 vertices, numbered from 0");
+              " (line 16): face 0 has the corner 3; the file has 3 vertices, numbered from 0");
     EXPECT_EQ(refusal(replaced(triangle, "3 0 1 2", "3 0 1 -1")),
-              " (line 16): 'face' 0 has the corner -1; the file has 3 vertices, numbered from 0");
+              " (line 16): face 0 has the corner -1; the file has 3 vertices, numbered from 0");
     EXPECT_EQ(
         refusal(replaced(triangle, "3 0 1 2\n", "")),
         " (line 16): truncated: the header promises 1 of element 'face', at least 2 bytes each, but 0 bytes are left "
@@ -233,9 +233,9 @@ TEST_F(Ply, NamesTheLineOfBadAsciiData) {
     EXPECT_EQ(refusal(triangle + "4\n"),
               " (line 17): the file goes on after all that its header promises; a count or a type there is wrong");
     for (const char* value : {"inf", "-inf", "nan", "+inf", "1e999"})
-        EXPECT_NE(refusal(replaced(triangle, "1.5", value)).find(" (line 14): 'vertex' 1: x is "), std::string::npos);
+        EXPECT_NE(refusal(replaced(triangle, "1.5", value)).find(" (line 14): vertex 1: x is "), std::string::npos);
     const std::string negative = replaced(replaced(triangle, "list uchar", "list char"), "3 0 1 2", "-1");
-    EXPECT_EQ(refusal(negative), " (line 16): 'face' 0: 'vertex_indices' has -1 entries");
+    EXPECT_EQ(refusal(negative), " (line 16): face 0: 'vertex_indices' has -1 entries");
 }
 
 TEST_F(Ply, NamesTheByteOfBadBinaryData) {
@@ -247,7 +247,7 @@ TEST_F(Ply, NamesTheByteOfBadBinaryData) {
                                   "bytes each, but 4 bytes are left in the file"));
     std::string nan = b;
     put(nan, std::numeric_limits<float>::infinity(), false);
-    EXPECT_EQ(refusal(nan), message(" (byte ", h.size() + 4, "): 'vertex' 1: x is inf; wanted a finite number"));
+    EXPECT_EQ(refusal(nan), message(" (byte ", h.size() + 4, "): vertex 1: x is inf; wanted a finite number"));
     put(b, 1.0f, false);
     EXPECT_EQ(read(b + "\n").find("vertex")->count, 2u);  // a newline at the end does no harm
     EXPECT_EQ(refusal(b + "x"), message(" (byte ", b.size(),
@@ -259,14 +259,14 @@ TEST_F(Ply, NamesTheByteOfBadBinaryData) {
     put(few, std::int32_t(1000000000), false);
     put(few, std::int32_t(1), false);
     EXPECT_EQ(refusal(few), message(" (byte ", begin + 4,
-                                    "): truncated: 'face' 0 needs 4000000000 more bytes, but 4 are left in "
+                                    "): truncated: face 0 needs 4000000000 more bytes, but 4 are left in "
                                     "the file"));
     put(far, std::int32_t(1), false);
     put(far, std::int32_t(2), false);
     EXPECT_EQ(refusal(far),
-              message(" (byte ", begin, "): 'face' 0 has the corner 2; the file has 2 vertices, numbered from 0"));
+              message(" (byte ", begin, "): face 0 has the corner 2; the file has 2 vertices, numbered from 0"));
     put(negative, std::int32_t(-5), false);
-    EXPECT_EQ(refusal(negative), message(" (byte ", begin, "): 'face' 0: 'vertex_index' has -5 entries"));
+    EXPECT_EQ(refusal(negative), message(" (byte ", begin, "): face 0: 'vertex_index' has -5 entries"));
 }
 
 TEST_F(Ply, BelievesNoCount) {

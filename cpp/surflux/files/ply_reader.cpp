@@ -104,7 +104,10 @@ private:
         return (header_.format == PlyFormat::little_endian) != machine_is_little;
     }
 
-    std::string row_name(std::size_t row) const { return message(quoted(element_->name), " ", row); }
+    std::string row_name(std::size_t row) const {
+        const std::string name = quoted(element_->name);
+        return message(name.substr(1, name.size() - 2), " ", row);
+    }
 
     // Refuses, before any memory is asked for, a count that the rest of the file cannot hold.
     void check_promise(const PlyHeader::Element& described) const {
@@ -327,8 +330,11 @@ const PlyElement* PlyData::find(const std::string& element) const {
 }
 
 PlyData read_ply(const std::string& path, const std::vector<std::string>& keep) {
-    const std::string bytes = read_bytes(path);
-    PlyHeader header = parse_ply_header(path, bytes);
+    return parse_ply(path, read_bytes(path), keep);
+}
+
+PlyData parse_ply(const std::string& path, const std::string& bytes, const std::vector<std::string>& keep) {
+    const PlyHeader header = parse_ply_header(path, bytes);
     PlyData data;
     for (const PlyHeader::Element& e : header.elements) data.elements.push_back({e.name, e.count, {}});
     data.comments = header.comments;
