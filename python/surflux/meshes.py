@@ -60,7 +60,7 @@ def read_mesh(mesh):
     return result
 
 
-PYVISTA_SUFFIXES = (".vtp", ".vtk", ".vtu")
+PYVISTA_SUFFIXES = (".vtp", ".vtk")
 TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf", ".3mf", ".dae")
 
 
@@ -129,7 +129,7 @@ def _read_outside(path, library, reader):
 def _read_with_pyvista(path):
     import pyvista
 
-    return _from_pyvista(pyvista.read(path))
+    return _convert(pyvista.read(path))
 
 
 def _read_with_trimesh(path):
@@ -140,7 +140,7 @@ def _read_with_trimesh(path):
 
 def _convert(mesh):
     pyvista = sys.modules.get("pyvista")
-    if pyvista is not None and isinstance(mesh, pyvista.DataSet):
+    if pyvista is not None and isinstance(mesh, pyvista.PolyData):
         return _from_pyvista(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return _from_trimesh(mesh)
@@ -164,11 +164,8 @@ def _from_trimesh(mesh):
 
 
 def _from_pyvista(mesh):
-    import pyvista
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    if not isinstance(mesh, pyvista.PolyData):
-        mesh = mesh.extract_surface()
     if mesh.n_strips:
         mesh = mesh.triangulate()
     polygons = mesh.GetPolys()
