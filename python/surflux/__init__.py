@@ -1,0 +1,49 @@
+"""surflux: diffuse global illumination directly on points.
+
+>>> import surflux as sf
+>>> sorted(sf.__all__)[:3]
+['AreaLight', 'Camera', 'Cancelled']
+"""
+
+from importlib import import_module
+
+from surflux._core import Cancelled, DeviceError, FileError
+
+# Named here, not below: the module surflux.info would otherwise hide the function of the same name.
+from surflux.info import info
+
+# Where each public name lives. Modules are loaded when they are first asked for: the viewer brings pyvista along.
+_HOME = {
+    "AreaLight": "lights",
+    "Camera": "camera",
+    "DirectionalLight": "lights",
+    "Environment": "lights",
+    "PointLight": "lights",
+    "Scene": "scene",
+    "Solution": "solution",
+    "SpotLight": "lights",
+    "Surfels": "surfels",
+    "effective_areas": "areas",
+    "form_factors": "solution",
+    "load_scene": "scene_file",
+    "load_solution": "solution",
+    "read": "files",
+    "read_image": "images",
+    "solve": "solution",
+    "write_image": "images",
+}
+
+__all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError", "info"])
+__version__ = "0.1.0"
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module 'surflux' has no attribute {name!r}")
+    value = getattr(import_module(f"surflux.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

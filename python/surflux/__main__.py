@@ -1,0 +1,7 @@
+"""`python -m surflux` is the command line."""
+
+import sys
+
+from surflux.cli import main
+
+sys.exit(main())

@@ -1,0 +1,35 @@
+"""What every long pass takes beside its own options: threads and progress."""
+
+import contextlib
+
+from surflux import _check, _core
+
+
+@contextlib.contextmanager
+def progress_callback(progress, label):
+    """The callback (done, total) -> bool of one pass: None, the caller's own, or a tqdm bar on stderr."""
+    if callable(progress):
+        yield progress
+    elif _check.flag("progress", progress):
+        from tqdm import tqdm
+
+        with tqdm(desc=label, unit_scale=True, leave=False) as bar:
+
+            def show(done, total):
+                bar.total = total
+                bar.update(done - bar.n)
+                return True
+
+            yield show
+    else:
+        yield None
+
+
+@contextlib.contextmanager
+def thread_limit(threads):
+    """At most that many threads while the block runs; None is all of them."""
+    limit = None if threads is None else _core.ThreadLimit(_check.count("threads", threads))
+    try:
+        yield
+    finally:
+        del limit

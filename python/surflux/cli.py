@@ -1,0 +1,299 @@
+"""The command line, `surflux`."""
+
+import argparse
+import json
+import os
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import surflux as sf
+
+# A solver of all pairs takes n^2 / 2 exchanges: a scan goes in by this many of its points.
+CLOUD_LIMIT = 10_000
+
+
+def main(arguments=None):
+    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments[:1] == ["bench"]:  # has options of its own
+        options = argparse.Namespace(run=_bench, arguments=arguments[1:])
+    else:
+        options = _parser().parse_args(arguments)
+    warnings.showwarning = lambda message, *_, **__: print(f"surflux: warning: {message}", file=sys.stderr)
+    try:
+        return options.run(options) or 0
+    except BrokenPipeError:
+        # Whoever read our output has gone; nothing is left to say, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (OSError, ValueError) as error:  # FileError is an OSError
+        return _fail(error, 2)
+    except (KeyboardInterrupt, sf.Cancelled):
+        return _fail("interrupted", 130)
+    except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
+        return _fail(str(error) or type(error).__name__, 1)
+
+
+def _fail(error, status):
+    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
+    return status
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="surflux", description="Diffuse global illumination directly on points.")
+    parser.add_argument("--version", action="version", version=f"surflux {sf.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(name, run, text):
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        return sub
+
+    solve = command("solve", _solve, "Solve a scene file, or a point cloud under a plain sky.")
+    solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
+    solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
+    solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {CLOUD_LIMIT})")
+    solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
+    solve.add_argument("--zeta", type=float, help="fraction of the RMS irradiance that a link may be wrong by")
+    solve.add_argument("--seed", type=int, help="of everything random")
+    _image_options(solve)
+    _common_options(solve)
+
+    area = command("area", _area, "Effective areas of a point cloud.")
+    area.add_argument("input", metavar="CLOUD")
+    area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
+    area.add_argument("--method", default="paper", help='"paper": D04 eq. 9')
+    _common_options(area)
+
+    render = command("render", _render, "Pictures of a solved file.")
+    render.add_argument("input", metavar="OUT.ply")
+    _image_options(render)
+    _common_options(render)
+
+    view = command("view", _view, "Look at a scene, a cloud or a solved file.")
+    view.add_argument("input", metavar="FILE")
+    view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
+    view.add_argument("--color", help="radiosity, reflectance, emission, area, radius, normal or level")
+    view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    _camera_options(view)
+
+    command("bench", _bench, "Seconds and errors of every stage on this machine.")
+
+    info = command("info", _info, "What this installation is made of.")
+    info.add_argument("--json", action="store_true", help="print results for programs")
+    return parser
+
+
+def _common_options(parser):
+    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
+    parser.add_argument("--json", action="store_true", help="print results for programs; progress goes to stderr")
+
+
+def _image_options(parser):
+    text = "write a picture; again for more (default: next to the output, .png)"
+    parser.add_argument("--image", action="append", metavar="OUT.exr|OUT.png", help=text)
+    parser.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    _camera_options(parser)
+
+
+def _camera_options(parser):
+    parser.add_argument("--eye", type=_vector, metavar="X,Y,Z", help="where the camera stands")
+    parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
+    parser.add_argument("--up", type=_vector, metavar="X,Y,Z", help="default: 0,0,1")
+    parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
+
+
+def _vector(text):
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
+    return (x, y, z)
+
+
+def _size(text):
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"wanted WIDTHxHEIGHT, such as 800x600, got {text!r}") from None
+    return (width, height)
+
+
+def _say(text):
+    print(f"surflux: {text}", file=sys.stderr)
+
+
+def _solve(options):
+    images = options.image or [_default_image(_solve_output(options))]
+    _check_images(images)
+    scene = _scene_to_solve(options)
+    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "seed", "threads")}
+    settings = scene.solve_options | {name: value for name, value in given.items() if value is not None}
+    camera = _camera(options, scene.surfels, scene.camera)
+    solution = sf.solve(scene, **settings, progress=True)
+    output = _solve_output(options)
+    solution.save(output)
+    _write_images(solution, camera, options.size, images)
+    exitance = np.asarray(solution.radiosity)
+    result = {
+        "input": options.input,
+        "surfels": len(solution.surfels),
+        "area": float(solution.surfels.areas.sum()),
+        "mean_radiosity": [float(v) for v in np.average(exitance, axis=0, weights=solution.surfels.areas)],
+        "timings": solution.timings,
+        "history": solution.history,
+        "error": solution.error,
+        "output": str(output),
+        "images": [str(image) for image in images],
+    }
+    if options.json:
+        return _print_json(result)
+    rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
+    print(f"{result['surfels']} surfels, area {result['area']:.6g}, mean radiosity {rgb}")
+    for stage, seconds in solution.timings.items():
+        print(f"  {stage:<16} {seconds:8.3f} s")
+    print(f"solved surfels: {output}")
+    print("\n".join(f"picture: {image}" for image in images))
+    return 0
+
+
+def _solve_output(options):
+    return Path(options.output or f"{Path(options.input).stem}_solved.ply")
+
+
+def _scene_to_solve(options):
+    if _is_scene(options.input):
+        if options.thin is not None:
+            raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
+        return sf.load_scene(options.input)
+    cloud = sf.read(options.input)
+    limit = CLOUD_LIMIT if options.thin is None else options.thin
+    if len(cloud) > limit:
+        _say(f"{len(cloud)} points are thinned to {limit}, since this solver takes all pairs (--thin sets the number)")
+        cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed)
+    _say("a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides")
+    return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
+
+
+def _is_scene(path):
+    return Path(path).suffix.lower() == ".toml"
+
+
+def _area(options):
+    cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else sf.read(options.input)
+    areas = sf.effective_areas(cloud, method=options.method, threads=options.threads, progress=True)
+    if options.output:
+        cloud.areas = areas
+        cloud.save(options.output)
+    result = {
+        "input": options.input,
+        "surfels": len(cloud),
+        "area": float(areas.sum()),
+        "smallest": float(areas.min()),
+        "largest": float(areas.max()),
+        "method": options.method,
+        "output": options.output,
+    }
+    if options.json:
+        return _print_json(result)
+    print(
+        f"{len(cloud)} surfels, area {result['area']:.6g}, from {result['smallest']:.3g} to {result['largest']:.3g} each"
+    )
+    if options.output:
+        print(f"surfels with areas: {options.output}")
+    return 0
+
+
+def _render(options):
+    images = options.image or [_default_image(Path(options.input))]
+    _check_images(images)
+    solution = sf.load_solution(options.input)
+    _write_images(solution, _camera(options, solution.surfels), options.size, images)
+    if options.json:
+        return _print_json({"input": options.input, "images": [str(image) for image in images]})
+    print("\n".join(f"picture: {image}" for image in images))
+    return 0
+
+
+def _default_image(output):
+    return output.with_suffix(".png")
+
+
+def _check_images(images):
+    for image in map(Path, images):
+        if image.suffix.lower() not in (".exr", ".png", ".hdr"):
+            raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
+        if not image.parent.is_dir():
+            raise sf.FileError(f"{image}: cannot be written: there is no folder {image.parent}")
+
+
+def _write_images(solution, camera, size, images):
+    picture = solution.render(camera, size=size)
+    for image in images:
+        sf.write_image(image, picture)
+
+
+def _camera(options, surfels, default=None):
+    """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
+    if default is None:
+        low, high = surfels.points.min(axis=0), surfels.points.max(axis=0)
+        target = 0.5 * (low + high)
+        distance = max(float(np.linalg.norm(high - low)), 1e-6)
+        default = sf.Camera(target + distance * np.array([0.5, -1.1, 0.45]), target)
+    chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
+    return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
+
+
+def _view(options):
+    from surflux.viewer import plot
+
+    values, camera = {}, None
+    if _is_scene(options.input):
+        scene = sf.load_scene(options.input)
+        surfels, camera = scene.surfels, scene.camera
+    else:
+        try:
+            solution = sf.load_solution(options.input)
+            surfels, values = solution.surfels, {"radiosity": solution.radiosity, "irradiance": solution.irradiance}
+        except (sf.FileError, ValueError):
+            surfels = sf.read(options.input)  # not solved, or not readable: then this says why
+    if camera is not None or any(v is not None for v in (options.eye, options.target, options.up, options.fov)):
+        camera = _camera(options, surfels, camera)
+    color = options.color or ("radiosity" if values else "reflectance")
+    path = plot(surfels, color=color, values=values, screenshot=options.screenshot, camera=camera, size=options.size)
+    if path is not None:
+        print(f"picture: {path}")
+    return 0
+
+
+def _bench(options):
+    from surflux import bench
+
+    return bench.main(options.arguments)
+
+
+def _info(options):
+    found = sf.info()
+    if options.json:
+        return _print_json(found)
+    print(found)
+    return 0
+
+
+def _print_json(result):
+    def plain(value):
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        if isinstance(value, np.generic):
+            return value.item()
+        return str(value)
+
+    print(json.dumps(result, indent=2, default=plain))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,110 @@
+"""A scene: objects made of surfels, and lights."""
+
+import numpy as np
+
+from surflux import _core
+from surflux.lights import LIGHTS
+from surflux.surfels import Surfels
+
+
+class Scene:
+    """Surfels and lights that are solved together.
+
+    Args:
+        objects: list of Surfels, at least one; each entry is one object, whose surfels interpolate among themselves
+            alone (a reconstruction group, L07 section 6.1).
+        lights: list of PointLight, SpotLight, AreaLight, DirectionalLight and Environment; may be empty where
+            surfels have emission.
+        camera: Camera from which the scene wants to be seen, or None.
+        name: text for titles and messages.
+        solve_options: dict of defaults for solve(), by its own names.
+
+    Raises:
+        ValueError: names the argument and the entry.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.25)
+    >>> sf.Scene([floor], lights=[sf.PointLight([0.5, 0.5, 1], 10)])
+    Scene(1 object, 4 surfels, 1 light)
+    """
+
+    def __init__(self, objects, lights=(), *, camera=None, name="", solve_options=None):
+        self._objects = _entries("objects", objects, (Surfels,), "Surfels")
+        if not self._objects:
+            raise ValueError("objects: wanted at least one Surfels, got an empty list")
+        self._lights = _entries("lights", lights, LIGHTS, "lights")
+        if camera is not None:
+            from surflux.camera import Camera
+
+            if not isinstance(camera, Camera):
+                raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
+        if not isinstance(name, str):
+            raise ValueError(f"name: wanted text, got {type(name).__name__}")
+        if solve_options is not None and not (
+            isinstance(solve_options, dict) and all(isinstance(key, str) for key in solve_options)
+        ):
+            raise ValueError(f"solve_options: wanted a dict with names as keys, got {solve_options!r}")
+        self.camera = camera
+        self.name = name
+        self.solve_options = dict(solve_options or {})
+        self._computed_areas = {}
+
+    @property
+    def objects(self):
+        """The Surfels handed in, as a tuple."""
+        return self._objects
+
+    @property
+    def lights(self):
+        """The lights, as a tuple."""
+        return self._lights
+
+    @property
+    def surfels(self):
+        """All surfels in one, object after object. Its areas are those given; None where any object has none."""
+        if len(self._objects) == 1:
+            return Surfels._from_core(self._objects[0]._core.select(np.arange(len(self._objects[0]), dtype=np.uint32)))
+        cores = [s._core for s in self._objects]
+        if any(s.areas is None for s in self._objects):
+            cores = [_with_areas(core, None) for core in cores]
+        return Surfels._from_core(_core.Scene(cores, []).surfels)
+
+    def __repr__(self):
+        def of(count, what):
+            return f"{count} {what}{'' if count == 1 else 's'}"
+
+        total = sum(len(s) for s in self._objects)
+        title = f"{self.name!r}, " if self.name else ""
+        return (
+            f"Scene({title}{of(len(self._objects), 'object')}, {of(total, 'surfel')}, {of(len(self._lights), 'light')})"
+        )
+
+    def _to_core(self, *, threads=None, progress=False):
+        """The compiled scene, with effective areas for every object; the objects stay as they are."""
+        from surflux.areas import effective_areas
+
+        cores = []
+        for index, s in enumerate(self._objects):
+            if s.areas is not None:
+                cores.append(s._core)
+                continue
+            if index not in self._computed_areas:
+                self._computed_areas[index] = effective_areas(s, threads=threads, progress=progress)
+            cores.append(_with_areas(s._core, self._computed_areas[index]))
+        return _core.Scene(cores, [light._to_core() for light in self._lights])
+
+
+def _with_areas(core, areas):
+    copy = core.select(np.arange(len(core), dtype=np.uint32))
+    copy.set_areas(np.zeros(0) if areas is None else areas)
+    return copy
+
+
+def _entries(name, values, types, what):
+    if not isinstance(values, (list, tuple)):
+        raise ValueError(f"{name}: wanted a list of {what}, got {type(values).__name__}")
+    for index, value in enumerate(values):
+        if not isinstance(value, types):
+            wanted = " or ".join(t.__name__ for t in types)
+            raise ValueError(f"{name}: wanted {wanted}, got {type(value).__name__} at index {index}")
+    return tuple(values)

@@ -1,0 +1,349 @@
+"""Surfels: points that know their normal, the reach of their disk and their material."""
+
+import numpy as np
+
+from surflux import _check, _core
+
+# Neighbours that the estimates look at: 16 for a plane fit, 6 for a disk that reaches the ring around it (D04 sec. 4).
+NORMAL_NEIGHBORS = 16
+RADIUS_NEIGHBORS = 6
+
+
+class Surfels:
+    """Oriented disks that sample a surface, as arrays of one length (D04 section 4).
+
+    A surfel receives and emits on the side its normal points to; its back occludes and absorbs.
+
+    Args:
+        points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
+        normals: (n, 3), normalized here; None to estimate them from 16 neighbours (needs 3 points).
+        radii: (n,) or one number, above 0, in the unit of points; None to reach the 6th neighbour (needs 2 points).
+        areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
+        reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
+            Where n is 3, three numbers are one RGB.
+        emission: exitance of the surfel itself, at least 0; the same shapes.
+        viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
+            Given normals stay as they are.
+        two_sided: True appends a copy of every surfel that faces the other way.
+
+    Raises:
+        ValueError: names the argument, what came and what was wanted.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 2], [0, 0, 1]], radii=0.6, reflectance=[0.8, 0.4, 0.4])
+    >>> s
+    Surfels(2 surfels, no areas)
+    >>> s.normals
+    array([[0., 0., 1.],
+           [0., 0., 1.]])
+    >>> s[s.points[:, 0] > 0.5].points
+    array([[1., 0., 0.]])
+    """
+
+    def __init__(
+        self,
+        points,
+        normals=None,
+        *,
+        radii=None,
+        areas=None,
+        reflectance=0.5,
+        emission=0.0,
+        viewpoint=None,
+        two_sided=False,
+    ):
+        points = _check.finite_array("points", points, (None, 3))
+        n = len(points)
+        if viewpoint is not None:
+            viewpoint = _check.vector3("viewpoint", viewpoint)
+        if normals is not None:
+            normals = _check.unit_vectors("normals", _check.finite_array("normals", normals, (n, 3)))
+        if radii is not None:
+            radii = _check.per_surfel("radii", radii, n, low_open=True)
+        if areas is not None:
+            areas = _check.per_surfel("areas", areas, n)
+        reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        emission = _check.per_surfel_rgb("emission", emission, n)
+        two_sided = _check.flag("two_sided", two_sided)
+        if normals is None:
+            normals = _estimated_normals(points, viewpoint)
+        if radii is None:
+            radii = _estimated_radii(points)
+        core = _make_core(points, normals, radii, areas, reflectance, emission)
+        self._core = core.two_sided() if two_sided else core
+        self._arrays = {}
+
+    @classmethod
+    def _from_core(cls, core):
+        surfels = cls.__new__(cls)
+        surfels._core = core
+        surfels._arrays = {}
+        return surfels
+
+    @classmethod
+    def from_mesh(cls, mesh, patch_area=None, reflectance=0.5, emission=0.0, *, two_sided=False):
+        """One surfel per patch of a polygonal model (D04 section 7.3), with exact areas.
+
+        The surfel stands at the patch's centroid with a radius that reaches its farthest corner. The patch's
+        triangles stay with it, through s[mask] and save, and occlude in place of the disk.
+
+        Args:
+            mesh: path of a mesh file, trimesh.Trimesh, pyvista.PolyData, or (vertices (v, 3), faces), where faces
+                are an integer array (f, k) or a list of corner lists.
+            patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
+                make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
+                cells, triangles into k^2 congruent ones.
+            reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3).
+            emission: exitance, at least 0; the same shapes.
+            two_sided: True appends a copy of every patch that faces the other way.
+
+        Faces without area are dropped, with a warning that says how many.
+
+        Raises:
+            ValueError: an argument, by name; a mesh without any face that has an area.
+            FileError: a mesh file that cannot be read.
+
+        >>> import surflux as sf
+        >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2], [0, 2, 3]]
+        >>> sf.Surfels.from_mesh(square)
+        Surfels(1 surfels, 1 of them patches, area 4)
+        >>> sf.Surfels.from_mesh(square, patch_area=0.01)
+        Surfels(400 surfels, 400 of them patches, area 4)
+        """
+        from surflux.files import read_mesh
+
+        if patch_area is not None:
+            patch_area = _check.number("patch_area", patch_area, 0.0, low_open=True)
+        two_sided = _check.flag("two_sided", two_sided)
+        polygons = read_mesh(mesh)[:3]
+        faces = len(polygons[1]) - 1
+        reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="faces")
+        emission = _check.per_surfel_rgb("emission", emission, faces, what="faces")
+        core = surfels_of_patches(polygons, patch_area, reflectance, emission)[0]._core
+        return cls._from_core(core.two_sided() if two_sided else core)
+
+    @classmethod
+    def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0):
+        """n blue-noise surfels on a mesh, with the normals of its faces; their areas stay open.
+
+        5 n uniform points on the triangles, reduced to n by weighted sample elimination (Yuksel 2015).
+
+        Args:
+            mesh: as from_mesh takes it.
+            n: number of surfels, at least 2.
+            seed: the same seed gives the same points.
+            reflectance, emission: as Surfels takes them, for n surfels.
+
+        Raises:
+            ValueError: an argument, by name; a mesh without any face that has an area.
+            FileError: a mesh file that cannot be read.
+        """
+        from surflux.files import read_mesh
+
+        n = _check.count("n", n, 2)
+        seed = _check.seed("seed", seed)
+        reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        emission = _check.per_surfel_rgb("emission", emission, n)
+        return sampled_surfels(read_mesh(mesh)[:3], n, seed, reflectance, emission)
+
+    @property
+    def points(self):
+        """(n, 3) float64, read-only like every array here."""
+        return self._array("points", lambda: self._core.positions)
+
+    @property
+    def normals(self):
+        """(n, 3) unit normals."""
+        return self._array("normals", lambda: self._core.normals)
+
+    @property
+    def radii(self):
+        """(n,) radii R of the tangent disks."""
+        return self._array("radii", lambda: self._core.radii)
+
+    @property
+    def areas(self):
+        """(n,) effective areas S, or None where nobody has given any. Can be set, to (n,), one number or None."""
+        return self._array("areas", lambda: self._core.areas)
+
+    @areas.setter
+    def areas(self, values):
+        areas = np.zeros(0) if values is None else _check.per_surfel("areas", values, len(self))
+        self._core.set_areas(areas)
+        self._arrays.pop("areas", None)
+
+    @property
+    def reflectance(self):
+        """(n, 3) linear RGB reflectance, 0 <= rho < 1."""
+        return self._array("reflectance", lambda: self._core.reflectance)
+
+    @property
+    def emission(self):
+        """(n, 3) RGB exitance of the surfels themselves."""
+        return self._array("emission", lambda: self._core.emission)
+
+    @property
+    def triangles(self):
+        """(t, 3, 3) corners of the triangles of mesh patches; (0, 3, 3) where there are none."""
+        return self._array("triangles", lambda: self._core.triangles)
+
+    @property
+    def triangle_surfel(self):
+        """(t,) the surfel that each triangle belongs to, ascending."""
+        return self._array("triangle_surfel", lambda: self._core.triangle_surfel)
+
+    def _array(self, name, get):
+        if name not in self._arrays:
+            array = get()
+            if array is not None:
+                array.setflags(write=False)
+            self._arrays[name] = array
+        return self._arrays[name]
+
+    def __len__(self):
+        return len(self._core)
+
+    def __repr__(self):
+        patches = len(np.unique(self.triangle_surfel))
+        of_patches = f", {patches} of them patches" if patches else ""
+        area = "no areas" if self.areas is None else f"area {self.areas.sum():.6g}"
+        return f"Surfels({len(self)} surfels{of_patches}, {area})"
+
+    def __getitem__(self, selection):
+        """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
+
+        Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
+        """
+        return Surfels._from_core(self._core.select(_chosen(selection, len(self))))
+
+    def thinned(self, n, seed=0):
+        """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
+
+        Positions, normals, reflectance and emission are kept; radii are estimated anew and areas left open.
+        Patches of a mesh lose their triangles and become disks.
+
+        Args:
+            n: number of surfels to keep, from 2 to len(self).
+            seed: the same seed gives the same subset.
+
+        Raises:
+            ValueError: n out of range.
+        """
+        n = _check.count("n", n, 2)
+        seed = _check.seed("seed", seed)
+        if n > len(self):
+            raise ValueError(f"n: wanted at most the {len(self)} surfels there are, got {n}")
+        kept = np.arange(n)
+        if n < len(self):
+            kept = np.sort(_core.eliminate_samples(self.points, n, self._total_area(), seed))
+        points = np.ascontiguousarray(self.points[kept])
+        core = _make_core(
+            points, self.normals[kept], _estimated_radii(points), None, self.reflectance[kept], self.emission[kept]
+        )
+        return Surfels._from_core(core)
+
+    def _total_area(self):
+        from surflux.areas import effective_areas
+
+        return float((self.areas if self.areas is not None else effective_areas(self)).sum())
+
+    def save(self, path):
+        """Writes a binary PLY from which read() gives the same surfels, triangles included.
+
+        Raises:
+            FileError: a path that cannot be written.
+        """
+        from surflux.files import save_surfels
+
+        save_surfels(path, self._core)
+
+    def to_pyvista(self):
+        """The points as pyvista.PolyData with normals, radius, area, reflectance and emission as point arrays."""
+        from surflux.viewer import to_polydata
+
+        return to_polydata(self)
+
+    def plot(self, color="reflectance", **options):
+        """Shows the disks and patches in a window, or saves a picture where there is no display; see viewer.plot."""
+        from surflux.viewer import plot
+
+        return plot(self, color=color, **options)
+
+
+def surfels_of_patches(polygons, patch_area, reflectance, emission):
+    """Surfels of checked polygons with reflectance and emission (f, 3) per face, and the face of each surfel."""
+    from surflux.patches import make_patches
+
+    patches = make_patches(*polygons, patch_area, np.hstack([reflectance, emission]))
+    core = _make_core(
+        patches.centroids,
+        patches.normals,
+        patches.radii,
+        patches.areas,
+        reflectance[patches.faces],
+        emission[patches.faces],
+        patches.triangles,
+        patches.triangle_patch,
+    )
+    return Surfels._from_core(core), patches.faces
+
+
+def sampled_surfels(polygons, n, seed, reflectance, emission):
+    """n blue-noise surfels on checked polygons, with reflectance and emission (n, 3)."""
+    from surflux.patches import make_patches
+
+    patches = make_patches(*polygons)
+    points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
+    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
+    points = np.ascontiguousarray(points[kept])
+    normals = patches.normals[patches.triangle_patch[triangle[kept]]]
+    return Surfels._from_core(_make_core(points, normals, _estimated_radii(points), None, reflectance, emission))
+
+
+def _make_core(points, normals, radii, areas, reflectance, emission, triangles=None, triangle_surfel=None):
+    if triangles is None:
+        triangles, triangle_surfel = np.zeros((0, 3, 3)), np.zeros(0, np.uint32)
+    return _core.Surfels(points, normals, radii, areas, reflectance, emission, triangles, triangle_surfel)
+
+
+def _estimated_normals(points, viewpoint):
+    if len(points) < 3:
+        raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {len(points)} points; got None")
+    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
+
+
+def _estimated_radii(points):
+    if len(points) < 2:
+        raise ValueError("radii: must be given for a single point, which has no neighbours; got None")
+    radii = _core.estimate_radii(points, min(RADIUS_NEIGHBORS, len(points) - 1))
+    flat = np.flatnonzero(~(radii > 0))
+    if len(flat):
+        raise ValueError(
+            f"radii: must be given, since {len(flat)} points (the first at index {flat[0]}) coincide with all of "
+            "their nearest neighbours; got None"
+        )
+    return radii
+
+
+def _chosen(selection, n):
+    if isinstance(selection, slice):
+        indices = np.arange(n)[selection]
+    else:
+        array = np.asarray(selection)
+        if array.dtype == bool and array.shape == (n,):
+            indices = np.flatnonzero(array)
+        elif array.dtype.kind in "iu" and array.ndim <= 1:
+            indices = np.atleast_1d(array)
+            outside = (indices < -n) | (indices >= n)
+            if outside.any():
+                raise IndexError(f"selection: index {indices[outside][0]} is out of range for {n} surfels")
+            indices = indices % n
+        elif array.size:
+            raise ValueError(
+                f"selection: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
+            )
+        else:
+            indices = np.zeros(0)
+    if not len(indices):
+        raise ValueError("selection: chooses no surfel")
+    return indices.astype(np.uint32)

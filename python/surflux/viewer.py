@@ -1,0 +1,198 @@
+"""Looking at surfels with pyvista: each disk as an oriented polygon, each mesh patch as its triangles."""
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from surflux import _check
+
+# Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
+_CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
+_RGB = ("radiosity", "irradiance", "direct", "reflectance", "emission")
+
+
+def to_polydata(s, **values):
+    """The points as pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+
+    Further arrays, (n,) or (n, k), go along as point arrays by name.
+    """
+    import pyvista
+
+    cloud = pyvista.PolyData(s.points)
+    cloud.point_data["normals"] = s.normals
+    cloud.point_data["radius"] = s.radii
+    if s.areas is not None:
+        cloud.point_data["area"] = s.areas
+    cloud.point_data["reflectance"] = s.reflectance
+    cloud.point_data["emission"] = s.emission
+    for name, value in values.items():
+        cloud.point_data[name] = _per_surfel(name, value, len(s))
+    return cloud
+
+
+def disks(s, corners=None):
+    """What the surfels look like, as pyvista.PolyData: polygons for disks, triangles for patches of a mesh.
+
+    Cell array "surfel" says which surfel each cell belongs to. corners: of a disk; None for 16, or 6 where there are
+    more than 100 000.
+    """
+    import pyvista
+
+    round_ones = np.flatnonzero(np.bincount(s.triangle_surfel, minlength=len(s)) == 0)
+    if corners is None:
+        corners = _CORNERS if len(round_ones) <= _MANY else _FEW_CORNERS
+    n = s.normals[round_ones]
+    helper = np.where(np.abs(n[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = np.cross(n, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(n, u)
+    angle = 2 * np.pi * np.arange(corners) / corners
+    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
+    rims = (s.points[round_ones, None] + s.radii[round_ones, None, None] * ring).reshape(-1, 3)
+    triangles = s.triangles.reshape(-1, 3)
+    cells = _cells(len(round_ones), corners, 0), _cells(len(s.triangles), 3, len(rims))
+    mesh = pyvista.PolyData(np.concatenate([rims, triangles]), faces=np.concatenate(cells))
+    mesh.cell_data["surfel"] = np.concatenate([round_ones, s.triangle_surfel.astype(np.int64)])
+    return mesh
+
+
+def _cells(count, corners, first):
+    corner = first + np.arange(count * corners).reshape(count, corners)
+    return np.hstack([np.full((count, 1), corners), corner]).ravel()
+
+
+def tone_mapped(values):
+    """Linear RGB (n, 3) for the screen: the brightest percent is white, the rest by the sRGB curve; uint8 (n, 3)."""
+    luminance = values @ np.array([0.2126, 0.7152, 0.0722])
+    white = np.percentile(luminance, 99) if len(values) else 0.0
+    linear = np.clip(values / white if white > 0 else values, 0.0, 1.0)
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.round(255 * curve).astype(np.uint8)
+
+
+def colors_of(s, color, values):
+    """Per surfel what `color` shows: ("rgb", uint8 (n, 3)) or ("scalar", (n,)); values are further arrays by name."""
+    there = {"reflectance": s.reflectance, "emission": s.emission, "radius": s.radii, "normal": s.normals}
+    if s.areas is not None:
+        there["area"] = s.areas
+    there.update({name: _per_surfel(name, value, len(s)) for name, value in values.items() if value is not None})
+    if not isinstance(color, str) or color not in there:
+        raise ValueError(f"color: wanted one of {', '.join(sorted(there))}, which these surfels have, got {color!r}")
+    value = there[color]
+    if color == "normal":
+        return "rgb", np.round(127.5 * (value + 1)).astype(np.uint8)
+    if value.ndim == 2 and value.shape[1] == 3:
+        if color == "reflectance":  # its own white is 1, whatever the brightest surfel
+            value = np.vstack([value, np.ones((len(value), 3))])
+            return "rgb", tone_mapped(value)[: len(s)]
+        return "rgb", tone_mapped(value)
+    return "scalar", value
+
+
+def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, size=(800, 600), **options):
+    """Shows surfels in a window; without a display, or with screenshot, saves a picture instead and says where.
+
+    Surfels and patches have one side here as they do in the light: from behind they are not drawn, so that a room
+    can be looked into through its walls. culling=False draws both sides.
+
+    Args:
+        s: Surfels.
+        color: "reflectance", "emission", "radius", "normal", "area" where known, or a name in values.
+        values: dict of further arrays (n,) or (n, 3); those with three columns are taken as linear RGB.
+        screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png where there is no display.
+        camera: Camera to look from; None to frame everything.
+        size: (width, height) in pixels.
+        options: go to pyvista.Plotter.add_mesh.
+
+    Returns:
+        The path of the picture, or None after a window was closed.
+
+    Raises:
+        ValueError: an argument, by name.
+        FileError: a picture that cannot be written.
+    """
+    width, height = _window(size)
+    kind, value = colors_of(s, color, dict(values or {}))
+    if screenshot is None and not has_display():
+        screenshot = "surflux_view.png"
+        print(f"surflux: there is no display, so the picture goes to {Path(screenshot).resolve()}", file=sys.stderr)
+    path = None if screenshot is None else _picture(screenshot)
+
+    import pyvista
+
+    mesh = disks(s)
+    # The display works in single precision: around the origin it draws survey coordinates as well as any other.
+    origin = np.array(mesh.center)
+    mesh.points -= origin
+    mesh.cell_data[color] = value[mesh.cell_data["surfel"]]
+    settings = {"scalars": color, "rgb": kind == "rgb", "lighting": False, "culling": "back"}
+    if kind == "scalar":
+        settings |= {"cmap": "viridis", "scalar_bar_args": {"title": color}}
+    settings |= options
+    if not settings["culling"]:
+        settings["culling"] = None
+    with _quiet_vtk():
+        plotter = pyvista.Plotter(off_screen=path is not None, window_size=(width, height))
+        try:
+            plotter.set_background("white")
+            plotter.add_mesh(mesh, **settings)
+            if camera is not None:
+                plotter.camera.position = np.array(camera.eye) - origin
+                plotter.camera.focal_point = np.array(camera.target) - origin
+                plotter.camera.up, plotter.camera.view_angle = camera.up, camera.fov
+                plotter.renderer.ResetCameraClippingRange()
+            if path is None:
+                plotter.show()
+            else:
+                plotter.screenshot(path)
+        finally:
+            plotter.close()
+    return path
+
+
+def has_display():
+    """Whether a window can be opened."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+@contextlib.contextmanager
+def _quiet_vtk():
+    """Without VTK's warning that it found no X server before it took EGL."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    if not has_display():
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
+
+
+def _window(size):
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise ValueError(f"size: wanted (width, height), got {size!r}")
+    return tuple(_check.count("size", side, 1, 16384) for side in size)
+
+
+def _picture(path):
+    from surflux._core import FileError
+
+    path = Path(path)
+    if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
+    if not path.parent.is_dir():
+        raise FileError(f"{path}: cannot be written: there is no folder {path.parent}")
+    return path
+
+
+def _per_surfel(name, value, n):
+    array = _check.numeric(name, value)
+    if array.ndim not in (1, 2) or len(array) != n:
+        raise ValueError(f"{name}: wanted shape ({n},) or ({n}, 3) for {n} surfels, got {array.shape}")
+    return array
