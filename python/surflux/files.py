@@ -95,7 +95,7 @@ def load_arrays(path, format=None):
     Returns
     -------
     dict
-        ``points`` (n, 3); ``normals`` (n, 3), rows of NaN where the file's normal is zero or not finite; ``radii``,
+        ``points`` (n, 3); ``normals`` (n, 3), unit, rows of NaN where the file's are zero or not finite; ``radii``,
         ``areas`` (n,); ``reflectance``, ``emission``, ``radiosity``, ``irradiance``, ``direct`` (n, 3), linear; each
         of these but the points is None where the file has none. ``triangles`` (t, 3, 3) and ``triangle_surfel``
         (t,), ascending: the patches. ``columns``: all other properties of the vertices by name, (n,). ``comments``:
@@ -167,11 +167,13 @@ def _check_rows(path, name, values, low):
 
 def _take_normals(path, columns):
     normals = _take(path, columns, ("nx", "ny", "nz"))
-    if normals is not None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            length = np.linalg.norm(normals, axis=1)
-        normals[~(np.isfinite(length) & (length > 1e-100))] = np.nan
-    return normals
+    if normals is None:
+        return None
+    # By the largest component first: squares of very large or small ones leave the range of float64.
+    largest = np.max(np.abs(normals), axis=1, keepdims=True)
+    usable = np.isfinite(largest) & (largest > 0.0)
+    normals = normals / np.where(usable, largest, np.nan)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
 def _take_radii(path, columns):

@@ -31,7 +31,7 @@ def read_mesh(mesh):
     PLY and OBJ are read by surflux itself: quads and larger polygons stay whole, OBJ's relative indices work,
     positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes three vertices
     of one where texture coordinates or normals differ, so that neighbouring faces no longer share edges.)
-    VTK's formats go through pyvista; STL, OFF, glTF and whatever else trimesh knows through trimesh, the extra
+    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra
     ``surflux[meshes]``.
 
     Parameters
@@ -61,7 +61,7 @@ def read_mesh(mesh):
 
 
 PYVISTA_SUFFIXES = (".vtp", ".vtk")
-TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf", ".3mf", ".dae")
+TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no further package for
 
 
 def _read_file(path):
@@ -135,7 +135,7 @@ def _read_with_pyvista(path):
 def _read_with_trimesh(path):
     import trimesh
 
-    return _from_trimesh(trimesh.load_mesh(path))
+    return _convert(trimesh.load_mesh(path))
 
 
 def _convert(mesh):
@@ -146,6 +146,8 @@ def _convert(mesh):
         return _from_trimesh(mesh)
     if hasattr(mesh, "to_mesh"):  # trimesh.Scene
         return _from_trimesh(mesh.to_mesh())
+    if hasattr(mesh, "dump"):  # the same, in older versions
+        return _from_trimesh(mesh.dump(concatenate=True))
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return _from_arrays(*mesh)
     raise ValueError(

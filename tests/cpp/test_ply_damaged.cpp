@@ -17,6 +17,14 @@ TEST_F(Ply, AnAsciiFileCutAnywhereIsRefused) {
         EXPECT_NE(refusal(triangle.substr(0, size)), "") << size;
 }
 
+TEST_F(Ply, AHeaderOfManyNamesTakesNoLongerPerName) {
+    // Comparing each name with each other would take minutes.
+    std::string header = "ply\nformat ascii 1.0\n";
+    for (int i = 0; i < 200000; ++i) header += message("element e", i, " 0\n");
+    for (int i = 0; i < 200000; ++i) header += message("property int p", i, "\n");
+    EXPECT_EQ(read(header + "end_header\n").elements.size(), 200000u);
+}
+
 TEST_F(Ply, MutatedFilesGiveDataOrAFileError) {
     std::vector<std::string> seeds{triangle, binary_file(false, "\n"), binary_file(true, "\r\n")};
     Random random(1);

@@ -68,6 +68,7 @@ public:
           at_(header.body) {}
 
     void read(const std::vector<std::string>& keep) {
+        if (const PlyElement* vertex = data_.find("vertex")) vertices_ = vertex->count;
         for (std::size_t e = 0; e < header_.elements.size(); ++e) {
             const PlyHeader::Element& described = header_.elements[e];
             element_ = &data_.elements[e];
@@ -148,16 +149,10 @@ private:
         return sinks;
     }
 
-    std::size_t vertex_count() const {
-        const PlyElement* vertex = data_.find("vertex");
-        return vertex ? vertex->count : 0;
-    }
-
     // An empty text, or what is wrong with the corner of a face.
     std::string corner_problem(double corner, std::size_t row) const {
-        const std::size_t vertices = vertex_count();
-        if (corner >= 0.0 && corner < static_cast<double>(vertices)) return "";
-        return message(row_name(row), " has the corner ", corner, "; the file has ", vertices,
+        if (corner >= 0.0 && corner < static_cast<double>(vertices_)) return "";
+        return message(row_name(row), " has the corner ", corner, "; the file has ", vertices_,
                        " vertices, numbered from 0");
     }
 
@@ -318,6 +313,7 @@ private:
     PlyData& data_;
     TextLines lines_;
     std::size_t at_;
+    std::size_t vertices_ = 0;
     PlyElement* element_ = nullptr;
 };
 
