@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import _core
-from ._color import reflectance_of_colors
+from surflux import _core
+from surflux._color import reflectance_of_colors
 
 
 class Mesh(NamedTuple):
@@ -31,7 +31,7 @@ def read_mesh(mesh):
     PLY and OBJ are read by surflux itself: quads and larger polygons stay whole, OBJ's relative indices work,
     positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes three vertices
     of one where texture coordinates or normals differ, so that neighbouring faces no longer share edges.)
-    VTK's formats go through pyvista; STL, OFF, glTF and whatever else trimesh knows through trimesh, the extra
+    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra
     ``surflux[meshes]``.
 
     Parameters
@@ -56,12 +56,12 @@ def read_mesh(mesh):
     result = _convert(mesh)
     problem = _problem(result)
     if problem:
-        raise ValueError(f"mesh: {problem}")
+        raise ValueError(f"mesh {problem}")
     return result
 
 
-PYVISTA_SUFFIXES = (".vtp", ".vtk", ".vtu")
-TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf", ".3mf", ".dae")
+PYVISTA_SUFFIXES = (".vtp", ".vtk")
+TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no further package for
 
 
 def _read_file(path):
@@ -129,27 +129,29 @@ def _read_outside(path, library, reader):
 def _read_with_pyvista(path):
     import pyvista
 
-    return _from_pyvista(pyvista.read(path))
+    return _convert(pyvista.read(path))
 
 
 def _read_with_trimesh(path):
     import trimesh
 
-    return _from_trimesh(trimesh.load_mesh(path))
+    return _convert(trimesh.load_mesh(path))
 
 
 def _convert(mesh):
     pyvista = sys.modules.get("pyvista")
-    if pyvista is not None and isinstance(mesh, pyvista.DataSet):
+    if pyvista is not None and isinstance(mesh, pyvista.PolyData):
         return _from_pyvista(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return _from_trimesh(mesh)
     if hasattr(mesh, "to_mesh"):  # trimesh.Scene
         return _from_trimesh(mesh.to_mesh())
+    if hasattr(mesh, "dump"):  # the same, in older versions
+        return _from_trimesh(mesh.dump(concatenate=True))
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return _from_arrays(*mesh)
     raise ValueError(
-        f"mesh: got {type(mesh).__name__}; wanted a path, a trimesh.Trimesh, a pyvista.PolyData or (vertices, faces)"
+        f"mesh: wanted a path, a trimesh.Trimesh, a pyvista.PolyData or (vertices, faces), got {type(mesh).__name__}"
     )
 
 
@@ -164,11 +166,8 @@ def _from_trimesh(mesh):
 
 
 def _from_pyvista(mesh):
-    import pyvista
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    if not isinstance(mesh, pyvista.PolyData):
-        mesh = mesh.extract_surface()
     if mesh.n_strips:
         mesh = mesh.triangulate()
     polygons = mesh.GetPolys()
@@ -185,14 +184,18 @@ def _from_pyvista(mesh):
 def _from_arrays(vertices, faces):
     try:
         vertices = np.array(vertices, dtype=np.float64)
-        faces = [np.asarray(face) for face in faces]
+        faces = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else [np.asarray(face) for face in faces]
     except (TypeError, ValueError) as error:
-        raise ValueError(f"mesh: wanted vertices (v, 3) and faces of indices ({error})") from error
+        raise ValueError(f"mesh: wanted vertices (v, 3) and faces of indices, got {error}") from error
     if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ValueError(f"mesh: got vertices of shape {vertices.shape}; wanted (v, 3)")
+        raise ValueError(f"mesh vertices: wanted shape (v, 3), got {vertices.shape}")
+    if isinstance(faces, np.ndarray):
+        if not np.issubdtype(faces.dtype, np.integer):
+            raise ValueError(f"mesh faces: wanted whole numbers, got {faces.dtype}")
+        return Mesh(vertices, faces.shape[1] * np.arange(len(faces) + 1), faces.ravel().astype(np.int64), None)
     for i, face in enumerate(faces):
         if face.ndim != 1 or (face.size and not np.issubdtype(face.dtype, np.integer)):
-            raise ValueError(f"mesh: face {i} is no sequence of whole numbers")
+            raise ValueError(f"mesh faces: wanted sequences of whole numbers, got {face!r} at index {i}")
     offsets = np.cumsum([0] + [len(face) for face in faces])
     indices = np.concatenate(faces).astype(np.int64) if faces else np.zeros(0, dtype=np.int64)
     return Mesh(vertices, offsets, indices, None)
@@ -201,17 +204,17 @@ def _from_arrays(vertices, faces):
 def _problem(mesh):
     """What is wrong with a mesh, in words; None if nothing."""
     if len(mesh.offsets) <= 1:
-        return "no faces"
+        return "faces: wanted at least one, got none"
     corners = np.diff(mesh.offsets)
     if corners.min() < 3:
         face = int(np.argmax(corners < 3))
-        return f"face {face} has {corners[face]} corners; wanted 3 or more"
+        return f"faces: wanted 3 corners or more, got {corners[face]} in face {face}"
     finite = np.all(np.isfinite(mesh.vertices), axis=1)
     if not np.all(finite):
-        return f"vertex {int(np.argmin(finite))} is not finite"
+        return f"vertices: wanted finite numbers, got {mesh.vertices[np.argmin(finite)]} in vertex {np.argmin(finite)}"
     bad = (mesh.indices < 0) | (mesh.indices >= len(mesh.vertices))
     if np.any(bad):
         at = int(np.argmax(bad))
         face = int(np.searchsorted(mesh.offsets, at, side="right")) - 1
-        return f"face {face} has the corner {mesh.indices[at]}; the vertices are 0 ... {len(mesh.vertices) - 1}"
+        return f"faces: wanted indices of the {len(mesh.vertices)} vertices, got {mesh.indices[at]} in face {face}"
     return None

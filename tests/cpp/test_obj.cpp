@@ -12,33 +12,20 @@
 namespace surflux {
 namespace {
 
-namespace fs = std::filesystem;
+ObjData read(const std::string& text) { return parse_obj("a.obj", text); }
 
-class Obj : public ::testing::Test {
-protected:
-    void TearDown() override { fs::remove(path_); }
-
-    ObjData read(const std::string& text) const {
-        std::ofstream(path_, std::ios::binary) << text;
-        return read_obj(path_);
+std::string refusal(const std::string& text) {
+    try {
+        (void)read(text);
+    } catch (const FileError& e) {
+        return std::string(e.what()).substr(5);  // after the path
     }
-
-    std::string refusal(const std::string& text) const {
-        try {
-            (void)read(text);
-        } catch (const FileError& e) {
-            return std::string(e.what()).substr(path_.size());
-        }
-        return "no error";
-    }
-
-    // ctest may run the tests of this file side by side.
-    std::string path_ = (fs::temp_directory_path() / ("surflux_obj_" + std::to_string(::getpid()) + ".obj")).string();
-};
+    return "no error";
+}
 
 const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.1\n";
 
-TEST_F(Obj, KeepsPolygonsWhateverTheWayOfIndexing) {
+TEST(Obj, KeepsPolygonsWhateverTheWayOfIndexing) {
     const std::vector<std::uint32_t> quad{0, 1, 2, 3};
     for (const std::string face :
          {"f 1 2 3 4", "f 1/1 2/2 3/3 4/4", "f 1//1 2//1 3//1 4//1", "f 1/5/1 2/6/1 3/7/1 4/8/1", "f -4 -3 -2 -1",
@@ -51,15 +38,15 @@ TEST_F(Obj, KeepsPolygonsWhateverTheWayOfIndexing) {
     }
 }
 
-TEST_F(Obj, AFaceMayComeBeforeItsVertices) { EXPECT_EQ(read("f 1 2 3\n" + square).faces.corners.size(), 3u); }
+TEST(Obj, AFaceMayComeBeforeItsVertices) { EXPECT_EQ(read("f 1 2 3\n" + square).faces.corners.size(), 3u); }
 
-TEST_F(Obj, ColorsCountWhereEveryVertexHasThem) {
+TEST(Obj, ColorsCountWhereEveryVertexHasThem) {
     EXPECT_EQ(read("v 0 0 0 .25 .5 1\nv 1 0 0 0 0 0\n").colors.at(0).y, 0.5);
     EXPECT_TRUE(read("v 0 0 0 .25 .5 1\nv 1 0 0\n").colors.empty());
     EXPECT_TRUE(read("v 0 0 0 1\n").colors.empty());  // a weight
 }
 
-TEST_F(Obj, NamesTheLine) {
+TEST(Obj, NamesTheLine) {
     EXPECT_EQ(refusal(square + "f 1 2\n"), " (line 5): a face of 2 corners; wanted 3 or more");
     EXPECT_EQ(refusal(square + "f 1 2 5\n"), " (line 5): a face has the corner 5, but the file has 4 vertices");
     EXPECT_EQ(refusal(square + "f 1 2 0\n"), " (line 5): a face has the corner 0 after 4 vertices");
@@ -73,7 +60,16 @@ TEST_F(Obj, NamesTheLine) {
     EXPECT_EQ(refusal("v 0 0 1e999\n"), " (line 1): a coordinate is not finite");
 }
 
-TEST_F(Obj, MutatedFilesGiveDataOrAFileError) {
+TEST(Obj, ReadsFromDisk) {
+    const std::string path =
+        (std::filesystem::temp_directory_path() / ("surflux_" + std::to_string(::getpid()) + ".obj")).string();
+    std::ofstream(path, std::ios::binary) << square << "f 1 2 3 4\n";
+    EXPECT_EQ(read_obj(path).faces.size(), 1u);
+    std::filesystem::remove(path);
+    EXPECT_THROW(read_obj(path), FileError);
+}
+
+TEST(Obj, MutatedFilesGiveDataOrAFileError) {
     const std::string seed = "mtllib a\n" + square + "f 1/1/1 2//2 -2 \\\n4\nf 1 2 3\n";
     Random random(2);
     int refused = 0, accepted = 0;

@@ -113,9 +113,8 @@ private:
 
 }  // namespace
 
-ObjData read_obj(const std::string& path) {
-    const std::string bytes = read_bytes(path);
-    return ObjReader(path, bytes).read();
-}
+ObjData read_obj(const std::string& path) { return parse_obj(path, read_bytes(path)); }
+
+ObjData parse_obj(const std::string& path, const std::string& bytes) { return ObjReader(path, bytes).read(); }
 
 }  // namespace surflux

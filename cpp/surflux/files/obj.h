@@ -18,4 +18,7 @@ struct ObjData {
 // All else is stepped over. Throws FileError with the line.
 ObjData read_obj(const std::string& path);
 
+// The same for a file that is in memory already; `path` is for messages.
+ObjData parse_obj(const std::string& path, const std::string& bytes);
+
 }  // namespace surflux

@@ -46,6 +46,10 @@ struct PlyData {
 // corners that are no vertex.
 PlyData read_ply(const std::string& path, const std::vector<std::string>& keep = {"vertex", "face"});
 
+// The same for a file that is in memory already; `path` is for messages.
+PlyData parse_ply(const std::string& path, const std::string& bytes,
+                  const std::vector<std::string>& keep = {"vertex", "face"});
+
 // Writes binary little endian. Columns are rounded to their type; integers must fit theirs. `faces` belong to the
 // element named face, which must then be there with as many rows. The file appears whole or not at all: it is written
 // beside `path` and renamed. Throws ArgumentError for what PLY cannot hold, FileError for what the disk cannot.

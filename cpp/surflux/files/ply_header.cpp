@@ -4,7 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
+#include <set>
 
 #include "surflux/core/error.h"
 #include "surflux/files/file_bytes.h"
@@ -168,8 +168,7 @@ private:
         if (error != std::errc() || stop != end)
             fail("the count of element " + quoted(words[1]) + " is " + quoted(words[2]) +
                  "; wanted a whole number from 0");
-        for (const PlyHeader::Element& other : header_.elements)
-            if (other.name == element.name) fail("a second element " + quoted(element.name));
+        if (!names_.insert(element.name).second) fail("a second element " + quoted(element.name));
         header_.elements.push_back(std::move(element));
     }
 
@@ -188,8 +187,8 @@ private:
                      "; wanted a type of integers");
         }
         auto& properties = header_.elements.back().properties;
-        for (const PlyProperty& other : properties)
-            if (other.name == property.name) fail("a second property " + quoted(property.name));
+        if (!names_.insert(header_.elements.back().name + " " + property.name).second)
+            fail("a second property " + quoted(property.name));
         properties.push_back(std::move(property));
     }
 
@@ -206,6 +205,7 @@ private:
     std::size_t at_ = 0;
     std::size_t line_ = 0;
     PlyHeader header_;
+    std::set<std::string> names_;  // of elements, and of properties behind their element's; a blank is in neither
 };
 
 }  // namespace

@@ -68,6 +68,7 @@ public:
           at_(header.body) {}
 
     void read(const std::vector<std::string>& keep) {
+        if (const PlyElement* vertex = data_.find("vertex")) vertices_ = vertex->count;
         for (std::size_t e = 0; e < header_.elements.size(); ++e) {
             const PlyHeader::Element& described = header_.elements[e];
             element_ = &data_.elements[e];
@@ -104,7 +105,10 @@ private:
         return (header_.format == PlyFormat::little_endian) != machine_is_little;
     }
 
-    std::string row_name(std::size_t row) const { return message(quoted(element_->name), " ", row); }
+    std::string row_name(std::size_t row) const {
+        const std::string name = quoted(element_->name);
+        return message(name.substr(1, name.size() - 2), " ", row);
+    }
 
     // Refuses, before any memory is asked for, a count that the rest of the file cannot hold.
     void check_promise(const PlyHeader::Element& described) const {
@@ -145,16 +149,10 @@ private:
         return sinks;
     }
 
-    std::size_t vertex_count() const {
-        const PlyElement* vertex = data_.find("vertex");
-        return vertex ? vertex->count : 0;
-    }
-
     // An empty text, or what is wrong with the corner of a face.
     std::string corner_problem(double corner, std::size_t row) const {
-        const std::size_t vertices = vertex_count();
-        if (corner >= 0.0 && corner < static_cast<double>(vertices)) return "";
-        return message(row_name(row), " has the corner ", corner, "; the file has ", vertices,
+        if (corner >= 0.0 && corner < static_cast<double>(vertices_)) return "";
+        return message(row_name(row), " has the corner ", corner, "; the file has ", vertices_,
                        " vertices, numbered from 0");
     }
 
@@ -315,6 +313,7 @@ private:
     PlyData& data_;
     TextLines lines_;
     std::size_t at_;
+    std::size_t vertices_ = 0;
     PlyElement* element_ = nullptr;
 };
 
@@ -327,8 +326,11 @@ const PlyElement* PlyData::find(const std::string& element) const {
 }
 
 PlyData read_ply(const std::string& path, const std::vector<std::string>& keep) {
-    const std::string bytes = read_bytes(path);
-    PlyHeader header = parse_ply_header(path, bytes);
+    return parse_ply(path, read_bytes(path), keep);
+}
+
+PlyData parse_ply(const std::string& path, const std::string& bytes, const std::vector<std::string>& keep) {
+    const PlyHeader header = parse_ply_header(path, bytes);
     PlyData data;
     for (const PlyHeader::Element& e : header.elements) data.elements.push_back({e.name, e.count, {}});
     data.comments = header.comments;

@@ -1,0 +1,107 @@
+"""Point files as surfels: what the file says, what is estimated, what the arguments say."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from ply_samples import write
+
+
+def sphere(n, center=(0.0, 0.0, 0.0)):
+    """Unit normals and points of a Fibonacci sphere of radius 1."""
+    z = 1.0 - (2.0 * np.arange(n) + 1.0) / n
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(n)
+    normals = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
+    return normals, normals + center
+
+
+def cloud_file(path, points, normals=None, more="", values=()):
+    columns = [points] if normals is None else [points, normals]
+    header = f"vertex {len(points)}: double x y z" + (", double nx ny nz" if normals is not None else "") + more
+    rows = np.hstack([*columns, *values]) if len(values) else np.hstack(columns)
+    return write(path, [header], [" ".join(map(repr, row.tolist())) for row in rows])
+
+
+def test_surfels_with_patches_come_back(tmp_path):
+    box = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1]], [[0, 1, 2], [0, 2, 3]]
+    s = sf.Surfels.from_mesh(box, 0.1, reflectance=[0.1, 0.5, 0.9], emission=2.0)
+    s.save(tmp_path / "a.ply")
+    back = sf.read(tmp_path / "a.ply")
+    for name in ("points", "radii", "areas", "triangles", "triangle_surfel"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(s, name))
+    for name in ("normals", "reflectance", "emission"):
+        np.testing.assert_allclose(getattr(back, name), getattr(s, name), atol=1e-7)
+    np.testing.assert_allclose(np.linalg.norm(back.normals, axis=1), 1.0, rtol=1e-15)
+
+
+def test_surfels_without_areas_come_back_without(tmp_path):
+    normals, points = sphere(50)
+    s = sf.Surfels(np.add(points, [5e6, 0.0, 0.0]), normals)
+    s.save(tmp_path / "a.ply")
+    back = sf.read(tmp_path / "a.ply")
+    np.testing.assert_array_equal(back.points, s.points)
+    assert back.areas is None
+
+
+def test_arguments_win_over_the_file(tmp_path):
+    normals, points = sphere(20)
+    sf.Surfels(points, normals, reflectance=0.2, emission=[1.0, 2.0, 3.0]).save(tmp_path / "a.ply")
+    kept = sf.read(tmp_path / "a.ply")
+    np.testing.assert_allclose(kept.reflectance, 0.2, rtol=1e-7)
+    np.testing.assert_array_equal(kept.emission, [[1.0, 2.0, 3.0]] * 20)
+    changed = sf.read(tmp_path / "a.ply", reflectance=[0.7, 0.6, 0.5], emission=4.0)
+    np.testing.assert_array_equal(changed.reflectance, [[0.7, 0.6, 0.5]] * 20)
+    np.testing.assert_array_equal(changed.emission, [[4.0] * 3] * 20)
+
+
+def test_a_file_of_positions_gets_the_defaults(tmp_path):
+    _, points = sphere(200)
+    s = sf.read(cloud_file(tmp_path / "a.ply", points))
+    np.testing.assert_array_equal(s.points, points)
+    np.testing.assert_array_equal(s.reflectance, 0.5)
+    np.testing.assert_array_equal(s.emission, 0.0)
+    assert np.all(np.sum(s.normals * points, axis=1) > 0.9)
+    inward = sf.read(tmp_path / "a.ply", viewpoint=[0.0, 0.0, 0.0])
+    assert np.all(np.sum(inward.normals * points, axis=1) < -0.9)
+
+
+def test_bad_normals_are_estimated_and_turn_like_their_neighbours(tmp_path):
+    # Two spheres, one of them seen from inside: an estimate alone could not know.
+    normals, points = sphere(300)
+    normals = np.vstack([normals, -normals])
+    points = np.vstack([points, np.add(points, [10.0, 0.0, 0.0])])
+    truth = normals.copy()
+    normals[::7] = 0.0
+    normals[1::50] = np.nan
+    bad = len(np.union1d(np.arange(600)[::7], np.arange(600)[1::50]))
+    path = cloud_file(tmp_path / "a.ply", points, normals)
+    with pytest.warns(UserWarning, match=rf"a\.ply: {bad} of 600 normals are zero or not finite and were estimated"):
+        s = sf.read(path)
+    given = np.isfinite(normals[:, 0]) & np.any(normals, axis=1)
+    np.testing.assert_allclose(s.normals[given], truth[given], rtol=1e-12)
+    assert np.all(np.sum(s.normals * truth, axis=1) > 0.9)
+
+
+def test_normals_that_are_all_zero_count_as_missing(tmp_path):
+    _, points = sphere(200)
+    path = cloud_file(tmp_path / "a.ply", points, np.zeros((200, 3)))
+    with pytest.warns(UserWarning, match="200 of 200 normals"):
+        s = sf.read(path)
+    assert np.all(np.sum(s.normals * points, axis=1) > 0.9)
+
+
+def test_what_cannot_be_estimated_is_the_files_fault(tmp_path):
+    path = write(tmp_path / "a.ply", ["vertex 1: float x y z"], ["0 0 0"])
+    with pytest.raises(sf.FileError, match=r"a\.ply: normals: wanted \(n, 3\), since a plane cannot be fitted"):
+        sf.read(path)
+    path = write(tmp_path / "b.ply", ["vertex 1: float x y z nx ny nz"], ["0 0 0 0 0 1"])
+    with pytest.raises(sf.FileError, match=r"b\.ply: radii: must be given for a single point"):
+        sf.read(path)
+
+
+def test_wrong_arguments_are_the_callers_fault(tmp_path):
+    _, points = sphere(20)
+    path = cloud_file(tmp_path / "a.ply", points)
+    for argument, value in (("reflectance", 1.0), ("emission", -1.0), ("viewpoint", [0, 0])):
+        with pytest.raises(ValueError, match=f"^{argument}: wanted"):
+            sf.read(path, **{argument: value})

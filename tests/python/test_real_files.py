@@ -1,0 +1,130 @@
+"""Real point files, broken ones among them, in the folder that SURFLUX_DATA names."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import _core
+from surflux.files import load_arrays
+
+FileError = _core.FileError
+
+POINTS_ONLY = "cannot be read as points; supported now: ply"
+BROKEN = {
+    "OutOfMemory.off": POINTS_ONLY,
+    "ZeroPoints.e57": POINTS_ONLY,
+    "autzen-utm.pcd": POINTS_ONLY,
+    "bad-crc.e57": POINTS_ONLY,
+    "bad_vlr_count.las": POINTS_ONLY,
+    "cube_binary_header_with_RN_newline.ply": 8,
+    "cube_uv.ply": 24,
+    "diamond_with_bool.ply": "(line 13): property 'is_green' has the unknown type 'bool'",
+    "empty.obj": POINTS_ONLY,
+    "empty.ply": "the file is empty",
+    "float-color.ply": 3,
+    "float_inf_point_cloud.ply": "(line 8): vertex 0: z is inf",
+    "lfs_pointer_bun_zipper_res4.ply": "(line 1): a pointer of git-lfs, not the file itself",
+    "malformed.obj": POINTS_ONLY,
+    "missingheader.pcd": POINTS_ONLY,
+    "nancolor.obj": POINTS_ONLY,
+    "negative_indices.obj": POINTS_ONLY,
+    "no_vertex.ply": "no points",
+    "noise-dirty.las": POINTS_ONLY,
+    "notenoughindices.obj": POINTS_ONLY,
+    "number_formats.obj": POINTS_ONLY,
+    "only_a_part_of_vertexcolors.obj": POINTS_ONLY,
+    "platonic_shelf_big_endian.ply": 50,
+    "ply_empty_header.ply": "no points",
+    "point_cloud.obj": POINTS_ONLY,
+    "point_cloud_test_pos_norm.ply": 4,
+    "points.ply": 4,
+    "points_ascii_with_lists.ply": 5,
+    "points_emptyface.ply": 1024,
+    "test_extra_whitespace.ply": 3,
+    "utm17_comma.pcd": POINTS_ONLY,
+    "utm17_space.pcd": POINTS_ONLY,
+    "whitespace.off": POINTS_ONLY,
+}
+
+
+@pytest.mark.scans
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_give_points_or_a_file_error(name):
+    path = os.path.join(os.environ["SURFLUX_DATA"], "broken", name)
+    assert os.path.exists(path)
+    if isinstance(BROKEN[name], int):
+        loaded = load_arrays(path)
+        assert loaded["points"].shape == (BROKEN[name], 3)
+        assert np.all(np.isfinite(loaded["points"]))
+    else:
+        with pytest.raises(FileError) as caught:
+            load_arrays(path)
+        assert str(caught.value).startswith(path)
+        assert BROKEN[name] in str(caught.value)
+
+
+@pytest.mark.scans
+def test_the_table_of_broken_files_is_complete():
+    assert sorted(os.listdir(os.path.join(os.environ["SURFLUX_DATA"], "broken"))) == sorted(BROKEN)
+
+
+@pytest.mark.scans
+def test_details_of_real_files():
+    broken = os.path.join(os.environ["SURFLUX_DATA"], "broken")
+    # Blue, as floats of 0 ... 1, and an alpha that is left alone.
+    blue = load_arrays(os.path.join(broken, "float-color.ply"))["reflectance"]
+    np.testing.assert_array_equal(blue, [[0, 0, 0.98]] * 3)
+    # All normals of this file are zero.
+    assert np.all(np.isnan(load_arrays(os.path.join(broken, "point_cloud_test_pos_norm.ply"))["normals"]))
+    cube = load_arrays(os.path.join(broken, "cube_binary_header_with_RN_newline.ply"))["points"]
+    np.testing.assert_array_equal(np.unique(cube, axis=0), np.indices((2, 2, 2)).reshape(3, 8).T)
+
+
+@pytest.mark.scans
+@pytest.mark.parametrize(
+    ("name", "points", "low", "high"),
+    [
+        ("armadillo_43k", 43_243, (-0.43527, -0.5734, -0.37948), (0.40334, 0.42655, 0.38333)),
+        ("buddha_50k", 49_950, (-0.46095, -1.0022, -0.32388), (0.35222, 0.9775, 0.49018)),
+        ("bun_zipper", 35_947, (-0.09469, 0.032987, -0.061874), (0.061009, 0.18732, 0.0588)),
+        ("bunny_34834", 34_834, (-0.09469, 0.032987, -0.061874), (0.061009, 0.18732, 0.0588)),
+        ("dragon_50k", 50_000, (-7.0467, 0, -3.1513), (7.0467, 9.9399, 3.1513)),
+        ("lion_takanawa_342k_surfels", 341_989, (-4.985, 1.039, -3.445), (-0.789, 6.7235, 1.1235)),
+    ],
+)
+def test_statues_have_the_points_and_boxes_of_their_manifest(name, points, low, high):
+    loaded = load_arrays(os.path.join(os.environ["SURFLUX_DATA"], "statues", name + ".ply"))
+    assert len(loaded["points"]) == points
+    np.testing.assert_allclose(loaded["points"].min(axis=0), low, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(loaded["points"].max(axis=0), high, rtol=1e-4, atol=1e-6)
+    assert (loaded["normals"] is not None) == ("bunny_" in name or "lion" in name)
+    assert (loaded["reflectance"] is not None) == ("lion" in name)
+
+
+@pytest.mark.scans
+@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.filterwarnings("ignore:.*normals are zero:UserWarning")
+def test_broken_files_give_surfels_or_a_file_error(name):
+    path = Path(os.environ["SURFLUX_DATA"], "broken", name)
+    assert path.exists()
+    if isinstance(BROKEN[name], int):
+        s = sf.read(path)
+        assert len(s) == BROKEN[name]
+        for values in (s.points, s.normals, s.radii, s.reflectance):
+            assert np.all(np.isfinite(values))
+    else:
+        with pytest.raises(sf.FileError):
+            sf.read(path)
+
+
+@pytest.mark.scans
+def test_the_bunny_comes_back_from_disk(tmp_path):
+    bunny = sf.read(Path(os.environ["SURFLUX_DATA"], "statues", "bunny_34834.ply"))
+    assert len(bunny) == 34_834
+    bunny.save(tmp_path / "a.ply")
+    back = sf.read(tmp_path / "a.ply")
+    np.testing.assert_array_equal(back.points, bunny.points)
+    np.testing.assert_array_equal(back.radii, bunny.radii)
