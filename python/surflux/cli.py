@@ -199,9 +199,8 @@ def _area(options):
     }
     if options.json:
         return _print_json(result)
-    print(
-        f"{len(cloud)} surfels, area {result['area']:.6g}, from {result['smallest']:.3g} to {result['largest']:.3g} each"
-    )
+    print(f"{len(cloud)} surfels, area {result['area']:.6g}")
+    print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
     if options.output:
         print(f"surfels with areas: {options.output}")
     return 0

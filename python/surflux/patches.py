@@ -39,7 +39,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
-        warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=3)
+        warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=4)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
     if not any(len(face) for face, _ in rings):
         raise ValueError("mesh: wanted faces with an area, got none")

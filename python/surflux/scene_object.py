@@ -125,10 +125,7 @@ def _painted(table, s, shape, side):
         if walls:
             walls.no_more_keys()
     emission = table.get("emission")
-    if emission is None:
-        glow = s.emission
-    else:
-        glow = np.tile(table.call(_check.rgb, "emission", emission), (len(s), 1))
+    glow = s.emission if emission is None else np.tile(table.call(_check.rgb, "emission", emission), (len(s), 1))
     return Surfels._from_core(
         _core.Surfels(s.points, s.normals, s.radii, s.areas, rho, glow, s.triangles, s.triangle_surfel)
     )
