@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -56,15 +57,18 @@ py::array_t<T> to_array(const std::vector<T>& values) {
 inline py::tuple to_tuple(const Vec3& v) { return py::make_tuple(v.x, v.y, v.z); }
 
 // A progress callback for passes that run with the GIL released: takes it back, lets Ctrl-C through, and asks
-// the Python callable, if there is one.
-inline Progress to_progress(const py::object& callable) {
-    return [callable](std::size_t done, std::size_t total) {
+// callable(*leading, done, total), if there is one. Shared, not copied: copies are made without the GIL.
+template <class... Leading>
+Progress to_progress(const std::shared_ptr<py::object>& callable, const Leading&... leading) {
+    return [callable, leading...](std::size_t done, std::size_t total) {
         py::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        if (callable.is_none()) return true;
-        const py::object answer = callable(done, total);
+        if (callable->is_none()) return true;
+        const py::object answer = (*callable)(leading..., done, total);
         return answer.is_none() || answer.cast<bool>();
     };
 }
+
+inline Progress to_progress(const py::object& callable) { return to_progress(std::make_shared<py::object>(callable)); }
 
 }  // namespace surflux::bindings

@@ -13,7 +13,13 @@ PYBIND11_MODULE(_core, module) {
     py::register_exception<DeviceError>(module, "DeviceError", PyExc_RuntimeError);
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
+    bind_files(module);
     bind_scene(module);
+    bind_neighbors(module);
+    bind_area(module);
+    bind_radiosity(module);
+    bind_image(module);
+    bind_render(module);
 }
 
 }  // namespace surflux::bindings

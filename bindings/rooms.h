@@ -5,6 +5,12 @@
 // One function and one file per room of cpp/surflux.
 namespace surflux::bindings {
 
+void bind_files(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
+void bind_neighbors(pybind11::module_& module);
+void bind_area(pybind11::module_& module);
+void bind_radiosity(pybind11::module_& module);
+void bind_image(pybind11::module_& module);
+void bind_render(pybind11::module_& module);
 
 }  // namespace surflux::bindings

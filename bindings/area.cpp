@@ -1,0 +1,26 @@
+#include "convert.h"
+#include "rooms.h"
+#include "surflux/area/effective_area.h"
+#include "surflux/area/quadrature.h"
+
+namespace surflux::bindings {
+
+void bind_area(py::module_& module) {
+    module.def(
+        "effective_areas",
+        [](const Surfels& surfels, double kappa, int resolution, double epsilon, const py::object& progress) {
+            const AreaOptions options{kappa, resolution, epsilon};
+            const Progress report = to_progress(progress);
+            std::vector<double> areas;
+            {
+                py::gil_scoped_release release;
+                areas = effective_areas(surfels, options, report);
+            }
+            return to_array(areas);
+        },
+        py::arg("surfels"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
+        py::arg("progress") = py::none());
+    module.def("instruction_set", &instruction_set);
+}
+
+}  // namespace surflux::bindings

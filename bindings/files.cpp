@@ -1,0 +1,107 @@
+#include <filesystem>
+
+#include "convert.h"
+#include "rooms.h"
+
+#include <pybind11/stl/filesystem.h>
+
+#include "surflux/files/obj.h"
+#include "surflux/files/ply.h"
+
+namespace surflux::bindings {
+
+namespace {
+
+// Files hold bytes; what is not UTF-8 shows as a replacement character instead of failing.
+py::str to_text(const std::string& bytes) {
+    PyObject* text = PyUnicode_DecodeUTF8(bytes.data(), static_cast<py::ssize_t>(bytes.size()), "replace");
+    if (!text) throw py::error_already_set();
+    return py::reinterpret_steal<py::str>(text);
+}
+
+py::list to_texts(const std::vector<std::string>& lines) {
+    py::list out;
+    for (const std::string& line : lines) out.append(to_text(line));
+    return out;
+}
+
+py::array_t<std::int64_t> offsets_of(const Polygons& polygons) {
+    return to_array(std::vector<std::int64_t>(polygons.begin.begin(), polygons.begin.end()));
+}
+
+py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std::string>& keep) {
+    PlyData data;
+    {
+        py::gil_scoped_release release;
+        data = read_ply(path.string(), keep);
+    }
+    py::dict elements, columns, types;
+    for (const PlyElement& element : data.elements) {
+        const py::str name = to_text(element.name);
+        elements[name] = element.count;
+        py::dict values, names;
+        for (const PlyColumn& column : element.columns) {
+            values[to_text(column.name)] = to_array(column.values);
+            names[to_text(column.name)] = name_of(column.type);
+        }
+        columns[name] = values;
+        types[name] = names;
+    }
+    py::dict out;
+    out["elements"] = elements;
+    out["columns"] = columns;
+    out["types"] = types;
+    out["face_offsets"] = offsets_of(data.faces);
+    out["face_indices"] = to_array(data.faces.corners);
+    out["comments"] = to_texts(data.comments);
+    out["object_info"] = to_texts(data.object_info);
+    return out;
+}
+
+py::tuple read_obj_file(const std::filesystem::path& path) {
+    ObjData data;
+    {
+        py::gil_scoped_release release;
+        data = read_obj(path.string());
+    }
+    const py::object colors = data.colors.empty() ? py::object(py::none()) : py::object(to_array(data.colors));
+    return py::make_tuple(to_array(data.vertices), offsets_of(data.faces), to_array(data.faces.corners), colors);
+}
+
+using NamedColumn = std::tuple<std::string, std::string, Doubles>;
+using NamedElement = std::tuple<std::string, std::size_t, std::vector<NamedColumn>>;
+using Offsets = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+void write_ply_file(const std::filesystem::path& path, const std::vector<NamedElement>& elements,
+                    const std::optional<std::pair<Offsets, Indices>>& faces, const std::vector<std::string>& comments) {
+    std::vector<PlyElement> rows;
+    for (const auto& [name, count, columns] : elements) {
+        rows.push_back({name, count, {}});
+        for (const auto& [column, type, values] : columns)
+            rows.back().columns.push_back({column, ply_type(type), to_vector(values)});
+    }
+    Polygons polygons;
+    if (faces) {
+        const auto& [offsets, indices] = *faces;
+        require(offsets.size() > 0, "faces: wanted one more offset than faces");
+        polygons.begin.assign(offsets.data(), offsets.data() + offsets.size());
+        polygons.corners = to_vector(indices);
+    }
+    py::gil_scoped_release release;
+    write_ply(path.string(), rows, polygons, comments);
+}
+
+}  // namespace
+
+void bind_files(py::module_& module) {
+    module.def("read_ply", &read_ply_file, py::arg("path"),
+               py::arg("keep") = std::vector<std::string>{"vertex", "face"},
+               "Columns by element and name (float64), their types, face corners as offsets and indices, comments.");
+    module.def("read_obj", &read_obj_file, py::arg("path"),
+               "(vertices, face offsets, face indices, vertex colors or None)");
+    module.def("write_ply", &write_ply_file, py::arg("path"), py::arg("elements"), py::arg("faces") = py::none(),
+               py::arg("comments") = std::vector<std::string>{},
+               "elements: [(name, rows, [(column, type, values)])]; faces: (offsets, indices) of the element face.");
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,67 @@
+#include "convert.h"
+#include "rooms.h"
+
+#include "surflux/image/image.h"
+#include "surflux/image/tone_map.h"
+
+namespace surflux::bindings {
+
+namespace {
+
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+py::tuple read(const std::string& path) {
+    Image image;
+    {
+        py::gil_scoped_release release;
+        image = read_image(path);
+    }
+    py::array_t<float> pixels({static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width),
+                               static_cast<py::ssize_t>(image.channels.size())});
+    std::memcpy(pixels.mutable_data(), image.pixels.data(), image.pixels.size() * sizeof(float));
+    return py::make_tuple(image.channels, pixels);
+}
+
+void write(const std::string& path, const std::vector<std::string>& names, const Floats& pixels) {
+    require(pixels.ndim() == 3 && pixels.shape(2) == static_cast<py::ssize_t>(names.size()),
+            "image: wanted shape (h, w, ", names.size(), ")");
+    const Image image{static_cast<std::size_t>(pixels.shape(1)), static_cast<std::size_t>(pixels.shape(0)), names,
+                      to_vector(pixels)};
+    py::gil_scoped_release release;
+    write_image(path, image);
+}
+
+// The same array, its values through `curve`.
+template <class Curve>
+py::array_t<float> mapped(const Floats& values, const Curve& curve) {
+    std::vector<float> in = to_vector(values), out;
+    {
+        py::gil_scoped_release release;
+        out = curve(std::move(in));
+    }
+    py::array_t<float> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim()));
+    std::memcpy(result.mutable_data(), out.data(), out.size() * sizeof(float));
+    return result;
+}
+
+}  // namespace
+
+void bind_image(py::module_& module) {
+    module.def("read_image", &read, py::arg("path"));
+    module.def("write_image", &write, py::arg("path"), py::arg("names"), py::arg("pixels"));
+    module.def(
+        "tone_map",
+        [](const Floats& rgb, const std::optional<double>& exposure, bool filmic) {
+            return mapped(rgb, [&](std::vector<float> in) { return tone_map(in, {exposure, filmic}); });
+        },
+        py::arg("rgb"), py::arg("exposure"), py::arg("filmic"));
+    module.def("srgb_encode", [](const Floats& linear) {
+        return mapped(linear, [](std::vector<float> in) {
+            for (float& v : in) v = static_cast<float>(srgb_encode(static_cast<double>(v)));
+            return in;
+        });
+    });
+    module.def("image_version", &image_library_version);
+}
+
+}  // namespace surflux::bindings

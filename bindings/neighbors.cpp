@@ -1,0 +1,71 @@
+#include "surflux/neighbors/normals.h"
+
+#include <optional>
+
+#include "convert.h"
+#include "rooms.h"
+#include "surflux/neighbors/radii.h"
+#include "surflux/neighbors/sample_elimination.h"
+#include "surflux/scene/sample_triangles.h"
+
+namespace surflux::bindings {
+
+void bind_neighbors(py::module_& module) {
+    module.def(
+        "estimate_normals",
+        [](const Doubles& points, std::size_t neighbors, const std::optional<Doubles>& viewpoint,
+           const py::object& progress) {
+            NormalOptions options;
+            options.neighbors = neighbors;
+            if (viewpoint) options.viewpoint = to_vec3(*viewpoint, "viewpoint");
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            const Progress report = to_progress(progress);
+            std::vector<Vec3> normals;
+            {
+                py::gil_scoped_release release;
+                normals = estimate_normals(p, options, report);
+            }
+            return to_array(normals);
+        },
+        py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("progress") = py::none());
+    module.def(
+        "estimate_radii",
+        [](const Doubles& points, std::size_t neighbors) {
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            std::vector<double> radii;
+            {
+                py::gil_scoped_release release;
+                radii = estimate_radii(p, neighbors);
+            }
+            return to_array(radii);
+        },
+        py::arg("points"), py::arg("neighbors"));
+    module.def(
+        "eliminate_samples",
+        [](const Doubles& points, std::size_t count, double area, std::uint64_t seed, const py::object& progress) {
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            const Progress report = to_progress(progress);
+            std::vector<std::uint32_t> kept;
+            {
+                py::gil_scoped_release release;
+                kept = eliminate_samples(p, count, area, seed, report);
+            }
+            return to_array(kept);
+        },
+        py::arg("points"), py::arg("count"), py::arg("area"), py::arg("seed"), py::arg("progress") = py::none());
+    module.def("sample_triangles", [](const Doubles& triangles, std::size_t count, std::uint64_t seed) {
+        require(triangles.size() % 9 == 0, "triangles: wanted shape (t, 3, 3)");
+        std::vector<std::array<Vec3, 3>> t(static_cast<std::size_t>(triangles.size()) / 9);
+        if (!t.empty()) std::memcpy(static_cast<void*>(t.data()), triangles.data(), t.size() * sizeof(t[0]));
+        const std::vector<SurfacePoint> samples = sample_triangles(t, count, seed);
+        std::vector<Vec3> positions;
+        std::vector<std::uint32_t> indices;
+        for (const SurfacePoint& s : samples) {
+            positions.push_back(s.position);
+            indices.push_back(s.triangle);
+        }
+        return py::make_tuple(to_array(positions), to_array(indices));
+    });
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,103 @@
+#include "convert.h"
+#include "rooms.h"
+#include "surflux/lights/hemisphere.h"
+#include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/solve.h"
+
+namespace surflux::bindings {
+
+namespace {
+
+py::dict to_dict(const Figures& figures) {
+    py::dict out;
+    for (const auto& [name, value] : figures) {
+        const bool whole = value == std::floor(value) && std::abs(value) < 9e15;
+        if (whole && name != "error" && name != "residual" && name != "seconds")
+            out[py::str(name)] = static_cast<long long>(value);
+        else
+            out[py::str(name)] = value;
+    }
+    return out;
+}
+
+// Python is told (stage, done, total).
+StageProgress to_stage_progress(const py::object& callable) {
+    return [shared = std::make_shared<py::object>(callable)](const std::string& stage) {
+        return to_progress(shared, stage);
+    };
+}
+
+py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
+                     double max_memory, std::uint64_t seed, const py::object& progress) {
+    SolveOptions options;
+    options.tolerance = tolerance;
+    options.rays = rays;
+    options.direct = {probes, shadow_rays};
+    options.exchange.epsilon = epsilon;
+    options.exchange.max_memory = max_memory;
+    options.seed = seed;
+    const StageProgress report = to_stage_progress(progress);
+    Solution solution;
+    {
+        py::gil_scoped_release release;
+        solution = solve(scene, options, report);
+    }
+    py::list history;
+    for (const Figures& figures : solution.history) history.append(to_dict(figures));
+    py::dict timings;
+    for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
+    py::dict out;
+    out["parents"] = to_array(solution.parents);
+    out["radiosity"] = to_array(solution.radiosity);
+    out["irradiance"] = to_array(solution.irradiance);
+    out["direct"] = to_array(solution.direct);
+    out["error"] = solution.error;
+    out["timings"] = timings;
+    out["history"] = history;
+    out["surfels"] = py::cast(std::move(solution.surfels));
+    return out;
+}
+
+// F, the (closed) escape and the share that back faces absorb.
+py::tuple form_factors(const Scene& scene, bool visibility, int rays, double epsilon, std::uint64_t seed,
+                       const py::object& progress) {
+    const StageProgress stages = to_stage_progress(progress);
+    const std::size_t n = scene.surfels.size();
+    std::vector<double> factors;
+    Hemispheres hemispheres;
+    Closure closure;
+    {
+        py::gil_scoped_release release;
+        const Tracer tracer(scene, epsilon);
+        ExchangeOptions options;
+        options.epsilon = epsilon;
+        Exchange exchange =
+            exchange_of_all_pairs(scene, visibility ? &tracer : nullptr, options, seed, stages("exchange"));
+        if (visibility) {
+            hemispheres = measure_hemispheres(scene, tracer, rays, seed, stages("hemispheres"));
+            closure = close(exchange, hemispheres);
+        }
+        factors.resize(n * n);
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = 0; j < n; ++j)
+                factors[i * n + j] = exchange.scale[i] * static_cast<double>(exchange.g[i * n + j]) *
+                                     exchange.scale[j] / exchange.areas[i];
+    }
+    const auto side = static_cast<py::ssize_t>(n);
+    py::array_t<double> matrix({side, side});
+    std::copy(factors.begin(), factors.end(), matrix.mutable_data());
+    return py::make_tuple(matrix, to_array(hemispheres.escape), to_array(hemispheres.absorbed),
+                          closure.largest_correction);
+}
+
+}  // namespace
+
+void bind_radiosity(py::module_& module) {
+    module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
+               py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
+               py::arg("progress") = py::none());
+    module.def("form_factors", &form_factors, py::arg("scene"), py::arg("visibility"), py::arg("rays"),
+               py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
+}
+
+}  // namespace surflux::bindings

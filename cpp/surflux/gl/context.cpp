@@ -1,0 +1,124 @@
+#include "surflux/gl/context.h"
+
+#include <cstdlib>
+#include <exception>
+#include <thread>
+
+#include <dlfcn.h>
+
+#include "surflux/core/error.h"
+#include "surflux/gl/platforms.h"
+
+namespace surflux::gl {
+
+namespace {
+
+constexpr const char* advice = "On Debian or Ubuntu: sudo apt-get install libegl1 libgl1-mesa-dri libosmesa6";
+
+std::string text_of(const Functions& gl, GLenum name) {
+    const auto* text = reinterpret_cast<const char*>(gl.GetString(name));
+    return text ? text : "unknown";
+}
+
+Functions load_functions(const Platform& platform) {
+    Functions gl;
+#define SURFLUX_GL_LOAD(type, name)                                  \
+    gl.name = reinterpret_cast<type>(platform.function("gl" #name)); \
+    if (!gl.name) throw DeviceError("the driver has no function gl" #name);
+    SURFLUX_GL_FUNCTIONS(SURFLUX_GL_LOAD)
+#undef SURFLUX_GL_LOAD
+    return gl;
+}
+
+const char* error_name(GLenum error) {
+    switch (error) {
+        case GL_INVALID_ENUM:
+            return "invalid enum";
+        case GL_INVALID_VALUE:
+            return "invalid value";
+        case GL_INVALID_OPERATION:
+            return "invalid operation";
+        case GL_INVALID_FRAMEBUFFER_OPERATION:
+            return "invalid framebuffer operation";
+        case GL_OUT_OF_MEMORY:
+            return "out of memory";
+        default:
+            return "unknown error";
+    }
+}
+
+}  // namespace
+
+void* open_library(const char* name) {
+    void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+    if (!library) throw DeviceError(dlerror());
+    return library;
+}
+
+void* find_symbol(void* library, const char* name) {
+    void* symbol = dlsym(library, name);
+    if (!symbol) throw DeviceError(message("the library lacks ", name));
+    return symbol;
+}
+
+Api requested_api() {
+    const char* word = std::getenv("SURFLUX_GL");
+    const std::string api = word ? word : "";
+    if (api.empty() || api == "any") return Api::any;
+    if (api == "egl") return Api::egl;
+    if (api == "osmesa") return Api::osmesa;
+    throw ArgumentError("SURFLUX_GL: wanted egl, osmesa or any, got '" + api + "'");
+}
+
+Context::Context(Api api) {
+    std::string tried;
+    const auto try_all = [&](const char* library, std::vector<Candidate> (*candidates)()) {
+        try {
+            for (const Candidate& candidate : candidates()) {
+                try {
+                    platform_ = candidate.make();
+                    gl = load_functions(*platform_);
+                    description = {candidate.name, text_of(gl, GL_VENDOR), text_of(gl, GL_RENDERER),
+                                   text_of(gl, GL_VERSION)};
+                    return true;
+                } catch (const DeviceError& error) {
+                    platform_.reset();
+                    tried += message("\n  ", candidate.name, ": ", error.what());
+                }
+            }
+        } catch (const DeviceError& error) {
+            tried += message("\n  ", library, ": ", error.what());
+        }
+        return false;
+    };
+    if (api != Api::osmesa && try_all("EGL", egl_candidates)) return;
+    if (api != Api::egl && try_all("OSMesa", osmesa_candidates)) return;
+    throw DeviceError(message("no OpenGL >= ", required_major, ".", required_minor,
+                              " core context could be made. Tried:", tried, "\n", advice));
+}
+
+void run_pass(const std::function<void(const Context&)>& pass, Api api) {
+    std::exception_ptr failure;
+    std::thread thread([&] {
+        try {
+            const Context context(api);
+            pass(context);
+            if (const GLenum error = context.gl.GetError(); error != GL_NO_ERROR) {
+                throw DeviceError(message("OpenGL failed on ", context.description.renderer, " (",
+                                          context.description.api, "): ", error_name(error)));
+            }
+        } catch (...) {
+            failure = std::current_exception();
+        }
+    });
+    thread.join();
+    if (failure) std::rethrow_exception(failure);
+}
+
+Description describe(Api api) {
+    Description found;
+    run_pass([&](const Context& context) { found = context.description; }, api);
+    return found;
+}
+
+}  // namespace surflux::gl

@@ -1,0 +1,81 @@
+#pragma once
+
+// What a pass makes in a context; each is deleted with its owner. None outlives the Context it was made in.
+
+#include <cstddef>
+#include <initializer_list>
+#include <vector>
+
+#include "surflux/gl/context.h"
+
+namespace surflux::gl {
+
+// A vertex and a fragment shader. Throws DeviceError with the driver's log.
+class Program {
+public:
+    Program(const Functions& gl, const char* vertex, const char* fragment);
+    ~Program();
+    Program(const Program&) = delete;
+    Program& operator=(const Program&) = delete;
+
+    void use() const { gl_.UseProgram(program_); }
+    // -1 (which GL ignores) for a name that the program does not use.
+    GLint uniform(const char* name) const { return gl_.GetUniformLocation(program_, name); }
+
+private:
+    const Functions& gl_;
+    GLuint program_ = 0;
+};
+
+// A read-only shader storage buffer.
+class Buffer {
+public:
+    Buffer(const Functions& gl, const void* data, std::size_t bytes);
+    template <class T>
+    Buffer(const Functions& gl, const std::vector<T>& data) : Buffer(gl, data.data(), data.size() * sizeof(T)) {}
+    ~Buffer();
+    Buffer(const Buffer&) = delete;
+    Buffer& operator=(const Buffer&) = delete;
+
+    void bind(GLuint binding) const { gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_); }
+
+private:
+    const Functions& gl_;
+    GLuint buffer_ = 0;
+};
+
+// Two-dimensional, one level, without filtering: texels are fetched, never interpolated.
+class Texture {
+public:
+    Texture(const Functions& gl, GLenum format, GLsizei width, GLsizei height);
+    ~Texture();
+    Texture(const Texture&) = delete;
+    Texture& operator=(const Texture&) = delete;
+
+    void bind(GLuint unit) const;
+    GLuint id() const { return texture_; }
+
+private:
+    const Functions& gl_;
+    GLuint texture_ = 0;
+};
+
+// Draws into the colour textures, attached in their order, and the depth texture, if there is one. The textures must
+// live as long. Throws DeviceError where the driver cannot draw into them.
+class Framebuffer {
+public:
+    Framebuffer(const Functions& gl, std::initializer_list<const Texture*> colors, const Texture* depth = nullptr);
+    ~Framebuffer();
+    Framebuffer(const Framebuffer&) = delete;
+    Framebuffer& operator=(const Framebuffer&) = delete;
+
+    void bind() const { gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_); }
+    // All texels of colour texture `attachment`, first row first; `out` has the room for them.
+    void read(GLuint attachment, GLsizei width, GLsizei height, GLenum format, GLenum type, void* out) const;
+
+private:
+    const Functions& gl_;
+    GLuint framebuffer_ = 0;
+};
+
+}  // namespace surflux::gl

@@ -1,0 +1,187 @@
+#include "surflux/image/image.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+#include <unistd.h>
+
+#include <OpenImageIO/imageio.h>
+
+#include "surflux/core/error.h"
+
+namespace surflux {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { exr, hdr, png };
+
+// By suffix from this list alone: OpenImageIO has readers for dozens of formats, some with known overflows, and must
+// never guess among them.
+Format format_of(const std::string& path) {
+    std::string suffix = fs::path(path).extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (suffix == ".exr") return Format::exr;
+    if (suffix == ".hdr") return Format::hdr;
+    if (suffix == ".png") return Format::png;
+    throw FileError(path, "", "unknown image format '" + suffix + "'; .exr, .hdr and .png are supported");
+}
+
+const char* library_name(Format format) {
+    return format == Format::exr ? "openexr" : format == Format::hdr ? "hdr" : "png";
+}
+
+std::string reason_or(std::string reason, const char* otherwise) {
+    while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
+    return reason.empty() ? otherwise : reason;
+}
+
+// A broken header can claim any size. No format here packs floats more than 100 000 times.
+void check_claim(const std::string& path, const OIIO::ImageSpec& spec) {
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw FileError(path, "", "an image without pixels");
+    if (spec.deep) throw FileError(path, "", "a deep image; only flat ones are supported");
+    if (spec.depth > 1) throw FileError(path, "", "a volume; only flat images are supported");
+    const double bytes = 4.0 * spec.width * spec.height * spec.nchannels;
+    const auto size = static_cast<double>(fs::file_size(path));
+    if (bytes > 1e5 * size) {
+        throw FileError(path, "",
+                        message("claims ", spec.width, " x ", spec.height, " pixels of ", spec.nchannels,
+                                " channels, more than its ", size, " bytes can hold"));
+    }
+}
+
+void each_color(Image& image, double (*curve)(double)) {
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {
+        if (image.channels[c] == "A") continue;
+        for (std::size_t i = c; i < image.pixels.size(); i += image.channels.size()) {
+            image.pixels[i] = static_cast<float>(curve(static_cast<double>(image.pixels[i])));
+        }
+    }
+}
+
+void check_channels(const Image& image, Format format) {
+    require(image.width >= 1 && image.height >= 1 && !image.channels.empty() &&
+                image.pixels.size() == image.width * image.height * image.channels.size(),
+            "image: wanted width x height x channels values");
+    std::set<std::string> names;
+    for (const std::string& name : image.channels) {
+        require(!name.empty() && names.insert(name).second, "channels: '", name, "' is empty or stands twice");
+    }
+    using Names = std::vector<std::string>;
+    const bool rgb = image.channels == Names{"R", "G", "B"};
+    require(
+        format == Format::exr || rgb ||
+            (format == Format::png && (image.channels == Names{"R", "G", "B", "A"} || image.channels == Names{"Y"})),
+        "channels: ", format == Format::hdr ? ".hdr takes R G B" : ".png takes R G B, R G B A or Y",
+        " alone; .exr takes any");
+}
+
+// A name beside the target for what is not finished yet; removed unless committed.
+class UnfinishedFile {
+public:
+    explicit UnfinishedFile(const fs::path& target) : target_(target) {
+        static std::atomic<unsigned> number{0};
+        path_ = target;
+        path_ += message(".", getpid(), "-", number++, ".part");
+    }
+    ~UnfinishedFile() {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    UnfinishedFile(const UnfinishedFile&) = delete;
+    UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+
+    std::string path() const { return path_.string(); }
+    void commit() const { fs::rename(path_, target_); }
+
+private:
+    fs::path target_, path_;
+};
+
+fs::path check_target(const std::string& path) {
+    const fs::path folder = fs::absolute(path).parent_path();
+    if (!fs::is_directory(folder)) throw FileError(path, "", "the folder " + folder.string() + " does not exist");
+    if (fs::exists(path) && !fs::is_regular_file(path)) throw FileError(path, "", "exists and is not a plain file");
+    return fs::is_symlink(path) ? fs::canonical(path) : fs::path(path);  // renaming would replace the link itself
+}
+
+}  // namespace
+
+Image read_image(const std::string& path) try {
+    const Format format = format_of(path);
+    if (!fs::exists(path)) throw FileError(path, "", "no such file");
+    if (!fs::is_regular_file(path)) throw FileError(path, "", "not a plain file");
+    const auto input = OIIO::ImageInput::create(library_name(format));
+    if (!input) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
+    OIIO::ImageSpec spec, options;
+    options.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha, before the sRGB curve
+    if (!input->open(path, spec, options)) throw FileError(path, "", reason_or(input->geterror(), "cannot be read"));
+    check_claim(path, spec);
+    Image image;
+    image.width = static_cast<std::size_t>(spec.width);
+    image.height = static_cast<std::size_t>(spec.height);
+    image.channels = spec.channelnames;
+    image.pixels.resize(image.width * image.height * image.channels.size());
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels.data())) {
+        throw FileError(path, "", reason_or(input->geterror(), "broken or incomplete"));
+    }
+    if (format == Format::png) each_color(image, srgb_decode);
+    return image;
+} catch (const fs::filesystem_error& error) {
+    throw FileError(path, "", error.code().message());
+} catch (const std::bad_alloc&) {
+    throw FileError(path, "", "does not fit into memory");
+}
+
+void write_image(const std::string& path, const Image& image) try {
+    const Format format = format_of(path);
+    check_channels(image, format);
+    const UnfinishedFile file(check_target(path));
+    const auto output = OIIO::ImageOutput::create(library_name(format));
+    if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
+    OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
+                         static_cast<int>(image.channels.size()),
+                         format == Format::png ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
+    spec.channelnames = image.channels;
+    if (format == Format::png) {
+        spec.attribute("oiio:ColorSpace", "sRGB");
+        spec.attribute("oiio:UnassociatedAlpha", 1);
+    }
+    if (format == Format::exr) spec.attribute("compression", "zip");
+    if (!output->open(file.path(), spec)) {
+        throw FileError(path, "", reason_or(output->geterror(), "cannot be opened for writing"));
+    }
+    Image encoded;
+    if (format == Format::png) {
+        encoded = image;
+        each_color(encoded, srgb_encode);
+    }
+    const std::vector<float>& pixels = format == Format::png ? encoded.pixels : image.pixels;
+    if (!output->write_image(OIIO::TypeDesc::FLOAT, pixels.data()) || !output->close()) {
+        throw FileError(path, "", reason_or(output->geterror(), "cannot be written; is the disk full?"));
+    }
+    file.commit();
+} catch (const fs::filesystem_error& error) {
+    throw FileError(path, "", error.code().message());
+}
+
+double srgb_encode(double linear) {
+    if (!(linear > 0.0)) return 0.0;  // NaN too
+    if (linear >= 1.0) return 1.0;
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+double srgb_decode(double encoded) {
+    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+std::string image_library_version() { return message("OpenImageIO ", OIIO_VERSION_STRING); }
+
+}  // namespace surflux

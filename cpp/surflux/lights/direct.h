@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+struct DirectOptions {
+    int probes = 16;  // shadow rays of a surfel towards a light; where they all agree that is the answer
+    int rays = 64;    // where they do not
+};
+
+// Irradiance of each surfel from every light but the Environments (see hemisphere.h), with shadows: the unoccluded
+// irradiance, in closed form for area lights, times the fraction that shadow rays find visible.
+std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
+                                   std::uint64_t seed, const Progress& progress = {});
+
+}  // namespace surflux

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Where the hemisphere of each surfel ends, measured by cosine-distributed rays.
+struct Hemispheres {
+    std::vector<double> escape;    // fraction (of the cosine-weighted hemisphere) that leaves the scene
+    std::vector<double> absorbed;  // fraction that meets a back face, which is black
+    std::vector<Rgb> sky;          // irradiance from the scene's Environments
+    std::size_t rays = 0;
+};
+
+// `rays` per surfel, spread evenly, the same for the same seed; twice as many where an Environment is an image, the
+// second half drawn in proportion to its luminance and both combined by the balance heuristic (Veach and Guibas 1995).
+Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int rays, std::uint64_t seed,
+                                const Progress& progress = {});
+
+}  // namespace surflux

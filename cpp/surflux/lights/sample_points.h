@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/vec.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// Points that stand for a surfel: anywhere on its patch where it has triangles; its centre where it is a disk, because
+// only there the disk is known to touch the surface.
+class SurfelPoints {
+public:
+    explicit SurfelPoints(const Surfels& surfels);
+
+    bool is_patch(std::uint32_t i) const { return begin_[i] != begin_[i + 1]; }
+    // Uniform over the patch for (s, t) uniform in the unit square.
+    Vec3 at(std::uint32_t i, double s, double t) const;
+    const Triangle* triangles_begin(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i]; }
+    const Triangle* triangles_end(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i + 1]; }
+
+private:
+    const Surfels& surfels_;
+    std::vector<std::uint32_t> begin_;
+    std::vector<double> up_to_;  // per triangle: share of its patch's area up to and with it
+};
+
+}  // namespace surflux

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "surflux/core/vec.h"
+
+namespace surflux {
+
+struct Neighbor {
+    std::uint32_t index;
+    double distance;  // actual, not squared
+};
+
+// Exact nearest neighbours among fixed points. Queries are const and may run on many threads at once.
+class PointIndex {
+public:
+    explicit PointIndex(const std::vector<Vec3>& points);
+    ~PointIndex();
+    PointIndex(PointIndex&&) noexcept;
+    PointIndex& operator=(PointIndex&&) noexcept;
+
+    // The min(k, size) nearest, nearest first; ties by index. A query at a point of the index finds that point too.
+    void nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& out) const;
+    // All at most `radius` away, in no particular order, appended to `out`.
+    void within(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
+
+    std::size_t size() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+std::string flann_version();
+
+}  // namespace surflux

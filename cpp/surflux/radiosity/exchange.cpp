@@ -1,0 +1,230 @@
+#include "surflux/radiosity/exchange.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <unistd.h>
+
+#include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+#include "surflux/neighbors/disk_index.h"
+#include "surflux/radiosity/pair_exchange.h"
+#include "surflux/solution/conjugate_gradients.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t tile = 32;
+constexpr int warm_up_rounds = 6, newton_applications = 60;
+constexpr double newton_tolerance = 1e-3, newton_limit = 1.0;
+constexpr int near_rays = 16, mid_rays = 4, far_rays = 1;
+
+// Surfels along a Morton curve: rays of a tile then start and end close together, which Embree rewards.
+std::vector<std::uint32_t> morton_order(const Surfels& s) {
+    const Box box = bounds_of(s);
+    const Vec3 span = box.high - box.low;
+    const double side = std::max({span.x, span.y, span.z, 1e-300});
+    const auto spread = [](std::uint64_t v) {
+        v &= 0x1fffff;
+        v = (v | v << 32) & 0x1f00000000ffffull;
+        v = (v | v << 16) & 0x1f0000ff0000ffull;
+        v = (v | v << 8) & 0x100f00f00f00f00full;
+        v = (v | v << 4) & 0x10c30c30c30c30c3ull;
+        return (v | v << 2) & 0x1249249249249249ull;
+    };
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(s.size());
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        std::uint64_t key = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double x = (s.positions[i][axis] - box.low[axis]) / side;
+            key |= spread(static_cast<std::uint64_t>(x * 2097151.0)) << axis;
+        }
+        keys[i] = {key, i};
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::uint32_t> order(s.size());
+    for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
+    return order;
+}
+
+void require_memory(std::size_t n, double limit) {
+    if (limit <= 0.0)
+        limit = 0.75 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+    const double wanted = 4.0 * static_cast<double>(n) * static_cast<double>(n);
+    require(wanted <= limit, "scene: the exchange of all pairs of ", n, " surfels needs ", wanted / 1e9,
+            " GB and there are ", limit / 1e9, " GB for it; at most ", static_cast<std::size_t>(std::sqrt(limit / 4.0)),
+            " surfels fit (Surfels.thinned gives fewer)");
+}
+
+// Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or near;
+// each counts as much as passes along it.
+double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
+                     PairExchange::Range range, bool extended, std::uint64_t seed, std::size_t& rays) {
+    using Range = PairExchange::Range;
+    if (range == Range::same_surface) return 1.0;
+    const int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
+    EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
+    double all = 0.0, free = 0.0;
+    for (int k = 0; k < count; ++k) {
+        const double* u = even.next();
+        const Vec3 from = pairs.ray_point(i, range, u[0], u[1]), to = pairs.ray_point(j, range, u[2], u[3]);
+        const double weight = count == 1 ? 1.0 : pairs.kernel(i, from, j, to);
+        if (weight <= 0.0) continue;
+        all += weight;
+        if (tracer.visible(i, from, j, to)) free += weight;
+        ++rays;
+    }
+    return all > 0.0 ? free / all : 0.0;
+}
+
+}  // namespace
+
+Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
+                               std::uint64_t seed, const Progress& progress) {
+    const Surfels& s = scene.surfels;
+    const std::size_t n = s.size();
+    require_memory(n, options.max_memory);
+    const PairExchange pairs(scene, options.epsilon);
+    const std::vector<std::uint32_t> order = morton_order(s);
+    const std::vector<std::uint32_t> triangles = triangle_ranges(s);
+    const auto is_patch = [&](std::uint32_t i) { return triangles[i] != triangles[i + 1]; };
+
+    Exchange out;
+    out.size = n;
+    out.areas = s.areas;
+    out.scale.assign(n, 1.0);
+    out.g.assign(n * n, 0.0f);
+
+    std::atomic<std::size_t> links{0}, rays{0};
+    const auto fill = [&](std::size_t row_tile, std::size_t col_tile) {
+        std::size_t tile_links = 0, tile_rays = 0;
+        for (std::size_t a = row_tile * tile; a < std::min(n, (row_tile + 1) * tile); ++a)
+            for (std::size_t b = std::max(a + 1, col_tile * tile); b < std::min(n, (col_tile + 1) * tile); ++b) {
+                // Lower index first: what a pair gets does not depend on the order of the curve.
+                const std::uint32_t i = std::min(order[a], order[b]), j = std::max(order[a], order[b]);
+                const PairExchange::Pair pair = pairs(i, j);
+                if (pair.exchange <= 0.0) continue;
+                double g = pair.exchange;
+                if (tracer)
+                    g *= visible_share(*tracer, pairs, i, j, pair.range, is_patch(i) || is_patch(j), seed, tile_rays);
+                if (g <= 0.0) continue;
+                ++tile_links;
+                out.g[i * n + j] = out.g[j * n + i] = static_cast<float>(g);
+            }
+        links += tile_links;
+        rays += tile_rays;
+    };
+    // Pairs of tiles, upper triangle, numbered row by row.
+    const std::size_t tiles = (n + tile - 1) / tile;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> work;
+    work.reserve(tiles * (tiles + 1) / 2);
+    for (std::uint32_t r = 0; r < tiles; ++r)
+        for (std::uint32_t c = r; c < tiles; ++c) work.emplace_back(r, c);
+    parallel_blocks(
+        work.size(), 1,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) fill(work[k].first, work[k].second);
+        },
+        progress);
+
+    const DiskIndex disks(s.positions, s.radii);
+    parallel_blocks(n, 256, [&](std::size_t begin, std::size_t end) {
+        std::vector<Neighbor> near;
+        std::vector<std::uint32_t> overlapping;
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto i = static_cast<std::uint32_t>(k);
+            if (is_patch(i)) continue;
+            near.clear();
+            overlapping.clear();
+            disks.reaching(s.positions[i], s.radii[i], near);
+            for (const Neighbor& found : near) overlapping.push_back(found.index);
+            std::sort(overlapping.begin(), overlapping.end());
+            out.g[k * n + k] = static_cast<float>(pairs.self(i, overlapping));
+        }
+    });
+    out.links = links;
+    out.rays = rays;
+    return out;
+}
+
+void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const {
+    constexpr std::size_t lanes = 8;
+    // Channel by channel in memory, so that the inner loop is a plain dot product of a float row and a double column.
+    std::vector<double> columns(channels * size);
+    for (std::size_t j = 0; j < size; ++j)
+        for (std::size_t c = 0; c < channels; ++c) columns[c * size + j] = scale[j] * x[j * channels + c];
+    out.resize(size * channels);
+    parallel_for(size, 8, [&](std::size_t i) {
+        const float* row = g.data() + i * size;
+        for (std::size_t c = 0; c < channels; ++c) {
+            const double* column = columns.data() + c * size;
+            double sum[lanes] = {};
+            std::size_t j = 0;
+            for (; j + lanes <= size; j += lanes)
+                for (std::size_t l = 0; l < lanes; ++l) sum[l] += static_cast<double>(row[j + l]) * column[j + l];
+            for (; j < size; ++j) sum[0] += static_cast<double>(row[j]) * column[j];
+            double total = 0.0;
+            for (double part : sum) total += part;
+            out[i * channels + c] = scale[i] * total;
+        }
+    });
+}
+
+Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, int max_rounds) {
+    const std::size_t n = exchange.size;
+    const std::vector<double>& area = exchange.areas;
+    std::vector<double>& scale = exchange.scale;
+    Closure closure;
+    const std::vector<double> ones(n, 1.0);
+    std::vector<double> product, weighted(n), outflow(n), row(n), step;
+    scale.assign(n, 1.0);
+    const auto measure = [&] {
+        exchange.apply(ones, product, 1);
+        ++closure.applications;
+        closure.residual = 0.0;
+        for (std::size_t i = 0; i < n; ++i) {
+            outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
+            row[i] = outflow[i] / area[i];
+            // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange reaches)
+            // has nothing to scale.
+            if (row[i] > 0.0) closure.residual = std::max(closure.residual, std::abs(row[i] - 1.0));
+        }
+    };
+    for (int round = 0; round < warm_up_rounds; ++round) {
+        measure();
+        if (closure.residual <= tolerance) break;
+        for (std::size_t i = 0; i < n; ++i)
+            if (row[i] > 0.0) scale[i] /= std::sqrt(row[i]);
+    }
+    for (measure(); closure.residual > tolerance && closure.rounds < max_rounds; ++closure.rounds) {
+        // Newton in log scale: (DGD + diag(outflow)) step = A - outflow, made symmetric with unit diagonal.
+        std::vector<double> right(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            weighted[i] = row[i] > 0.0 ? 1.0 / std::sqrt(outflow[i]) : 0.0;
+            right[i] = weighted[i] * (area[i] - outflow[i]);
+        }
+        std::vector<double> scaled(n);
+        const LinearOperator apply = [&](const std::vector<double>& x, std::vector<double>& out) {
+            for (std::size_t i = 0; i < n; ++i) scaled[i] = weighted[i] * x[i];
+            exchange.apply(scaled, out, 1);
+            for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weighted[i] * out[i];
+        };
+        step.assign(n, 0.0);
+        closure.applications += conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step)
+                                    .applications;
+        for (std::size_t i = 0; i < n; ++i)
+            scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
+        measure();
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        closure.largest_correction = std::max(closure.largest_correction, std::abs(scale[i] - 1.0));
+        hemispheres.escape[i] *= scale[i];
+        hemispheres.absorbed[i] *= scale[i];
+        hemispheres.sky[i] *= scale[i];
+    }
+    return closure;
+}
+
+}  // namespace surflux

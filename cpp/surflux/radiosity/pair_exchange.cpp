@@ -1,0 +1,201 @@
+#include "surflux/radiosity/pair_exchange.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/sampling.h"
+#include "surflux/lights/polygon.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr double far_ratio = 10.0, mid_ratio = 3.5;
+constexpr int near_grid = 4;  // points across, for the outer integral of the near range
+
+// A patch of two triangles that share a diagonal as (corner, u, v), where it is a parallelogram.
+bool as_parallelogram(const Triangle* begin, const Triangle* end, Vec3& corner, Vec3& u, Vec3& v) {
+    if (end - begin != 2) return false;
+    const Vec3 p[3] = {begin[0].a, begin[0].b, begin[0].c}, q[3] = {begin[1].a, begin[1].b, begin[1].c};
+    for (int k = 0; k < 3; ++k) {
+        // p[k] stands opposite the diagonal p[k+1] p[k+2]; the other triangle's odd corner closes the parallelogram.
+        const Vec3 fourth = p[(k + 1) % 3] + p[(k + 2) % 3] - p[k];
+        int matched = 0;
+        bool odd = false;
+        for (const Vec3& corner_q : q) {
+            if (corner_q == p[(k + 1) % 3] || corner_q == p[(k + 2) % 3])
+                ++matched;
+            else
+                odd = length(corner_q - fourth) < 1e-9 * length(p[(k + 1) % 3] - p[(k + 2) % 3]);
+        }
+        if (matched == 2 && odd) {
+            corner = p[k];
+            u = p[(k + 1) % 3] - p[k];
+            v = p[(k + 2) % 3] - p[k];
+            return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+PairExchange::PairExchange(const Scene& scene, double epsilon)
+    : scene_(scene), epsilon_(epsilon), points_(scene.surfels), extent_(scene.surfels.size()) {
+    const Surfels& s = scene.surfels;
+    node_begin_.push_back(0);
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        const Triangle *begin = points_.triangles_begin(i), *end = points_.triangles_end(i);
+        Vec3 corner, u, v;
+        if (begin == end) {
+            extent_[i] = std::sqrt(s.areas[i] / pi);
+            // Degree 3 on the disk of area S (four points at 1/sqrt 2 of its radius).
+            const Frame frame = frame_around(s.normals[i]);
+            for (const Vec3& axis : {frame.u, -frame.u, frame.v, -frame.v})
+                nodes_.push_back(s.positions[i] + (extent_[i] * std::sqrt(0.5)) * axis);
+        } else {
+            extent_[i] = 0.0;
+            for (const Triangle* t = begin; t != end; ++t)
+                for (const Vec3& p : {t->a, t->b, t->c})
+                    extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
+            if (as_parallelogram(begin, end, corner, u, v)) {
+                const double g = 0.5 - std::sqrt(1.0 / 12.0);  // 2 x 2 Gauss-Legendre
+                for (double a : {g, 1.0 - g})
+                    for (double b : {g, 1.0 - g}) nodes_.push_back(corner + a * u + b * v);
+            } else {
+                for (int a = 0; a < 2; ++a)
+                    for (int b = 0; b < 2; ++b) nodes_.push_back(points_.at(i, 0.25 + 0.5 * a, 0.25 + 0.5 * b));
+            }
+        }
+        node_begin_.push_back(static_cast<std::uint32_t>(nodes_.size()));
+    }
+}
+
+double PairExchange::kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const {
+    const Vec3 d = x_j - x_i;
+    const double to_j = dot(n_i, d), to_i = -dot(n_j, d);
+    if (to_j <= 0.0 || to_i <= 0.0) return 0.0;
+    const double squared = length_squared(d);
+    return to_j * to_i / (pi * squared * squared);
+}
+
+bool PairExchange::same_surface(std::uint32_t i, std::uint32_t j, double squared) const {
+    const Surfels& s = scene_.surfels;
+    const double reach = s.radii[i] + s.radii[j];
+    return scene_.object[i] == scene_.object[j] && squared < reach * reach && !points_.is_patch(i) &&
+           !points_.is_patch(j) && dot(s.normals[i], s.normals[j]) > epsilon_;
+}
+
+PairExchange::Polygon PairExchange::disk_polygon(std::uint32_t i) const {
+    const Frame frame = frame_around(scene_.surfels.normals[i]);
+    // The regular octagon of area S: 2 sqrt(2) rho^2.
+    const double rho = std::sqrt(scene_.surfels.areas[i] / (2.0 * std::sqrt(2.0)));
+    Polygon out;
+    out.count = max_corners;
+    for (std::size_t k = 0; k < max_corners; ++k) {
+        const double angle = pi / 4.0 * static_cast<double>(k);
+        out.corners[k] =
+            scene_.surfels.positions[i] + rho * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
+    }
+    return out;
+}
+
+double PairExchange::to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const {
+    if (dot(scene_.surfels.normals[j], point - scene_.surfels.positions[j]) <= 0.0) return 0.0;
+    if (!points_.is_patch(j)) {
+        const Polygon p = disk_polygon(j);
+        return element_to_polygon(point, normal, p.corners.data(), p.count);
+    }
+    double sum = 0.0;
+    for (const Triangle* t = points_.triangles_begin(j); t != points_.triangles_end(j); ++t) {
+        const Vec3 corners[3] = {t->a, t->b, t->c};
+        sum += element_to_polygon(point, normal, corners, 3);
+    }
+    return sum;
+}
+
+double PairExchange::kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const {
+    return kernel(at_i, scene_.surfels.normals[i], at_j, scene_.surfels.normals[j]);
+}
+
+// F_ij: the closed form at points spread over i.
+double PairExchange::near_factor(std::uint32_t i, std::uint32_t j) const {
+    const Surfels& s = scene_.surfels;
+    const Frame frame = frame_around(s.normals[i]);
+    double sum = 0.0;
+    for (int a = 0; a < near_grid; ++a)
+        for (int b = 0; b < near_grid; ++b) {
+            const double u = (a + 0.5) / near_grid, v = (b + 0.5) / near_grid;
+            Vec3 at = points_.at(i, u, v);
+            if (!points_.is_patch(i)) {
+                double x, y;
+                square_to_disk(u, v, x, y);
+                at += extent_[i] * (x * frame.u + y * frame.v);
+            }
+            sum += to_polygons(at, s.normals[i], j);
+        }
+    return sum / (near_grid * near_grid);
+}
+
+PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) const {
+    const Surfels& s = scene_.surfels;
+    const Vec3 d = s.positions[j] - s.positions[i];
+    const double squared = length_squared(d);
+    const double to_j = dot(s.normals[i], d), to_i = -dot(s.normals[j], d);
+    const double extent = std::max(extent_[i], extent_[j]);
+    const double areas = s.areas[i] * s.areas[j];
+    if (squared > far_ratio * far_ratio * extent * extent) {
+        if (to_j <= 0.0 || to_i <= 0.0) return {};
+        return {areas * to_j * to_i / (pi * squared * squared), Range::far};
+    }
+    if (same_surface(i, j, squared)) {
+        if (to_j <= 0.0 || to_i <= 0.0) return {};
+        // On a smooth surface the kernel tends to curvature^2 / 4 pi as r -> 0, but noise makes it grow without bound:
+        // closer than the spacing, r stays there.
+        const double bounded = std::max(squared, 0.25 * (s.areas[i] + s.areas[j]));
+        return {areas * to_j * to_i / (pi * squared * bounded), Range::same_surface};
+    }
+    if (squared > mid_ratio * mid_ratio * extent * extent) {
+        double sum = 0.0;
+        for (std::uint32_t a = node_begin_[i]; a < node_begin_[i + 1]; ++a)
+            for (std::uint32_t b = node_begin_[j]; b < node_begin_[j + 1]; ++b)
+                sum += kernel(nodes_[a], s.normals[i], nodes_[b], s.normals[j]);
+        const double pairs = static_cast<double>((node_begin_[i + 1] - node_begin_[i])) *
+                             static_cast<double>((node_begin_[j + 1] - node_begin_[j]));
+        return sum > 0.0 ? Pair{areas * sum / pairs, Range::mid} : Pair{};
+    }
+    // Neither reaches above the other's plane, coplanar neighbours above all: nothing to integrate.
+    const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
+    const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
+    const double nothing = 1e-9 * extent;
+    if (above_i <= nothing || above_j <= nothing) return {};
+    // The outer integral belongs over the smaller surfel: the grid on a much larger one would step over the smaller.
+    const double over_i = extent_[i] > 2.0 * extent_[j] ? 0.0 : extent_[j] > 2.0 * extent_[i] ? 1.0 : 0.5;
+    double g = 0.0;
+    if (over_i > 0.0) g += over_i * s.areas[i] * near_factor(i, j);
+    if (over_i < 1.0) g += (1.0 - over_i) * s.areas[j] * near_factor(j, i);
+    return g > 0.0 ? Pair{std::min(g, std::min(s.areas[i], s.areas[j])), Range::near} : Pair{};
+}
+
+double PairExchange::self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const {
+    const Surfels& s = scene_.surfels;
+    double sum = 0.0;
+    int counted = 0;
+    for (std::uint32_t j : overlapping) {
+        const double squared = length_squared(s.positions[j] - s.positions[i]);
+        if (j == i || squared < 0.04 * s.radii[i] * s.radii[i] || !same_surface(i, j, squared)) continue;
+        sum += kernel(s.positions[i], s.normals[i], s.positions[j], s.normals[j]);
+        ++counted;
+    }
+    return counted == 0 ? 0.0 : std::min(s.areas[i] * s.areas[i] * sum / counted, 0.5 * s.areas[i]);
+}
+
+Vec3 PairExchange::ray_point(std::uint32_t i, Range range, double s, double t) const {
+    if (points_.is_patch(i) || range != Range::near) return points_.at(i, s, t);
+    const Frame frame = frame_around(scene_.surfels.normals[i]);
+    double x, y;
+    square_to_disk(s, t, x, y);
+    return scene_.surfels.positions[i] + extent_[i] * (x * frame.u + y * frame.v);
+}
+
+}  // namespace surflux

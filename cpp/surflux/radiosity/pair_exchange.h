@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// The geometric part of the exchange between two surfels, G_ij = A_i F_ij without visibility: symmetric, >= 0, and
+// robust however close the two are.
+//   far   (r > 10 s)   the kernel of D04 eq. 2 between the centres
+//   mid   (r > 3.5 s)  the same kernel between small quadratures of both surfels
+//   near               element-to-polygon closed form, integrated over either surfel, and the two averaged
+// with s the larger of both extents. Disks that overlap on the same surface are neighbours, not partners that face
+// each other: the kernel, kept finite.
+class PairExchange {
+public:
+    explicit PairExchange(const Scene& scene, double epsilon = 0.8);
+
+    enum class Range { none, same_surface, far, mid, near };
+    struct Pair {
+        double exchange = 0.0;
+        Range range = Range::none;
+    };
+    Pair operator()(std::uint32_t i, std::uint32_t j) const;
+
+    // G_ii of a concave piece: its own area times the mean kernel to its nearest surroundings; 0 where flat or convex.
+    double self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const;
+
+    // cos cos / (pi r^2) between a point of each.
+    double kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const;
+
+    // A point of the surfel for a visibility ray of a pair at that range.
+    Vec3 ray_point(std::uint32_t i, Range range, double s, double t) const;
+
+private:
+    static constexpr std::size_t max_corners = 8;
+    struct Polygon {
+        std::array<Vec3, max_corners> corners;
+        std::size_t count;
+    };
+
+    double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
+    double near_factor(std::uint32_t i, std::uint32_t j) const;
+    double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
+    Polygon disk_polygon(std::uint32_t i) const;
+    bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;
+
+    const Scene& scene_;
+    double epsilon_;
+    SurfelPoints points_;
+    std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
+    std::vector<std::uint32_t> node_begin_;
+    std::vector<Vec3> nodes_;  // quadrature of the mid range, equal weights
+};
+
+}  // namespace surflux

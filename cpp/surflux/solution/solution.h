@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// Named figures in the order in which they came up.
+using Figures = std::vector<std::pair<std::string, double>>;
+
+// What every solver gives: H and B = E + rho H per surfel, and how they came about.
+struct Solution {
+    Surfels surfels;
+    std::vector<std::uint32_t> parents;  // of each surfel, its index in the scene
+    std::vector<Rgb> radiosity;          // B, exitance
+    std::vector<Rgb> irradiance;         // H
+    std::vector<Rgb> direct;             // the part of H from lights and Environments alone
+    double error = 0.0;                  // the solver's own estimate of the relative RMS error of H
+    Figures timings;                     // stage, seconds
+    std::vector<Figures> history;        // per iteration
+};
+
+}  // namespace surflux

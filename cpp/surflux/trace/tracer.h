@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+struct Hit {
+    static constexpr std::uint32_t none = 0xffffffffu;
+    std::uint32_t surfel = none;
+    bool front = false;  // met on the side that its normal points to
+    explicit operator bool() const { return surfel != none; }
+};
+
+// Visibility among the surfels of a scene: disks, and the triangles of those that have some, block from both sides.
+// The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and those disks k of the
+// same surface (same object, n_i . n_k > epsilon, close enough to overlap) that it crosses from behind: they stand off a
+// convex surface that they are tangent to. Arriving, the same seen backwards. By index and side, not by distance: what
+// touches i but faces elsewhere, or rises in front of it, blocks.
+// Queries are const and may run on many threads at once.
+class Tracer {
+public:
+    explicit Tracer(const Scene& scene, double epsilon = 0.8);
+    ~Tracer();
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
+
+    // Is the segment from a point of surfel i to a point of surfel j free?
+    bool visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const;
+    // The same towards a point that is no surfel's: a light.
+    bool visible(std::uint32_t i, const Vec3& from, const Vec3& to) const;
+    // Does the ray leave the scene?
+    bool escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
+    // What the ray from surfel i meets first.
+    Hit closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+std::string embree_version();
+
+}  // namespace surflux

@@ -1,0 +1,98 @@
+#include "surflux/files/obj.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "surflux/core/error.h"
+#include "surflux/core/random.h"
+
+namespace surflux {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Obj : public ::testing::Test {
+protected:
+    void TearDown() override { fs::remove(path_); }
+
+    ObjData read(const std::string& text) const {
+        std::ofstream(path_, std::ios::binary) << text;
+        return read_obj(path_);
+    }
+
+    std::string refusal(const std::string& text) const {
+        try {
+            (void)read(text);
+        } catch (const FileError& e) {
+            return std::string(e.what()).substr(path_.size());
+        }
+        return "no error";
+    }
+
+    // ctest may run the tests of this file side by side.
+    std::string path_ = (fs::temp_directory_path() / ("surflux_obj_" + std::to_string(::getpid()) + ".obj")).string();
+};
+
+const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.1\n";
+
+TEST_F(Obj, KeepsPolygonsWhateverTheWayOfIndexing) {
+    const std::vector<std::uint32_t> quad{0, 1, 2, 3};
+    for (const std::string face :
+         {"f 1 2 3 4", "f 1/1 2/2 3/3 4/4", "f 1//1 2//1 3//1 4//1", "f 1/5/1 2/6/1 3/7/1 4/8/1", "f -4 -3 -2 -1",
+          "f 1 2 \\\n 3\\\n 4", "  f\t1 2 3 4 # all of them\r"}) {
+        const ObjData data = read("# a square\nmtllib a.mtl\nusemtl\n" + square + face + "\nvn 0 0 1\n");
+        EXPECT_EQ(data.faces.corners, quad) << face;
+        EXPECT_EQ(data.faces.size(), 1u);
+        EXPECT_EQ(data.vertices[3].z, 0.1);
+        EXPECT_TRUE(data.colors.empty());
+    }
+}
+
+TEST_F(Obj, AFaceMayComeBeforeItsVertices) { EXPECT_EQ(read("f 1 2 3\n" + square).faces.corners.size(), 3u); }
+
+TEST_F(Obj, ColorsCountWhereEveryVertexHasThem) {
+    EXPECT_EQ(read("v 0 0 0 .25 .5 1\nv 1 0 0 0 0 0\n").colors.at(0).y, 0.5);
+    EXPECT_TRUE(read("v 0 0 0 .25 .5 1\nv 1 0 0\n").colors.empty());
+    EXPECT_TRUE(read("v 0 0 0 1\n").colors.empty());  // a weight
+}
+
+TEST_F(Obj, NamesTheLine) {
+    EXPECT_EQ(refusal(square + "f 1 2\n"), " (line 5): a face of 2 corners; wanted 3 or more");
+    EXPECT_EQ(refusal(square + "f 1 2 5\n"), " (line 5): a face has the corner 5, but the file has 4 vertices");
+    EXPECT_EQ(refusal(square + "f 1 2 0\n"), " (line 5): a face has the corner 0 after 4 vertices");
+    EXPECT_EQ(refusal(square + "f 1 2 -5\n"), " (line 5): a face has the corner -5 after 4 vertices");
+    EXPECT_EQ(refusal(square + "f 1 2 99999999999\n"), " (line 5): a face has the corner 99999999999 after 4 vertices");
+    EXPECT_EQ(refusal(square + "f 1 2 a\n"),
+              " (line 5): 'a' is no corner of a face; wanted an index as in 7, 7/1, 7//2 or 7/1/2");
+    EXPECT_EQ(refusal("v 0 0\n"), " (line 1): a vertex of 2 numbers; wanted 3 coordinates");
+    EXPECT_EQ(refusal("\n\nv 0 0 3.1+e2\n"), " (line 3): '3.1+e2' is no number");
+    EXPECT_EQ(refusal("v 0 0 nan\n"), " (line 1): a coordinate is not finite");
+    EXPECT_EQ(refusal("v 0 0 1e999\n"), " (line 1): a coordinate is not finite");
+}
+
+TEST_F(Obj, MutatedFilesGiveDataOrAFileError) {
+    const std::string seed = "mtllib a\n" + square + "f 1/1/1 2//2 -2 \\\n4\nf 1 2 3\n";
+    Random random(2);
+    int refused = 0, accepted = 0;
+    for (int trial = 0; trial < 3000; ++trial) {
+        std::string text = seed;
+        for (std::uint64_t k = 0, changes = 1 + random.below(3); k < changes; ++k)
+            text[random.below(text.size())] = "\\/-#\n 0v9f\xff"[random.below(11)];
+        text.resize(1 + random.below(text.size() * 2));
+        try {
+            const ObjData data = read(text);
+            for (const std::uint32_t corner : data.faces.corners) ASSERT_LT(corner, data.vertices.size());
+            ++accepted;
+        } catch (const FileError&) {
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 300);
+    EXPECT_GT(accepted, 300);
+}
+
+}  // namespace
+}  // namespace surflux

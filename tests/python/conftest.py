@@ -1,0 +1,48 @@
+"""The marker `scans`: tests that read real scans from the folder that SURFLUX_DATA names.
+
+Without SURFLUX_DATA they are skipped; with it nothing excuses a skip, so that a missing file cannot pass unseen.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+SCANS_RUN = pytest.StashKey[int]()
+
+
+def pytest_configure(config):
+    config.stash[SCANS_RUN] = 0
+    folder = os.environ.get("SURFLUX_DATA")
+    if folder and not Path(folder).is_dir():
+        raise pytest.UsageError(f"SURFLUX_DATA names {folder}, which is not a folder")
+
+
+def pytest_collection_modifyitems(items):
+    if not os.environ.get("SURFLUX_DATA"):
+        for item in items:
+            if item.get_closest_marker("scans"):
+                item.add_marker(pytest.mark.skip(reason="SURFLUX_DATA is not set"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if item.get_closest_marker("scans") and os.environ.get("SURFLUX_DATA"):
+        if report.skipped and not hasattr(report, "wasxfail"):
+            report.outcome = "failed"
+            report.longrepr = f"{item.nodeid}: skipped although SURFLUX_DATA is set ({call.excinfo.value})"
+        elif report.when == "call":
+            item.config.stash[SCANS_RUN] += 1
+    return report
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    note = "" if os.environ.get("SURFLUX_DATA") else " (SURFLUX_DATA is not set)"
+    terminalreporter.write_line(f"scans: {config.stash[SCANS_RUN]} run{note}")
+
+
+@pytest.fixture(scope="session")
+def scans():
+    """The folder that SURFLUX_DATA names; only for tests marked `scans`."""
+    return Path(os.environ["SURFLUX_DATA"])

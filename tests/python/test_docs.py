@@ -1,0 +1,63 @@
+"""What the documentation shows runs: every example of every docstring, and every python block of the README."""
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+
+import surflux as sf
+
+README = Path(__file__).parents[2] / "README.md"
+MODULES = ["surflux", *(f"surflux.{m.name}" for m in pkgutil.iter_modules(sf.__path__) if m.name != "__main__")]
+
+
+def examples(module):
+    return [test for test in doctest.DocTestFinder().find(importlib.import_module(module)) if test.examples]
+
+
+def blocks(text):
+    return re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """Examples write into a folder of their own and open no window."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pyvista.OFF_SCREEN", True)
+
+
+@pytest.mark.parametrize("example", [e for module in MODULES for e in examples(module)], ids=lambda e: e.name)
+def test_docstring(example, elsewhere):
+    said = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
+    assert said == []
+
+
+@pytest.mark.parametrize("block", blocks(README.read_text()))
+def test_readme(block, elsewhere):
+    exec(compile(block, README, "exec"), {"__name__": "__main__"})
+
+
+def test_the_readme_has_its_example():
+    lengths = [len(block.splitlines()) for block in blocks(README.read_text())]
+    assert any(5 <= length <= 15 for length in lengths), lengths
+
+
+def public():
+    """(name, object) of all that a user reads help about: public names, and the methods and properties of classes."""
+    for name in sf.__all__:
+        item = getattr(sf, name)
+        yield name, item
+        if inspect.isclass(item) and item.__module__.startswith("surflux.") and not issubclass(item, Exception):
+            for member, value in vars(item).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, (property, classmethod))):
+                    yield f"{name}.{member}", value
+
+
+@pytest.mark.parametrize(("name", "item"), list(public()), ids=lambda value: value if isinstance(value, str) else "")
+def test_every_public_name_is_documented(name, item):
+    assert inspect.getdoc(item), name

@@ -1,0 +1,89 @@
+"""The public names and their arguments, which scripts outside this repository rely on."""
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import surflux as sf
+
+# Callable by its path in surflux -> what it must at least take, in this order, with these defaults.
+SIGNATURES = {
+    "Surfels": "(points, normals=None, *, radii=None, areas=None, reflectance=0.5, emission=0.0, viewpoint=None)",
+    "Surfels.from_mesh": "(mesh, patch_area=None, reflectance=0.5, emission=0.0)",
+    "Surfels.sample_mesh": "(mesh, n, seed=0, reflectance=0.5, emission=0.0)",
+    "Surfels.thinned": "(self, n, seed=0)",
+    "Surfels.save": "(self, path)",
+    "read": "(path, format=None, reflectance=None, emission=0.0, viewpoint=None)",
+    "effective_areas": "(s, *, kappa=3.0, resolution=32, epsilon=0.8, backend='auto', threads=None)",
+    "form_factors": "(scene, visibility=True)",
+    "Scene": "(objects, lights=())",
+    "PointLight": "(position, intensity)",
+    "SpotLight": "(position, direction, intensity, cone=45.0, penumbra=5.0)",
+    "AreaLight": "(corner, edge_u, edge_v, exitance)",
+    "DirectionalLight": "(direction, irradiance)",
+    "Environment": "(image_or_rgb, up=(0.0, 0.0, 1.0))",
+    "load_scene": "(path)",
+    "solve": "(scene, *, tolerance=0.0001, seed=0, progress=False, threads=None)",
+    "Solution.irradiance_at": "(self, points, normals, direct='interpolated')",
+    "Solution.render": "(self, camera, size=(800, 600))",
+    "Solution.save": "(self, path)",
+    "load_solution": "(path)",
+    "Camera": "(eye, target, up=(0.0, 0.0, 1.0), fov=45.0)",
+    "write_image": "(path, image, **layers)",
+    "info": "()",
+}
+MEMBERS = {
+    "Surfels": "points normals radii areas reflectance emission plot to_pyvista",
+    "Scene": "surfels",
+    "Solution": "surfels radiosity irradiance direct parents error timings history plot",
+    "FileError": "args",
+    "Cancelled": "args",
+}
+
+
+def resolve(path):
+    item = sf
+    for name in path.split("."):
+        item = getattr(item, name)
+    return item
+
+
+@pytest.mark.parametrize("path", SIGNATURES)
+def test_signature(path):
+    scope = {}
+    exec(f"def wanted{SIGNATURES[path]}: pass", scope)
+    wanted = inspect.signature(scope["wanted"]).parameters
+    got = inspect.signature(resolve(path)).parameters
+    positional = [p.name for p in got.values() if p.kind == p.POSITIONAL_OR_KEYWORD]
+    assert positional[: len(wanted)] == [p.name for p in wanted.values() if p.kind == p.POSITIONAL_OR_KEYWORD]
+    for name, parameter in wanted.items():
+        assert got[name].kind == parameter.kind, name
+        assert got[name].default == parameter.default, name
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_members(name):
+    assert name in sf.__all__
+    # Fields of a dataclass without a default are not attributes of the class.
+    members = {*dir(resolve(name)), *getattr(resolve(name), "__dataclass_fields__", ())}
+    assert set(MEMBERS[name].split()) <= members
+
+
+def test_all_names_are_there():
+    assert {path for path in SIGNATURES if "." not in path} <= {*sf.__all__}
+    assert all(hasattr(sf, name) for name in sf.__all__)
+    assert {*sf.__all__} <= {*dir(sf)}
+
+
+def test_an_unknown_name_is_refused():
+    with pytest.raises(AttributeError, match=r"surflux.*no attribute 'raytrace'"):
+        _ = sf.raytrace
+
+
+def test_importing_surflux_is_light():
+    """pyvista takes a second to import: only what draws or reads meshes pays for it."""
+    heavy = "{'pyvista', 'vtkmodules', 'matplotlib', 'trimesh', 'tqdm'} & {*sys.modules}"
+    code = f"import sys, surflux; surflux.Surfels, surflux.solve, surflux.load_scene; print({heavy})"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "set()\n"
