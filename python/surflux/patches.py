@@ -261,10 +261,11 @@ def _assemble(pieces):
     for face, corners in pieces:
         k = corners.shape[1]
         fan = np.stack([corners[:, :1].repeat(k - 2, axis=1), corners[:, 1:-1], corners[:, 2:]], axis=2)
-        vector_area = 0.5 * np.cross(fan[:, :, 1] - fan[:, :, 0], fan[:, :, 2] - fan[:, :, 0])
+        local = fan - corners[:, None, :1]  # a coordinate that all corners share stays what it is
+        vector_area = 0.5 * np.cross(local[:, :, 1], local[:, :, 2])
         area = np.linalg.norm(vector_area, axis=2)
         total = area.sum(axis=1)
-        centroid = (fan.mean(axis=2) * area[:, :, None]).sum(axis=1) / total[:, None]
+        centroid = corners[:, 0] + (local.mean(axis=2) * area[:, :, None]).sum(axis=1) / total[:, None]
         radius = np.linalg.norm(corners - centroid[:, None], axis=2).max(axis=1)
         normal = _unit(vector_area.sum(axis=1))
         patch = np.arange(first, first + len(face))

@@ -234,7 +234,7 @@ def test_pyvista_and_trimesh_and_arrays_agree():
 
 
 def test_patches_far_from_the_origin():
-    vertices = np.array(SQUARE[0], float) + [5e6, 4e5, 100]
+    vertices = np.add(SQUARE[0], [5e6, 4e5, 100])
     s = sf.Surfels.from_mesh((vertices, SPLIT[1]), patch_area=0.01)
     assert len(s) == 400
     assert s.areas.sum() == pytest.approx(4, rel=1e-6)

@@ -144,7 +144,7 @@ def test_files_come_from_the_environment_and_beside_the_scene(tmp_path, monkeypa
 
 
 WRONG = [
-    ("[[object]\n", r"line 1, column 10\): "),
+    ("[[object]\n", r"line 1, column \d+\): "),
     ("x = \n", r"line 1, column 5\): "),
     ('a = "', r"\(.*\): "),
     ("", r"\(object\): wanted at least one \[\[object\]\], got none"),

@@ -63,15 +63,14 @@ def test_sphere(points):
 def test_organic_shapes_have_exact_normals(make, inside):
     s = make(2000, seed=2)
     assert len(s) == 2000
-    # Along the surface the position changes at right angles to the normal: neighbours say so to second order.
+    # A step along a smooth surface is perpendicular to the mean of the normals at its ends, to second order: the RMS
+    # sine is 0.0018 and 0.0026 here, a quarter of that at half the step. Normals off by 0.02 would make it 0.012.
     distance = np.linalg.norm(s.points[:, None] - s.points[None, :], axis=2)
-    i, j = np.nonzero((distance > 0) & (distance < 0.06) & (s.normals @ s.normals.T > 0.9))
-    step = s.points[j] - s.points[i]
-    mean_normal = s.normals[i] + s.normals[j]
+    i, j = np.nonzero((distance > 0) & (distance < 0.12) & (s.normals @ s.normals.T > 0.8))
+    step, mean_normal = s.points[j] - s.points[i], s.normals[i] + s.normals[j]
     lengths = np.linalg.norm(step, axis=1) * np.linalg.norm(mean_normal, axis=1)
-    sine = np.abs((step * mean_normal).sum(axis=1)) / lengths
-    assert len(i) > 500
-    assert sine.max() < 0.01
+    assert len(i) > 1000
+    assert np.sqrt(np.mean(((step * mean_normal).sum(axis=1) / lengths) ** 2)) < 0.004
     if inside is not None:
         assert ((s.points - inside) * s.normals).sum(axis=1).min() > 0
     assert (make(2000, seed=2).points == s.points).all()
