@@ -61,7 +61,6 @@ void bind_image(py::module_& module) {
             return in;
         });
     });
-    module.def("image_version", &image_library_version);
 }
 
 }  // namespace surflux::bindings

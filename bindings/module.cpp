@@ -1,9 +1,28 @@
 #include "convert.h"
 #include "rooms.h"
 
+#include <Eigen/Core>
+
 #include "surflux/core/parallel.h"
+#include "surflux/image/image.h"
+#include "surflux/neighbors/point_index.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux::bindings {
+
+namespace {
+
+py::dict versions() {
+    py::dict out;
+    out["Embree"] = embree_version();
+    out["FLANN"] = flann_version();
+    out["oneTBB"] = tbb_version();
+    out["Eigen"] = message(EIGEN_WORLD_VERSION, ".", EIGEN_MAJOR_VERSION, ".", EIGEN_MINOR_VERSION);
+    out["OpenImageIO"] = image_library_version();
+    return out;
+}
+
+}  // namespace
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "The compiled core of surflux. Use the package surflux, which checks what it hands in here.";
@@ -14,6 +33,8 @@ PYBIND11_MODULE(_core, module) {
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
     bind_files(module);
+    module.def("versions", &versions);
+
     bind_scene(module);
     bind_neighbors(module);
     bind_area(module);

@@ -68,7 +68,7 @@ py::tuple form_factors(const Scene& scene, bool visibility, int rays, double eps
     Closure closure;
     {
         py::gil_scoped_release release;
-        const Tracer tracer(scene, epsilon);
+        const Tracer tracer(scene);
         ExchangeOptions options;
         options.epsilon = epsilon;
         Exchange exchange =

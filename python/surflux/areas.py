@@ -28,9 +28,9 @@ def effective_areas(
     Args:
         s: Surfels.
         method: "paper", D04 eq. 9 as D03 eq. 9 has it: the area factor enters once.
-        kappa: falloff of a surfel's weight within its disk, exp(-kappa r/R); above 0.
-        resolution: the disk is integrated on a grid of resolution x resolution, 2 to 1024.
-        epsilon: a neighbour counts only where the cosine between the normals is above epsilon; -1 to 1.
+        kappa: falloff of a surfel's weight within its disk, exp(-kappa r/R); above 0, at most 80.
+        resolution: the disk is integrated on a grid of resolution x resolution, 4 to 512.
+        epsilon: a neighbour counts only where the cosine between the normals is above epsilon; between 0 and 1.
         backend: "cpu", or "auto" for the fastest there is.
         threads: at most this many; None for all.
         progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
@@ -45,9 +45,9 @@ def effective_areas(
         raise ValueError(f"s: wanted Surfels, got {type(s).__name__}")
     _check.choice("method", method, METHODS)
     _check.choice("backend", backend, BACKENDS)
-    kappa = _check.number("kappa", kappa, 0.0, low_open=True)
-    resolution = _check.count("resolution", resolution, 2, 1024)
-    epsilon = _check.number("epsilon", epsilon, -1.0, 1.0)
+    kappa = _check.number("kappa", kappa, 0.0, 80.0, low_open=True)
+    resolution = _check.count("resolution", resolution, 4, 512)
+    epsilon = _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True)
 
     exact, patches = exact_areas(s)
     if patches.all():
@@ -55,8 +55,6 @@ def effective_areas(
     with thread_limit(threads), progress_callback(progress, "areas") as callback:
         areas = _core.effective_areas(
             s._core,
-            object_ids=None,
-            method=method,
             kappa=kappa,
             resolution=resolution,
             epsilon=epsilon,

@@ -19,7 +19,8 @@ namespace {
 constexpr std::size_t tile = 32;
 constexpr int warm_up_rounds = 6, newton_applications = 60;
 constexpr double newton_tolerance = 1e-3, newton_limit = 1.0;
-constexpr int near_rays = 16, mid_rays = 4, far_rays = 1;
+constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not the two surfels
+constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 
 // Surfels along a Morton curve: rays of a tile then start and end close together, which Embree rewards.
 std::vector<std::uint32_t> morton_order(const Surfels& s) {
@@ -58,12 +59,33 @@ void require_memory(std::size_t n, double limit) {
             " surfels fit (Surfels.thinned gives fewer)");
 }
 
+// The same for a surfel j that fills much of the sky of a smaller one, i: in contact almost all of the exchange passes
+// where the two are closest, which points spread over both would miss. Rays leave i as its light does.
+double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
+                                   std::uint64_t seed, std::size_t& rays) {
+    const Frame frame = frame_around(pairs.normal(i));
+    EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
+    int all = 0, free = 0;
+    for (int k = 0; k < hemisphere_rays; ++k) {
+        const double* u = even.next();
+        const Vec3 from = pairs.ray_point(i, PairExchange::Range::near, u[0], u[1]);
+        Vec3 to;
+        if (!pairs.meets(j, from, frame.to_world(square_to_cosine_hemisphere(u[2], u[3])), to)) continue;
+        ++all;
+        free += tracer.visible(i, from, j, to);
+    }
+    rays += static_cast<std::size_t>(all);
+    return all > 0 ? static_cast<double>(free) / all : 0.0;
+}
+
 // Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or near;
 // each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
-                     PairExchange::Range range, bool extended, std::uint64_t seed, std::size_t& rays) {
+                     PairExchange::Range range, double factor, bool extended, std::uint64_t seed, std::size_t& rays) {
     using Range = PairExchange::Range;
     if (range == Range::same_surface) return 1.0;
+    if (range == Range::near && pairs.extent(j) < pairs.extent(i)) std::swap(i, j);
+    if (range == Range::near && factor > large_factor) return visible_share_of_hemisphere(tracer, pairs, i, j, seed, rays);
     const int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     double all = 0.0, free = 0.0;
@@ -108,7 +130,8 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
                 if (pair.exchange <= 0.0) continue;
                 double g = pair.exchange;
                 if (tracer)
-                    g *= visible_share(*tracer, pairs, i, j, pair.range, is_patch(i) || is_patch(j), seed, tile_rays);
+                    g *= visible_share(*tracer, pairs, i, j, pair.range, g / std::min(s.areas[i], s.areas[j]),
+                                       is_patch(i) || is_patch(j), seed, tile_rays);
                 if (g <= 0.0) continue;
                 ++tile_links;
                 out.g[i * n + j] = out.g[j * n + i] = static_cast<float>(g);

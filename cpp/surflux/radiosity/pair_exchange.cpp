@@ -190,6 +190,20 @@ double PairExchange::self(std::uint32_t i, const std::vector<std::uint32_t>& ove
     return counted == 0 ? 0.0 : std::min(s.areas[i] * s.areas[i] * sum / counted, 0.5 * s.areas[i]);
 }
 
+bool PairExchange::meets(std::uint32_t j, const Vec3& from, const Vec3& direction, Vec3& at) const {
+    const Vec3& n = scene_.surfels.normals[j];
+    const double approach = -dot(direction, n);
+    const double height = dot(from - scene_.surfels.positions[j], n);
+    if (approach <= 0.0 || height < 0.0) return false;
+    at = from + (height / approach) * direction;
+    if (!points_.is_patch(j)) return length_squared(at - scene_.surfels.positions[j]) <= extent_[j] * extent_[j];
+    for (const Triangle* t = points_.triangles_begin(j); t != points_.triangles_end(j); ++t)
+        if (dot(cross(t->b - t->a, at - t->a), n) >= 0.0 && dot(cross(t->c - t->b, at - t->b), n) >= 0.0 &&
+            dot(cross(t->a - t->c, at - t->c), n) >= 0.0)
+            return true;
+    return false;
+}
+
 Vec3 PairExchange::ray_point(std::uint32_t i, Range range, double s, double t) const {
     if (points_.is_patch(i) || range != Range::near) return points_.at(i, s, t);
     const Frame frame = frame_around(scene_.surfels.normals[i]);

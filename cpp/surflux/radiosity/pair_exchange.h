@@ -33,6 +33,12 @@ public:
     // cos cos / (pi r^2) between a point of each.
     double kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const;
 
+    // Where a ray from in front of surfel j meets its patch, or the disk of its area.
+    bool meets(std::uint32_t j, const Vec3& from, const Vec3& direction, Vec3& at) const;
+
+    const Vec3& normal(std::uint32_t i) const { return scene_.surfels.normals[i]; }
+    double extent(std::uint32_t i) const { return extent_[i]; }
+
     // A point of the surfel for a visibility ray of a pair at that range.
     Vec3 ray_point(std::uint32_t i, Range range, double s, double t) const;
 

@@ -126,7 +126,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
 
     Solution out;
     Stopwatch watch(out.timings);
-    const Tracer tracer(scene, options.exchange.epsilon);
+    const Tracer tracer(scene);
     watch.lap("trace");
     Hemispheres hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, stage("hemispheres"));
     watch.lap("hemispheres");

@@ -14,6 +14,10 @@ namespace {
 constexpr std::uint32_t no_surfel = Hit::none;
 constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 
+// Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
+// Only what is crossed on the harmless side is ignored, so this may be generous; it excludes the far face of a thin wall.
+constexpr float steepest_ridge = 0.0f;
+
 void throw_on_error(void*, RTCError code, const char* text) {
     throw DeviceError(message("Embree: ", text ? text : "unknown error", " (code ", static_cast<int>(code), ")"));
 }
@@ -73,7 +77,6 @@ struct Tracer::Impl {
     std::vector<std::uint32_t> disk_surfel;     // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel; // Embree's triangle -> surfel
     Vec3 origin;
-    float epsilon = 0.8f;
     Device device;
     EmbreeScene scene;
 
@@ -103,7 +106,7 @@ struct Tracer::Impl {
         if (squared >= reach * reach) return false;
         // Either side of a two-sided sheet may be the one that Embree reports.
         if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
-        return cosine > epsilon && (leaving ? along > 0.0f : along < 0.0f);
+        return cosine > steepest_ridge && (leaving ? along > 0.0f : along < 0.0f);
     }
 
     bool ignores(std::uint32_t end, std::uint32_t k, bool is_disk, const float (&direction)[3], bool leaving) const {
@@ -199,13 +202,12 @@ struct Tracer::Impl {
     }
 };
 
-Tracer::Tracer(const Scene& scene, double epsilon) : impl_(std::make_unique<Impl>()) {
+Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     const Surfels& s = scene.surfels;
     const std::vector<std::uint32_t> twin = find_twins(scene);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     const Box box = bounds_of(s);
     impl_->origin = box.center();
-    impl_->epsilon = static_cast<float>(epsilon);
     impl_->disks.resize(s.size());
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         Disk& d = impl_->disks[i];

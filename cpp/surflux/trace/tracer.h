@@ -18,13 +18,13 @@ struct Hit {
 
 // Visibility among the surfels of a scene: disks, and the triangles of those that have some, block from both sides.
 // The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and those disks k of the
-// same surface (same object, n_i . n_k > epsilon, close enough to overlap) that it crosses from behind: they stand off a
-// convex surface that they are tangent to. Arriving, the same seen backwards. By index and side, not by distance: what
+// same object, close enough to overlap, that it crosses from behind: they stand off a convex surface or ridge that they
+// are tangent to. Arriving, the same seen backwards. By index and side, not by distance: what
 // touches i but faces elsewhere, or rises in front of it, blocks.
 // Queries are const and may run on many threads at once.
 class Tracer {
 public:
-    explicit Tracer(const Scene& scene, double epsilon = 0.8);
+    explicit Tracer(const Scene& scene);
     ~Tracer();
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;

@@ -1,0 +1,139 @@
+"""A pinhole camera for pictures of surfels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surflux._check import finite_array, number, vector3
+
+
+class Camera:
+    """A pinhole camera.
+
+    Row 0 of its images is on top, columns go to the right; depth is measured along the view axis, not along the ray.
+
+    Parameters
+    ----------
+    eye, target : (3,) array_like
+        Where the camera is, and a point in the middle of its picture.
+    up : (3,) array_like
+        A direction that is vertical in the picture; not parallel to the view.
+    fov : float
+        Vertical field of view, full angle in degrees, between 0 and 180.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument: a wrong shape, a value that is not finite, target at the eye, up along the view.
+    """
+
+    __slots__ = ("_eye", "_fov", "_target", "_up")
+
+    def __init__(self, eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), fov: float = 45.0):
+        self._eye = vector3("eye", eye)
+        self._target = vector3("target", target)
+        self._up = vector3("up", up)
+        self._fov = number("fov", fov, 0.0, 180.0)
+        if not 0.0 < self._fov < 180.0:
+            raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")
+        view = self._target - self._eye
+        distance = np.linalg.norm(view)
+        if distance == 0.0:
+            raise ValueError("target: wanted a point other than the eye")
+        size = np.linalg.norm(self._up)
+        if size == 0.0:
+            raise ValueError("up: wanted a direction, got zero")
+        if np.linalg.norm(np.cross(view / distance, self._up / size)) <= 1e-6:
+            raise ValueError("up: wanted a direction not parallel to the view")
+
+    eye = property(lambda self: self._eye.copy(), doc="(3,) float64.")
+    target = property(lambda self: self._target.copy(), doc="(3,) float64.")
+    up = property(lambda self: self._up.copy(), doc="(3,) float64.")
+    fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
+
+    @classmethod
+    def fit(
+        cls,
+        points: ArrayLike,
+        direction: ArrayLike = (-0.6, 1.0, -0.45),
+        up: ArrayLike = (0, 0, 1),
+        fov: float = 45.0,
+        aspect: float = 4.0 / 3.0,
+    ) -> Camera:
+        """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
+
+        Parameters
+        ----------
+        points : (n, 3) array_like
+            For bounds, give their corners.
+        direction : (3,) array_like
+            From the camera towards the points.
+        up, fov
+            As of the camera.
+        aspect : float
+            Width of the picture over its height.
+
+        Raises
+        ------
+        ValueError
+            Naming the argument.
+        """
+        points = finite_array("points", points, (None, 3))
+        if len(points) == 0:
+            raise ValueError("points: wanted at least one")
+        direction = vector3("direction", direction)
+        size = np.linalg.norm(direction)
+        if size == 0.0:
+            raise ValueError("direction: wanted a direction, got zero")
+        aspect = number("aspect", aspect, 1e-3, 1e3)
+        center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        forward = direction / size
+        right, down, forward = cls(center - forward, center, up, fov)._axes()  # checks up and fov
+        p = points - center
+        tan_y = np.tan(np.radians(fov) / 2.0) / 1.05  # the margin
+        # The eye at center - distance * forward sees p where |p . axis| <= tan (p . forward + distance).
+        distance = max(
+            (np.abs(p @ right) / (tan_y * aspect) - p @ forward).max(), (np.abs(p @ down) / tan_y - p @ forward).max()
+        )
+        extent = np.linalg.norm(p, axis=1).max()
+        return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov)
+
+    def project(self, points: ArrayLike, size: Sequence[int]) -> np.ndarray:
+        """Where points appear in a picture of `size` (width, height): (n, 3) of column, row, depth.
+
+        Pixel (0, 0) covers columns and rows 0 to 1. Depth is negative behind the camera, where columns and rows mean
+        nothing.
+        """
+        points = finite_array("points", points, (None, 3))
+        width, height = size
+        right, down, forward = self._axes()
+        p = points - self._eye
+        depth = p @ forward
+        scale = 0.5 * height / np.tan(np.radians(self._fov) / 2.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            column, row = (0.5 * n + scale * (p @ axis) / depth for n, axis in ((width, right), (height, down)))
+        return np.stack([column, row, depth], axis=1)
+
+    def _axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        forward = self._target - self._eye
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, self._up)
+        right /= np.linalg.norm(right)
+        return right, np.cross(forward, right), forward
+
+    def to_dict(self) -> dict:
+        """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
+        return {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Camera) and self.to_dict() == other.to_dict()
+
+    def __hash__(self) -> int:
+        return hash((*self._eye, *self._target, *self._up, self._fov))
+
+    def __repr__(self) -> str:
+        eye, target, up, fov = (v for v in self.to_dict().values())
+        return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"

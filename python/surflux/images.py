@@ -1,0 +1,134 @@
+"""Pictures in and out: EXR, HDR and PNG, linear radiance everywhere but in PNG files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surflux import _core
+from surflux._check import number
+
+
+def write_image(
+    path: str | os.PathLike, image: ArrayLike, *, exposure: float | None = None, **layers: ArrayLike
+) -> None:
+    """Writes a picture; the suffix of `path` says how.
+
+    - ``.exr``: linear 32-bit floats R G B, and the layers: ``indirect=(h, w, 3)`` becomes indirect.R, .G and .B, an
+      (h, w) layer one channel of its name, ``depth=(h, w)`` the channel Z. Infinity stays infinity.
+    - ``.hdr``: linear R G B with shared exponents (Radiance).
+    - ``.png``: 8 bit sRGB of the tone-mapped picture (see `tone_map`).
+
+    The file appears whole or not at all.
+
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        Linear radiance, row 0 on top.
+    exposure : float, optional
+        For .png alone: the factor on radiance; chosen from the picture where not given.
+
+    Raises
+    ------
+    ValueError
+        Naming the argument: a wrong shape, layers for a format that has none, an exposure for one that needs none.
+    FileError
+        With the path and the reason: an unknown suffix, a folder that does not exist or takes no file.
+    """
+    path = Path(path)
+    image = _picture("image", image)
+    if image.shape[2:] != (3,):
+        raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
+    suffix = path.suffix.lower()
+    if layers and suffix in (".hdr", ".png"):
+        raise ValueError(f"{next(iter(layers))}: a {suffix} file has no layers; .exr has")
+    if exposure is not None and suffix in (".exr", ".hdr"):
+        raise ValueError(f"exposure: a {suffix} file holds radiance itself; only .png takes an exposure")
+    if suffix == ".png":
+        image = _core.tone_map(image, _exposure(exposure), True)
+    names, channels = ["R", "G", "B"], [image]
+    for name, values in layers.items():
+        values = _picture(name, values)
+        if values.shape[:2] != image.shape[:2] or values.shape[2:] not in ((), (1,), (3,)):
+            wanted = f"({image.shape[0]}, {image.shape[1]}) or ({image.shape[0]}, {image.shape[1]}, 3)"
+            raise ValueError(f"{name}: wanted the image's shape {wanted}, got {values.shape}")
+        three = values.shape[2:] == (3,)
+        names += [f"{name}.{c}" for c in "RGB"] if three else ["Z" if name == "depth" else name]
+        channels.append(values if three else values.reshape(*values.shape[:2], 1))
+    _core.write_image(str(path), names, np.concatenate(channels, axis=2))
+
+
+def read_image(path: str | os.PathLike, layer: str | None = None) -> np.ndarray:
+    """Reads a picture from .exr, .hdr or .png (sRGB made linear).
+
+    Parameters
+    ----------
+    layer : str, optional
+        A layer of an .exr file, by the name that `write_image` took; the picture itself where not given.
+
+    Returns
+    -------
+    (h, w, 3) float32
+        Linear R G B, row 0 on top; a grey picture has its value three times. (h, w) for a layer of one channel.
+
+    Raises
+    ------
+    FileError
+        With the path and the reason: no such file, an unknown suffix, broken content, no such layer.
+    """
+    names, pixels = _core.read_image(str(path))
+    single = {None: "Y", "depth": "Z"}.get(layer, layer)
+    triple = [c if layer is None else f"{layer}.{c}" for c in "RGB"]
+    if all(name in names for name in triple):
+        return np.ascontiguousarray(pixels[:, :, [names.index(name) for name in triple]])
+    if single in names:
+        channel = pixels[:, :, names.index(single)]
+        return np.repeat(channel[:, :, None], 3, axis=2) if layer is None else np.ascontiguousarray(channel)
+    wanted = "R G B or Y" if layer is None else f"a layer '{layer}'"
+    raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
+
+
+def tone_map(image: ArrayLike, *, exposure: float | None = None, filmic: bool = True) -> np.ndarray:
+    """Linear radiance -> what a display shows: exposure, a shoulder that bends highlights towards 1, the sRGB curve.
+
+    Parameters
+    ----------
+    image : (h, w, 3) array_like
+        NaN and negative values come out 0, infinity 1.
+    exposure : float, optional
+        The factor on radiance. Where not given, the one that brings the log-average luminance to 0.22, taken without
+        black, without one and the same value in more than 1 % of the pixels (background, lamps), and without the
+        darkest and brightest 2 % of the rest.
+    filmic : bool
+        False cuts off at 1 instead.
+
+    Returns
+    -------
+    (h, w, 3) float32 in 0 to 1
+    """
+    image = _picture("image", image)
+    if image.shape[2:] != (3,):
+        raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
+    return _core.srgb_encode(_core.tone_map(image, _exposure(exposure), bool(filmic)))
+
+
+def _picture(name: str, values: ArrayLike) -> np.ndarray:
+    try:
+        values = np.asarray(values, dtype=np.float32)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: wanted an array of numbers") from None
+    if values.ndim not in (2, 3) or values.size == 0:
+        raise ValueError(f"{name}: wanted shape (h, w) or (h, w, 3) with at least one pixel, got {values.shape}")
+    return values
+
+
+def _exposure(value: float | None) -> float | None:
+    if value is None:
+        return None
+    value = number("exposure", value, 0.0, np.inf)
+    if value == 0.0:
+        raise ValueError("exposure: wanted a positive number, got 0")
+    return value
