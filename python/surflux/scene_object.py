@@ -40,6 +40,7 @@ def make_object(table):
     thin = table.get("thin")
     if thin is not None:
         surfels = table.call(surfels.thinned, table.call(_check.count, "thin", thin, 2), seed)
+        side = None  # points no longer know their face
     surfels = _painted(table, surfels, shape, side)
     two_sided = table.call(_check.flag, "two_sided", table.get("two_sided", False))
     table.no_more_keys()
@@ -120,7 +121,7 @@ def _painted(table, s, shape, side):
             color = walls.get(name)
             if color is not None:
                 if side is None:
-                    raise walls.error(name, 'wanted kind = "mesh" for sides of different colours')
+                    raise walls.error(name, 'wanted kind = "mesh", not thinned, for sides of different colours')
                 rho[side == number] = walls.call(_check.rgb, name, color, high=1.0, high_open=True)
         if walls:
             walls.no_more_keys()

@@ -170,6 +170,10 @@ WRONG = [
         '[[object]]\nshape = "room"\nkind = "surfels"\npoints = 50\nwalls = {left = 0.5}',
         r'\(object 1, walls, left\): wanted kind = "mesh"',
     ),
+    (
+        '[[object]]\nshape = "room"\npatches = 9\nthin = 50\nwalls = {left = 0.5}',
+        r'walls, left\): wanted kind = "mesh", not',
+    ),
     ('[[object]]\nshape = "room"\nsize = -1', r"\(object 1, size\): wanted values above 0, got -1"),
     ('[[object]]\nshape = "room"\nsize = "big"', r"\(object 1, size\): wanted real numbers, got text"),
     (FLOOR + "patch_area = 0", r"\(object 1, patch_area\): wanted values above 0"),
