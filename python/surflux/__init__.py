@@ -7,10 +7,12 @@
 
 from importlib import import_module
 
-from surflux._core import Cancelled, DeviceError, FileError
+from surflux._core import Cancelled as Cancelled
+from surflux._core import DeviceError as DeviceError
+from surflux._core import FileError as FileError
 
 # Named here, not below: the module surflux.info would otherwise hide the function of the same name.
-from surflux.info import info
+from surflux.info import info as info
 
 # Where each public name lives. Modules are loaded when they are first asked for: the viewer brings pyvista along.
 _HOME = {

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import os
 import sys
 import warnings
@@ -22,9 +23,12 @@ def main(arguments=None):
         options = argparse.Namespace(run=_bench, arguments=arguments[1:])
     else:
         options = _parser().parse_args(arguments)
-    warnings.showwarning = lambda message, *_, **__: print(f"surflux: warning: {message}", file=sys.stderr)
     try:
-        return options.run(options) or 0
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+            status = options.run(options) or 0
+        sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
+        return status
     except BrokenPipeError:
         # Whoever read our output has gone; nothing is left to say, not even at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -137,12 +141,11 @@ def _solve(options):
     output = _solve_output(options)
     solution.save(output)
     _write_images(solution, camera, options.size, images)
-    exitance = np.asarray(solution.radiosity)
     result = {
         "input": options.input,
         "surfels": len(solution.surfels),
         "area": float(solution.surfels.areas.sum()),
-        "mean_radiosity": [float(v) for v in np.average(exitance, axis=0, weights=solution.surfels.areas)],
+        "mean_radiosity": [float(v) for v in np.average(solution.radiosity, axis=0, weights=solution.surfels.areas)],
         "timings": solution.timings,
         "history": solution.history,
         "error": solution.error,
@@ -168,7 +171,10 @@ def _scene_to_solve(options):
     if _is_scene(options.input):
         if options.thin is not None:
             raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
-        return sf.load_scene(options.input)
+        scene = sf.load_scene(options.input)
+        if not scene.lights and not scene.surfels.emission.any():
+            _say("nothing in this scene gives light: it has no [[light]] and no emission")
+        return scene
     cloud = sf.read(options.input)
     limit = CLOUD_LIMIT if options.thin is None else options.thin
     if len(cloud) > limit:
@@ -199,9 +205,8 @@ def _area(options):
     }
     if options.json:
         return _print_json(result)
-    print(
-        f"{len(cloud)} surfels, area {result['area']:.6g}, from {result['smallest']:.3g} to {result['largest']:.3g} each"
-    )
+    print(f"{len(cloud)} surfels, area {result['area']:.6g}")
+    print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
     if options.output:
         print(f"surfels with areas: {options.output}")
     return 0
@@ -211,7 +216,7 @@ def _render(options):
     images = options.image or [_default_image(Path(options.input))]
     _check_images(images)
     solution = sf.load_solution(options.input)
-    _write_images(solution, _camera(options, solution.surfels), options.size, images)
+    _write_images(solution, _camera(options, solution.surfels, solution.camera), options.size, images)
     if options.json:
         return _print_json({"input": options.input, "images": [str(image) for image in images]})
     print("\n".join(f"picture: {image}" for image in images))
@@ -231,18 +236,20 @@ def _check_images(images):
 
 
 def _write_images(solution, camera, size, images):
-    picture = solution.render(camera, size=size)
+    """Each picture in the format of its name; only EXR has room for what the light is made of."""
+    layers = solution.render(camera, size=size, layers=True)
     for image in images:
-        sf.write_image(image, picture)
+        more = {name: layers[name] for name in ("direct", "indirect", "depth")}
+        sf.write_image(image, layers["radiance"], **(more if Path(image).suffix.lower() == ".exr" else {}))
 
 
-def _camera(options, surfels, default=None):
+def _camera(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
     if default is None:
-        low, high = surfels.points.min(axis=0), surfels.points.max(axis=0)
-        target = 0.5 * (low + high)
-        distance = max(float(np.linalg.norm(high - low)), 1e-6)
-        default = sf.Camera(target + distance * np.array([0.5, -1.1, 0.45]), target)
+        width, height = options.size
+        reach = surfels.radii[:, None]
+        extremes = np.concatenate([surfels.points - reach, surfels.points + reach])
+        default = sf.Camera.fit(extremes, aspect=width / height)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
 
@@ -257,7 +264,8 @@ def _view(options):
     else:
         try:
             solution = sf.load_solution(options.input)
-            surfels, values = solution.surfels, {"radiosity": solution.radiosity, "irradiance": solution.irradiance}
+            surfels, camera = solution.surfels, solution.camera
+            values = {name: getattr(solution, name) for name in ("radiosity", "irradiance", "direct")}
         except (sf.FileError, ValueError):
             surfels = sf.read(options.input)  # not solved, or not readable: then this says why
     if camera is not None or any(v is not None for v in (options.eye, options.target, options.up, options.fov)):
@@ -284,15 +292,21 @@ def _info(options):
 
 
 def _print_json(result):
-    def plain(value):
-        if isinstance(value, np.ndarray):
-            return value.tolist()
-        if isinstance(value, np.generic):
-            return value.item()
-        return str(value)
-
-    print(json.dumps(result, indent=2, default=plain))
+    print(json.dumps(_plain(result), indent=2, allow_nan=False))
     return 0
+
+
+def _plain(value):
+    """value in the types that JSON has, which do not include NaN."""
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
 if __name__ == "__main__":

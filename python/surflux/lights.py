@@ -92,9 +92,8 @@ class AreaLight:
         u, v = _check.vector3("edge_u", self.edge_u), _check.vector3("edge_v", self.edge_v)
         cosine = _check.direction("edge_u", u) @ _check.direction("edge_v", v)
         if abs(cosine) > 1e-6:
-            raise ValueError(
-                f"edge_v: wanted a vector perpendicular to edge_u, got one at {np.degrees(np.arccos(cosine)):.4g} degrees"
-            )
+            angle = np.degrees(np.arccos(cosine))
+            raise ValueError(f"edge_v: wanted a vector perpendicular to edge_u, got one at {angle:.4g} degrees")
         _set(
             self,
             corner=_check.vector3("corner", self.corner),

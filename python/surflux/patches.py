@@ -39,7 +39,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
-        warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=3)
+        warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=4)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
     if not any(len(face) for face, _ in rings):
         raise ValueError("mesh: wanted faces with an area, got none")
@@ -261,10 +261,11 @@ def _assemble(pieces):
     for face, corners in pieces:
         k = corners.shape[1]
         fan = np.stack([corners[:, :1].repeat(k - 2, axis=1), corners[:, 1:-1], corners[:, 2:]], axis=2)
-        vector_area = 0.5 * np.cross(fan[:, :, 1] - fan[:, :, 0], fan[:, :, 2] - fan[:, :, 0])
+        local = fan - corners[:, None, :1]  # a coordinate that all corners share stays what it is
+        vector_area = 0.5 * np.cross(local[:, :, 1], local[:, :, 2])
         area = np.linalg.norm(vector_area, axis=2)
         total = area.sum(axis=1)
-        centroid = (fan.mean(axis=2) * area[:, :, None]).sum(axis=1) / total[:, None]
+        centroid = corners[:, 0] + (local.mean(axis=2) * area[:, :, None]).sum(axis=1) / total[:, None]
         radius = np.linalg.norm(corners - centroid[:, None], axis=2).max(axis=1)
         normal = _unit(vector_area.sum(axis=1))
         patch = np.arange(first, first + len(face))

@@ -40,6 +40,7 @@ def make_object(table):
     thin = table.get("thin")
     if thin is not None:
         surfels = table.call(surfels.thinned, table.call(_check.count, "thin", thin, 2), seed)
+        side = None  # points no longer know their face
     surfels = _painted(table, surfels, shape, side)
     two_sided = table.call(_check.flag, "two_sided", table.get("two_sided", False))
     table.no_more_keys()
@@ -120,15 +121,12 @@ def _painted(table, s, shape, side):
             color = walls.get(name)
             if color is not None:
                 if side is None:
-                    raise walls.error(name, 'wanted kind = "mesh" for sides of different colours')
+                    raise walls.error(name, 'wanted kind = "mesh", not thinned, for sides of different colours')
                 rho[side == number] = walls.call(_check.rgb, name, color, high=1.0, high_open=True)
         if walls:
             walls.no_more_keys()
     emission = table.get("emission")
-    if emission is None:
-        glow = s.emission
-    else:
-        glow = np.tile(table.call(_check.rgb, "emission", emission), (len(s), 1))
+    glow = s.emission if emission is None else np.tile(table.call(_check.rgb, "emission", emission), (len(s), 1))
     return Surfels._from_core(
         _core.Surfels(s.points, s.normals, s.radii, s.areas, rho, glow, s.triangles, s.triangle_surfel)
     )

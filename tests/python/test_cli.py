@@ -1,0 +1,321 @@
+"""The command line: what it writes, says and returns."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import _core, cli, shapes
+
+ROOT = Path(__file__).parents[2]
+ROOM = """
+[[object]]
+shape = "room"
+patches = 6
+reflectance = 0.5
+[[light]]
+type = "point"
+position = [0.5, 0.5, 0.6]
+intensity = 1.0
+[camera]
+eye = [0.5, -1.4, 0.5]
+target = [0.5, 0.5, 0.5]
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder to work in, without a display."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    Path("room.toml").write_text(ROOM)
+    return tmp_path
+
+
+@pytest.fixture
+def ball(here):
+    """A cloud: 162 points on a sphere of radius 2."""
+    s = shapes.sphere(162, 2.0)
+    s.save("ball.ply")
+    return s
+
+
+@pytest.fixture
+def run(capfd):
+    def call(*arguments):
+        status = cli.main([str(a) for a in arguments])
+        return status, *capfd.readouterr()
+
+    return call
+
+
+def pixels(path):
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def test_solve_writes_surfels_and_a_picture_beside_them(here, run):
+    status, out, err = run("solve", "room.toml", "--size", "120x90")
+    assert status == 0
+    assert "216 surfels, area 6," in out
+    assert out.endswith("solved surfels: room_solved.ply\npicture: room_solved.png\n")
+    assert "surflux: error" not in err
+    image = pixels("room_solved.png")
+    assert image.shape == (90, 120, 3)
+    assert image[45, 60].min() > 50  # the back wall is lit
+    assert len(sf.load_solution("room_solved.ply").surfels) == 216
+
+
+def test_solve_for_programs(here, run):
+    status, out, _ = run(
+        "solve", "room.toml", "--json", "-o", "a.ply", "--image", "a.exr", "--image", "b.png", "--size", "40x30"
+    )
+    assert status == 0
+    result = json.loads(out)  # and nothing else
+    assert result["output"] == "a.ply"
+    assert result["images"] == ["a.exr", "b.png"]
+    assert result["area"] == pytest.approx(6)
+    # All light ends in the walls: area times mean (1 - rho) / rho B is the lamp's power, 4 pi, in each channel.
+    assert np.array(result["mean_radiosity"]) * 6 == pytest.approx(np.full(3, 4 * np.pi), rel=0.03)
+    assert all(seconds >= 0 for seconds in result["timings"].values())
+    assert sf.read_image("a.exr").shape == (30, 40, 3)
+    direct, indirect = sf.read_image("a.exr", "direct"), sf.read_image("a.exr", "indirect")
+    assert direct + indirect == pytest.approx(sf.read_image("a.exr"), rel=1e-4, abs=1e-6)
+    assert pixels("b.png").shape == (30, 40, 3)
+
+
+def test_options_reach_the_solver(here, run, monkeypatch):
+    given = {}
+
+    def solve(scene, **options):
+        given.update(options)
+        raise ValueError("enough: seen")
+
+    monkeypatch.setattr(sf, "solve", solve)
+    Path("room.toml").write_text(ROOM + "[solve]\ntolerance = 0.01\nseed = 5\n")
+    assert run("solve", "room.toml", "--seed", 7, "--threads", 1)[0] == 2
+    assert given == {"tolerance": 0.01, "seed": 7, "threads": 1, "progress": True}
+
+
+def test_a_cloud_is_solved_under_a_plain_sky_and_this_is_said(ball, run):
+    status, out, err = run("solve", "ball.ply", "--json", "--size", "60x45")
+    assert status == 0
+    assert "surflux: a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides\n" in err
+    # A convex cloud sees the whole sky: H = pi L, and B = rho H with rho = 0.5.
+    assert json.loads(out)["mean_radiosity"] == pytest.approx([np.pi / 2] * 3, rel=0.01)
+    image = pixels("ball_solved.png")
+    assert image[22, 30].min() > 100
+    assert image[0, 0].max() < image[22, 30].min()
+
+
+def test_large_clouds_are_thinned_and_this_is_said(ball, run, monkeypatch):
+    status, out, err = run("solve", "ball.ply", "--thin", 60, "--json", "--size", "8x6")
+    assert status == 0
+    assert "surflux: 162 points are thinned to 60, since this solver takes all pairs (--thin sets the number)\n" in err
+    assert json.loads(out)["surfels"] == 60
+    monkeypatch.setattr(cli, "CLOUD_LIMIT", 100)
+    _, out, err = run("solve", "ball.ply", "--json", "--size", "8x6")
+    assert "162 points are thinned to 100" in err
+    assert json.loads(out)["surfels"] == 100
+
+
+def test_a_scene_without_light_says_so(here, run):
+    Path("dark.toml").write_text('[[object]]\nshape = "room"\npatches = 3\n')
+    status, _, err = run("solve", "dark.toml", "--size", "8x6")
+    assert status == 0
+    assert "surflux: nothing in this scene gives light: it has no [[light]] and no emission\n" in err
+
+
+def test_area(ball, run):
+    status, out, _ = run("area", "ball.ply", "--json", "-o", "with.ply")
+    assert status == 0
+    result = json.loads(out)
+    assert result["surfels"] == 162
+    assert result["area"] == pytest.approx(16 * np.pi, rel=0.1)
+    assert sf.read("with.ply").areas.sum() == pytest.approx(result["area"], rel=1e-6)
+    status, out, _ = run("area", "ball.ply")
+    assert status == 0
+    assert out.startswith(f"162 surfels, area {result['area']:.6g}\n")
+
+
+def test_area_of_a_scene_counts_its_patches_exactly(here, run):
+    assert json.loads(run("area", "room.toml", "--json")[1])["area"] == pytest.approx(6)
+
+
+def test_render_looks_from_the_camera_of_the_scene_or_from_elsewhere(here, run):
+    assert run("solve", "room.toml", "-o", "a.ply", "--image", "a.png", "--size", "80x60")[0] == 0
+    status, out, _ = run("render", "a.ply", "--image", "again.png", "--size", "80x60")
+    assert (status, out) == (0, "picture: again.png\n")
+    assert (pixels("again.png") == pixels("a.png")).all()
+    turned = ("--eye", "0.5,0.5,4", "--target", "0.5,0.5,0", "--up", "0,1,0", "--fov", 20)
+    status, out, _ = run("render", "a.ply", "--json", "--size", "80x60", *turned)
+    assert status == 0
+    assert json.loads(out) == {"input": "a.ply", "images": ["a.png"]}
+    assert (pixels("a.png") != pixels("again.png")).any()
+
+
+def test_view_of_scenes_clouds_and_solutions(ball, run):
+    status, out, _ = run("view", "room.toml", "--screenshot", "room.png", "--size", "100x80", "--color", "normal")
+    assert (status, out) == (0, "picture: room.png\n")
+    assert pixels("room.png")[40, 50].tolist() == pytest.approx([128, 0, 128], abs=2)  # the back wall faces -y
+    assert run("view", "ball.ply", "--screenshot", "ball.png", "--color", "radius")[0] == 0
+    assert run("solve", "ball.ply", "-o", "lit.ply", "--size", "8x6")[0] == 0
+    status, out, err = run("view", "lit.ply", "--size", "100x80")
+    assert (status, out) == (0, "picture: surflux_view.png\n")
+    assert "there is no display, so the picture goes to" in err
+    assert pixels("surflux_view.png")[40, 50].min() > 200  # radiosity, the same everywhere, is white
+    status, _, err = run("view", "ball.ply", "--screenshot", "a.png", "--color", "radiosity")
+    assert status == 2
+    assert "surflux: error: color: wanted one of" in err
+
+
+def test_info(run):
+    status, out, _ = run("info")
+    assert status == 0
+    assert out.startswith("surflux")
+    found = json.loads(run("info", "--json")[1])
+    for key in ("surflux", "python", "numpy", "GL", "instruction set", "threads"):
+        assert f"{key} " in out
+        assert key in found
+    assert found["threads"] >= 1
+
+
+def test_info_tells_why_there_is_no_gl(monkeypatch):
+    def fail():
+        raise _core.DeviceError("no EGL device answers")
+
+    monkeypatch.setattr(_core, "gl_info", fail)
+    assert sf.info()["GL"] == "none (no EGL device answers)"
+
+
+def test_the_version_is_that_of_the_project():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert sf.__version__ == project["version"]
+    assert sf.info()["surflux"] == project["version"]
+
+
+WRONG = [
+    (["solve", "none.toml"], "none.toml: cannot be read: No such file"),
+    (["solve", "none.ply"], "none.ply"),
+    (["solve", "cloud.jpeg"], "cloud.jpeg"),
+    (["solve", "broken.ply"], "broken.ply"),
+    (["solve", "broken.toml"], "broken.toml (object 1, shape): wanted one of"),
+    (["solve", "room.toml", "--thin", "50"], "--thin: is for a cloud"),
+    (["solve", "ball.ply", "--thin", "1"], "n: wanted a whole number from 2"),
+    (["solve", "room.toml", "--tolerance", "-1"], "tolerance: wanted"),
+    (["solve", "room.toml", "--seed", "-1"], "seed: wanted"),
+    (["solve", "room.toml", "--threads", "0"], "threads: wanted a whole number from 1"),
+    (["solve", "room.toml", "--image", "a.jpeg"], "--image: wanted a name ending in .exr, .png or .hdr, got 'a.jpeg'"),
+    (["solve", "room.toml", "--image", "no/a.png"], "no/a.png: cannot be written: there is no folder no"),
+    (["solve", "room.toml", "-o", "no/a.ply", "--image", "a.png", "--size", "8x6"], "no/a.ply"),
+    (["solve", "room.toml", "--fov", "0"], "fov: wanted"),
+    (["solve", "room.toml", "--eye", "0.5,0.5,0.5"], "target: wanted"),
+    (["area", "none.ply"], "none.ply"),
+    (["area", "ball.ply", "--method", "best"], "method: wanted one of"),
+    (["render", "ball.ply"], "ball.ply"),
+    (["render", "none.ply"], "none.ply"),
+    (["view", "none.ply"], "none.ply"),
+    (["view", "ball.ply", "--screenshot", "a.gif"], "screenshot: wanted a name ending in .png or .jpg, got 'a.gif'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG, ids=lambda v: " ".join(v) if isinstance(v, list) else "")
+def test_errors_are_one_line_and_status_2(ball, run, arguments, message):
+    Path("broken.ply").write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nend_header\n1\n")
+    Path("broken.toml").write_text('[[object]]\nshape = "cone"\n')
+    status, out, err = run(*arguments)
+    assert status == 2
+    assert out == ""
+    last = err.rstrip("\n").splitlines()[-1]
+    assert last.startswith("surflux: error: ")
+    assert message in last
+    assert "Traceback" not in err
+    assert not Path("room_solved.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "the following arguments are required: COMMAND"),
+        (["paint"], "invalid choice: 'paint'"),
+        (["solve"], "the following arguments are required: SCENE|CLOUD"),
+        (["solve", "a.toml", "--size", "800"], "wanted WIDTHxHEIGHT, such as 800x600, got '800'"),
+        (["solve", "a.toml", "--eye", "1,2"], "wanted three numbers x,y,z, got '1,2'"),
+        (["solve", "a.toml", "--thin", "many"], "invalid int value: 'many'"),
+    ],
+)
+def test_wrong_usage(capsys, arguments, message):
+    with pytest.raises(SystemExit) as end:
+        cli.main(arguments)
+    assert end.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "message"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (_core.Cancelled("cancelled by the progress callback"), 130, "interrupted"),
+        (_core.DeviceError("no GL"), 1, "no GL"),
+        (MemoryError(), 1, "MemoryError"),
+        (ValueError("rho: on\n  two lines"), 2, "rho: on two lines"),
+    ],
+)
+def test_what_stops_a_run_is_told_in_one_line(here, run, monkeypatch, error, status, message):
+    def solve(scene, **options):
+        raise error
+
+    monkeypatch.setattr(sf, "solve", solve)
+    assert run("solve", "room.toml") == (status, "", f"surflux: error: {message}\n")
+
+
+def start(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "surflux", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_ctrl_c_ends_a_solve_without_a_traceback(here):
+    Path("big.toml").write_text(ROOM.replace("patches = 6", "patches = 40"))
+    process = start("solve", "big.toml")
+    process.stderr.read(1)  # its first progress
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "surflux: error: interrupted" in err
+    assert "Traceback" not in err
+    assert out == ""
+    assert not Path("big_solved.ply").exists()
+
+
+def test_a_reader_that_has_gone_is_no_error(here):
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as closed:
+        done = subprocess.run(
+            [sys.executable, "-m", "surflux", "info"], stdout=closed, stderr=subprocess.PIPE, text=True
+        )
+    assert done.stderr == ""
+    assert done.returncode == 1
+
+
+def test_warnings_are_one_line(here, run, monkeypatch):
+    def read(path):
+        warnings.warn("3 normals are zero", stacklevel=1)
+        return shapes.sphere(42)
+
+    monkeypatch.setattr(sf, "read", read)
+    status, _, err = run("area", "ball.ply", "-o", "a.ply")
+    assert status == 0
+    assert "surflux: warning: 3 normals are zero\n" in err
+    assert "test_cli.py" not in err

@@ -1,0 +1,229 @@
+"""Every argument of the public face refuses what it cannot take, and says its own name."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import viewer
+
+POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+UP = [[0, 0, 1]] * 4
+SQUARE = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+NAN, INF = float("nan"), float("inf")
+
+
+def surfels(points=POINTS, normals=UP, radii=1.0, **options):
+    return sf.Surfels(points, normals, radii=radii, **options)
+
+
+def point(position=(0, 0, 0), intensity=1):
+    return sf.PointLight(position, intensity)
+
+
+def spot(position=(0, 0, 0), direction=(0, 0, 1), intensity=1, **options):
+    return sf.SpotLight(position, direction, intensity, **options)
+
+
+def lamp(corner=(0, 0, 0), edge_u=(1, 0, 0), edge_v=(0, 1, 0), exitance=1):
+    return sf.AreaLight(corner, edge_u, edge_v, exitance)
+
+
+def sun(direction=(0, 0, -1), irradiance=1):
+    return sf.DirectionalLight(direction, irradiance)
+
+
+def mesh(patch_area=None, vertices=SQUARE[0], faces=SQUARE[1], **options):
+    return sf.Surfels.from_mesh((vertices, faces), patch_area, **options)
+
+
+def sample(n=10, **options):
+    return sf.Surfels.sample_mesh(SQUARE, n, **options)
+
+
+def thinned(n=2, seed=0):
+    return surfels().thinned(n, seed)
+
+
+def areas_of(s=None, **options):
+    return sf.effective_areas(surfels() if s is None else s, **options)
+
+
+def set_areas(areas):
+    surfels().areas = areas
+
+
+def picked(selection):
+    return surfels()[selection]
+
+
+def scene(objects=None, lights=(), **options):
+    return sf.Scene([surfels()] if objects is None else objects, lights, **options)
+
+
+def plotted(color="radius", **options):
+    return viewer.plot(surfels(), color=color, **options)
+
+
+# What no array of numbers may be, whatever its name.
+NEVER = [
+    "text",
+    None,
+    object(),
+    {},
+    [[[0.0]]],
+    [1j, 1j, 1j],
+    [True, True, True],
+    [[1, 2], [3]],
+    [NAN, 0, 0],
+    [0, INF, 0],
+]
+VECTORS = [*NEVER, [], [1, 2], [1, 2, 3, 4], 5]
+COLORS = [*NEVER[:1], *NEVER[2:], [], [1, 2], NAN, INF, -1, [-1, 0, 0], True, 1j]
+NUMBERS = ["1", [], [1, 2], {}, True, 1j, NAN, INF]
+COUNTS = ["2", 2.0, 1.5, True, [], [3], NAN, -1, 1]
+RHO = [1.0, 1.5, [0.5, 0.5, 1.0], [0.1, 0.2, 0.3, 1.0]]
+
+REFUSED = [
+    (surfels, "points", [*VECTORS, np.zeros((0, 3)), np.zeros((3, 2)), [[0, 0, NAN]], [["a", "b", "c"]], [[0, 0, 1j]]]),
+    (
+        surfels,
+        "normals",
+        [*NEVER[:1], *NEVER[2:], [[0, 0, 1]] * 3, [[0, 0, 0]] * 4, [[0, 0, NAN]] * 4, [[INF, 0, 0]] * 4],
+    ),
+    (surfels, "radii", [*COLORS, 0.0, [1, 1, 1], [1, 1, 1, 0], [1, 1, 1, -1], [1, 1, 1, NAN], np.ones((4, 1))]),
+    (surfels, "areas", [*COLORS, [1, 1, 1], [1, 1, 1, -1], [1, 1, 1, NAN]]),
+    (surfels, "reflectance", [*COLORS, *RHO, [0.1] * 5, [[0.5] * 3] * 3, [[0.5] * 3] * 3 + [[1.0] * 3], None]),
+    (surfels, "emission", [*COLORS, [1, 1, 1, -1], [[1, 1, INF]] * 4, None]),
+    (surfels, "viewpoint", [v for v in VECTORS if v is not None]),
+    (surfels, "two_sided", [1, 0, None, "yes"]),
+    (set_areas, "areas", [[1, 2, 3], [1, 1, 1, -1], [1, 1, 1, NAN], "text", True, np.ones((4, 3))]),
+    (picked, "selection", [[], [False] * 4, [True] * 3, [0.5], "a", None, np.zeros((2, 2), int), slice(4, 9), True]),
+    (mesh, "patch_area", [*NUMBERS, 0.0, -1.0]),
+    (mesh, "reflectance", [*COLORS, *RHO, [0.5, 0.5], None]),
+    (mesh, "emission", [*COLORS, [1.0, 1.0], None]),
+    (mesh, "two_sided", [1, None]),
+    (sample, "n", [*COUNTS, None]),
+    (sample, "seed", [-1, 0.5, "0", True, None, 2**64]),
+    (sample, "reflectance", [*COLORS, *RHO[:3], None]),
+    (sample, "emission", [*COLORS, None]),
+    (thinned, "n", [*COUNTS, None, 5]),
+    (thinned, "seed", [-1, 0.5, "0", True, None, 2**64]),
+    (areas_of, "s", [POINTS, "text", 3]),
+    (areas_of, "method", ["best", None, 1, "curved "]),
+    (areas_of, "backend", ["gpu", None, 1]),
+    (areas_of, "kappa", [*NUMBERS, None, 0.0, -1]),
+    (areas_of, "resolution", [*COUNTS, None, 1025]),
+    (areas_of, "epsilon", [*NUMBERS, None, 1.5, -1.5]),
+    (areas_of, "threads", [0, -1, 1.5, True, "2"]),
+    (areas_of, "progress", [None, 1, "yes"]),
+    (point, "position", VECTORS),
+    (point, "intensity", [*COLORS, None]),
+    (spot, "position", VECTORS),
+    (spot, "direction", [*VECTORS, [0, 0, 0]]),
+    (spot, "intensity", [*COLORS, None]),
+    (spot, "cone", [*NUMBERS, None, 0, -10, 361]),
+    (spot, "penumbra", [*NUMBERS, None, -1, 46]),
+    (lamp, "corner", VECTORS),
+    (lamp, "edge_u", [*VECTORS, [0, 0, 0]]),
+    (lamp, "edge_v", [*VECTORS, [0, 0, 0], [1, 0, 0], [1, 1, 0]]),
+    (lamp, "exitance", [*COLORS, None]),
+    (sun, "direction", [*VECTORS, [0, 0, 0]]),
+    (sun, "irradiance", [*COLORS, None]),
+    (
+        sf.Environment,
+        "image_or_rgb",
+        [None, object(), [], [1, 2], -1, NAN, True, 1j, np.zeros((2, 2)), np.zeros((0, 4, 3))],
+    ),
+    (sf.Environment, "image_or_rgb", [np.full((2, 4, 3), NAN), np.full((2, 4, 3), -1.0), np.zeros((2, 4, 4))]),
+    (scene, "objects", [[], surfels(), [surfels(), 3], "text", 5, [[surfels()]], {"a": surfels()}]),
+    (scene, "lights", [5, "sun", [5], [surfels()], point(), None]),
+    (scene, "camera", [5, "front", (0, 0, 1)]),
+    (scene, "name", [5, None]),
+    (scene, "solve_options", [5, [("zeta", 1)], {1: 2}]),
+    (plotted, "color", ["level", "colour", None, 3]),
+    (plotted, "size", [800, (800,), (0, 600), (800.0, 600.0), (800, 600, 3)]),
+    (plotted, "screenshot", ["picture.tiff", "picture"]),
+]
+
+
+def table():
+    for function, argument, values in REFUSED:
+        for value in values:
+            yield pytest.param(function, argument, value, id=f"{function.__name__}-{argument}-{value!r}"[:80])
+
+
+@pytest.mark.parametrize(("function", "argument", "value"), list(table()))
+def test_refuses_with_the_name_of_the_argument(function, argument, value):
+    # A message begins with the argument's name, so that nobody has to guess which of five arrays was meant.
+    with pytest.raises(ValueError, match=rf"^{argument}\b.*: (wanted|cannot|chooses|must)"):
+        function(**{argument: value})
+
+
+def test_environment_refuses_its_up():
+    for up in [*VECTORS, [0, 0, 0]]:
+        with pytest.raises(ValueError, match=r"^up: wanted"):
+            sf.Environment(1.0, up=up)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"vertices": [[0, 0, NAN], *SQUARE[0][1:]]},
+        {"vertices": np.zeros((4, 2))},
+        {"vertices": "text"},
+        {"faces": [[0, 1, 2, 4]]},
+        {"faces": [[0, 1, 2, -1]]},
+        {"faces": [[0.0, 1.0, 2.0]]},
+        {"faces": []},
+        {"faces": [[0, 0, 1]]},
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*degenerate")
+def test_mesh_refusals_name_the_mesh(given):
+    with pytest.raises(ValueError, match=r"^mesh"):
+        mesh(**given)
+
+
+@pytest.mark.parametrize("given", [5, "", [[0, 0, 0]], {"vertices": 1}, None])
+def test_things_that_are_no_mesh(given):
+    with pytest.raises((ValueError, sf.FileError)):
+        sf.Surfels.from_mesh(given)
+
+
+def test_messages_tell_what_came_and_what_was_wanted():
+    with pytest.raises(ValueError, match=r"^points: wanted shape \(n, 3\), got \(3, 2\)$"):
+        surfels(points=np.zeros((3, 2)))
+    with pytest.raises(ValueError, match=r"^normals: wanted shape \(4, 3\), got \(3, 3\)$"):
+        surfels(normals=[[0, 0, 1]] * 3)
+    with pytest.raises(ValueError, match=r"^normals: wanted vectors of non-zero length, got \(0, 0, 0\) at index 2$"):
+        surfels(normals=[[0, 0, 1], [0, 0, 1], [0, 0, 0], [0, 0, 1]])
+    with pytest.raises(ValueError, match=r"^reflectance: wanted values in \[0, 1\), got 1 at index \(0, 1\)$"):
+        surfels(reflectance=[[0.5, 1.0, 0.5]] * 4)
+    with pytest.raises(ValueError, match=r"^radii: must be given for a single point"):
+        sf.Surfels([[0, 0, 0]], [[0, 0, 1]])
+    with pytest.raises(ValueError, match=r"^normals: wanted .* plane cannot be fitted to 2 points"):
+        sf.Surfels([[0, 0, 0], [1, 0, 0]])
+    with pytest.raises(ValueError, match=r"^method: wanted one of .*, got 'best'$"):
+        areas_of(method="best")
+    with pytest.raises(ValueError, match=r"^backend: wanted one of 'auto', 'cpu'.*, got 'gpu'$"):
+        areas_of(backend="gpu")
+    with pytest.raises(ValueError, match=r"^n: wanted at most the 4 surfels there are, got 5$"):
+        thinned(5)
+
+
+def test_an_index_past_the_end_is_an_index_error():
+    for selection in (4, -5, [0, 4]):
+        with pytest.raises(IndexError, match="out of range for 4 surfels"):
+            picked(selection)
+
+
+def test_arrays_are_read_only_and_lights_are_immutable():
+    s = surfels(areas=1.0)
+    for name in ("points", "normals", "radii", "areas", "reflectance", "emission", "triangles", "triangle_surfel"):
+        array = getattr(s, name)
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    with pytest.raises(AttributeError):
+        s.points = np.zeros((4, 3))
+    with pytest.raises(AttributeError):
+        point().intensity = 3

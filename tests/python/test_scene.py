@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import areas as areas_module
+
+
+def floor(z=0.0, **options):
+    square = np.array([[0, 0, z], [1, 0, z], [1, 1, z], [0, 1, z]])
+    return sf.Surfels.from_mesh((square, [[0, 1, 2, 3]]), 0.25, **options)
+
+
+def disks(x=0.0, **options):
+    points = np.array([[x, 0, 0], [x, 1, 0], [x, 0, 1]])
+    return sf.Surfels(points, np.tile([1.0, 0, 0], (3, 1)), radii=0.8, **options)
+
+
+def test_surfels_are_those_of_all_objects_in_order():
+    parts = [floor(0.0, reflectance=0.2), floor(2.0, reflectance=0.3, emission=4.0)]
+    s = sf.Scene(parts).surfels
+    for name in ("points", "normals", "radii", "areas", "reflectance", "emission", "triangles"):
+        assert (getattr(s, name) == np.concatenate([getattr(part, name) for part in parts])).all()
+    assert s.triangle_surfel.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7]
+
+
+def test_areas_of_the_whole_are_open_where_any_are():
+    assert sf.Scene([floor(), disks()]).surfels.areas is None
+    assert sf.Scene([floor(), disks(areas=1.0)]).surfels.areas == pytest.approx([0.25] * 4 + [1.0] * 3)
+
+
+def test_the_surfels_of_a_scene_are_a_copy():
+    s = floor()
+    sf.Scene([s]).surfels.areas = 7.0
+    assert s.areas == pytest.approx([0.25] * 4)
+
+
+def test_to_core_computes_missing_areas_once_and_leaves_the_objects_alone(monkeypatch):
+    calls = []
+
+    def areas(s, **options):
+        calls.append(len(s))
+        return np.full(len(s), 5.0)
+
+    monkeypatch.setattr(areas_module, "effective_areas", areas)
+    given, missing = floor(), disks()
+    scene = sf.Scene([given, missing], [sf.PointLight([0, 0, 3], 1.0)])
+    for _ in range(2):
+        core = scene._to_core()
+        assert core.surfels.areas == pytest.approx([0.25] * 4 + [5.0] * 3)
+        assert core.object.tolist() == [0] * 4 + [1] * 3
+    assert calls == [3]
+    assert missing.areas is None
+    missing.areas = 2.0  # what the user sets later counts
+    assert scene._to_core().surfels.areas[4:] == pytest.approx([2.0] * 3)
+
+
+def test_every_light_reaches_the_core():
+    lights = [
+        sf.PointLight([0, 0, 1], 2.0),
+        sf.SpotLight([0, 0, 1], [0, 0, -2], [1, 2, 3], cone=30, penumbra=4),
+        sf.AreaLight([0, 0, 1], [1, 0, 0], [0, -1, 0], 3.0),
+        sf.DirectionalLight([0, 3, -4], 5.0),
+        sf.Environment(0.5),
+        sf.Environment(np.ones((2, 4, 3)), up=(0, 1, 0)),
+    ]
+    assert [type(light._to_core()).__name__ for light in lights] == [type(light).__name__ for light in lights]
+    scene = sf.Scene([floor()], lights)
+    assert scene.lights == tuple(lights)
+    scene._to_core()
+
+
+def test_lights_are_plain_values():
+    spot = sf.SpotLight([0, 0, 1], [0, 0, -2], 4)
+    assert spot.direction == (0, 0, -1)
+    assert spot.intensity == (4, 4, 4)
+    assert spot == sf.SpotLight(np.array([0, 0, 1]), [0, 0, -0.5], [4, 4, 4], 45, 5.0)
+    assert repr(sf.PointLight([0, 1, 2], 3)) == "PointLight(position=(0.0, 1.0, 2.0), intensity=(3.0, 3.0, 3.0))"
+    assert sf.DirectionalLight([0, 3, -4], 5.0).direction == pytest.approx((0, 0.6, -0.8))
+
+
+def test_environment_keeps_its_own_copy_of_an_image():
+    image = np.ones((2, 4, 3), np.float32)
+    sky = sf.Environment(image, up=(0, 0, 5))
+    image[:] = 9
+    assert (sky.image == 1).all()
+    assert not sky.image.flags.writeable
+    assert sky.up == (0, 0, 1)
+    assert repr(sky) == "Environment(image of 4 x 2 pixels, up=(0.0, 0.0, 1.0))"
+    assert repr(sf.Environment([1, 2, 3])) == "Environment(radiance=(1.0, 2.0, 3.0), up=(0.0, 0.0, 1.0))"
+
+
+def test_repr_counts():
+    scene = sf.Scene([floor(), disks()], [sf.Environment(1.0)], name="room")
+    assert repr(scene) == "Scene('room', 2 objects, 7 surfels, 1 light)"
+
+
+def test_solve_options_are_a_copy():
+    options = {"tolerance": 1e-3}
+    scene = sf.Scene([floor()], solve_options=options)
+    options["zeta"] = 1
+    assert scene.solve_options == {"tolerance": 1e-3}
