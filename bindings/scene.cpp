@@ -72,10 +72,9 @@ void bind_scene(py::module_& module) {
         .def("select", [](const Surfels& s, const Indices& indices) { return select(s, to_vector(indices)); })
         .def("two_sided", [](const Surfels& s) { return two_sided(s); });
 
-    py::class_<PointLight>(module, "PointLight")
-        .def(py::init([](const Doubles& position, const Doubles& intensity) {
-            return PointLight{to_vec3(position, "position"), to_vec3(intensity, "intensity")};
-        }));
+    py::class_<PointLight>(module, "PointLight").def(py::init([](const Doubles& position, const Doubles& intensity) {
+        return PointLight{to_vec3(position, "position"), to_vec3(intensity, "intensity")};
+    }));
     py::class_<SpotLight>(module, "SpotLight")
         .def(py::init([](const Doubles& position, const Doubles& direction, const Doubles& intensity, double cone,
                          double penumbra) {

@@ -51,8 +51,9 @@ TEST(EffectiveArea, InsideAFlatGridIsTheCell) {
 }
 
 TEST(EffectiveArea, TiltedNeighbourStretchesTheShare) {
-    // Two disks at the same place, tilted by theta: over disk 1, disk 2's weight is exp(-kappa |y_2|), |y_2| the distance in
-    // its own plane, and its element 1 / cos theta larger (D04 eq. 7 to 9). Integrated here in polar coordinates.
+    // Two disks at the same place, tilted by theta: over disk 1, disk 2's weight is exp(-kappa |y_2|), |y_2| the
+    // distance in its own plane, and its element 1 / cos theta larger (D04 eq. 7 to 9). Integrated here in polar
+    // coordinates.
     const double theta = 0.5, kappa = 3.0;
     Surfels s = shapes::disk({0, 0, 0}, {0, 0, 1}, 1.0);
     s = select(s, {0, 0});

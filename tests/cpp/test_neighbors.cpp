@@ -159,7 +159,7 @@ TEST(SampleTriangles, SharesPointsByAreaAndStaysInside) {
         EXPECT_GE(x, -1e-12);
         EXPECT_GE(p.position.y, -1e-12);
         EXPECT_LE(x + p.position.y, 1.0 + 1e-12);
-        EXPECT_EQ(p.position.z, double(p.triangle));
+        EXPECT_NEAR(p.position.z, double(p.triangle), 1e-12);
         first += p.triangle == 0;
     }
     EXPECT_NEAR(double(first), 250.0, 1.0);

@@ -76,6 +76,7 @@ TEST(Tracer, TwoSidedSheetsAreSeenFromEitherSideAndDoNotBlockThemselves) {
         }
     shapes::finish(grid, 0.5, 0.0);
     grid.radii.assign(25, 0.15);
+    grid.areas.assign(25, 0.01);
     const Scene scene = scene_of({two_sided(grid), disk({0.2, 0.2, 1}, down, 0.3), disk({0.2, 0.2, -1}, up, 0.3)});
     const Tracer tracer(scene);
     const std::uint32_t front = 12, back = 37, above = 50, below = 51;
@@ -83,7 +84,8 @@ TEST(Tracer, TwoSidedSheetsAreSeenFromEitherSideAndDoNotBlockThemselves) {
     EXPECT_EQ(tracer.closest(front, middle, up).surfel, above);
     EXPECT_EQ(tracer.closest(back, middle, down).surfel, below);
     EXPECT_FALSE(tracer.visible(above, {0.2, 0.2, 1}, below, {0.2, 0.2, -1}));
-    const Hit from_above = tracer.closest(above, {0.2, 0.2, 1}, down), from_below = tracer.closest(below, {0.2, 0.2, -1}, up);
+    const Hit from_above = tracer.closest(above, {0.2, 0.2, 1}, down),
+              from_below = tracer.closest(below, {0.2, 0.2, -1}, up);
     EXPECT_TRUE(from_above.front);
     EXPECT_LT(from_above.surfel, 25u);
     EXPECT_TRUE(from_below.front);

@@ -74,9 +74,9 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
                     if (j != i && dot(surfels.normals[i], surfels.normals[j]) > options.epsilon)
                         terms.push_back(term_of(surfels, i, frame, j));
                 }
-                areas[i] = surfels.radii[i] * surfels.radii[i] *
-                           integrate_paper(terms.data(), terms.size(), static_cast<float>(options.kappa),
-                                           options.resolution);
+                areas[i] =
+                    surfels.radii[i] * surfels.radii[i] *
+                    integrate_paper(terms.data(), terms.size(), static_cast<float>(options.kappa), options.resolution);
             }
         },
         progress);

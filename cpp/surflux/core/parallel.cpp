@@ -12,18 +12,16 @@ namespace surflux {
 
 namespace tbb = oneapi::tbb;
 
-void parallel_blocks(std::size_t count, std::size_t grain,
-                     const std::function<void(std::size_t, std::size_t)>& body) {
+void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
     if (count == 0) return;
     grain = std::max<std::size_t>(grain, 1);
     const std::size_t blocks = (count + grain - 1) / grain;
-    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
-        body(block * grain, std::min(count, (block + 1) * grain));
-    });
+    tbb::parallel_for(std::size_t{0}, blocks,
+                      [&](std::size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); });
 }
 
-void parallel_blocks(std::size_t count, std::size_t grain,
-                     const std::function<void(std::size_t, std::size_t)>& body, const Progress& progress) {
+void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
+                     const Progress& progress) {
     if (!progress) return parallel_blocks(count, grain, body);
     using Clock = std::chrono::steady_clock;
     grain = std::max<std::size_t>(grain, 1);
@@ -54,8 +52,6 @@ ThreadLimit::~ThreadLimit() = default;
 
 int available_threads() { return tbb::info::default_concurrency(); }
 
-std::string tbb_version() {
-    return std::to_string(TBB_VERSION_MAJOR) + "." + std::to_string(TBB_VERSION_MINOR);
-}
+std::string tbb_version() { return std::to_string(TBB_VERSION_MAJOR) + "." + std::to_string(TBB_VERSION_MINOR); }
 
 }  // namespace surflux

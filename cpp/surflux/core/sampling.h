@@ -46,7 +46,8 @@ class EvenPoints {
 public:
     EvenPoints(int dimensions, std::uint64_t seed, std::uint64_t stream) : dimensions_(dimensions) {
         // The unique real root above 1 of x^(d+1) = x + 1.
-        constexpr double root[5] = {0.0, 1.6180339887498949, 1.3247179572447460, 1.2207440846057596, 1.1673039782614187};
+        constexpr double root[5] = {0.0, 1.6180339887498949, 1.3247179572447460, 1.2207440846057596,
+                                    1.1673039782614187};
         Random random(seed, stream);
         double alpha = 1.0;
         for (int d = 0; d < dimensions; ++d) {

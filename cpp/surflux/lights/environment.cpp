@@ -47,8 +47,7 @@ EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(en
         row_up_to_[row] = total += sum * solid_angle;
     }
     for (std::size_t row = 0; row < h; ++row)
-        row_up_to_[row] =
-            total > 0.0 ? row_up_to_[row] / total : static_cast<double>(row + 1) / static_cast<double>(h);
+        row_up_to_[row] = total > 0.0 ? row_up_to_[row] / total : static_cast<double>(row + 1) / static_cast<double>(h);
 }
 
 Vec3 EnvironmentMap::to_world(const Vec3& local) const {

@@ -10,8 +10,8 @@
 namespace surflux {
 
 struct NormalOptions {
-    std::size_t neighbors = 16;      // points of the local plane fit, the point itself included
-    std::optional<Vec3> viewpoint;   // orient every normal towards it (a scanner)
+    std::size_t neighbors = 16;     // points of the local plane fit, the point itself included
+    std::optional<Vec3> viewpoint;  // orient every normal towards it (a scanner)
 };
 
 // Unit normals by a local plane fit. Towards the viewpoint where one is given; else oriented consistently along a

@@ -33,9 +33,9 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 index.within(points[i], 2.0 * r_max, crowd[i]);
-                crowd[i].erase(std::remove_if(crowd[i].begin(), crowd[i].end(),
-                                              [i](const Neighbor& c) { return c.index == i; }),
-                               crowd[i].end());
+                crowd[i].erase(
+                    std::remove_if(crowd[i].begin(), crowd[i].end(), [i](const Neighbor& c) { return c.index == i; }),
+                    crowd[i].end());
                 for (const Neighbor& c : crowd[i]) crowding[i] += weight(c.distance);
             }
         },

@@ -1,9 +1,9 @@
 #include "surflux/radiosity/exchange.h"
 
+#include <unistd.h>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <unistd.h>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
@@ -78,14 +78,15 @@ double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pai
     return all > 0 ? static_cast<double>(free) / all : 0.0;
 }
 
-// Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or near;
-// each counts as much as passes along it.
+// Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or
+// near; each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
                      PairExchange::Range range, double factor, bool extended, std::uint64_t seed, std::size_t& rays) {
     using Range = PairExchange::Range;
     if (range == Range::same_surface) return 1.0;
     if (range == Range::near && pairs.extent(j) < pairs.extent(i)) std::swap(i, j);
-    if (range == Range::near && factor > large_factor) return visible_share_of_hemisphere(tracer, pairs, i, j, seed, rays);
+    if (range == Range::near && factor > large_factor)
+        return visible_share_of_hemisphere(tracer, pairs, i, j, seed, rays);
     const int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     double all = 0.0, free = 0.0;
@@ -210,8 +211,8 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, in
         for (std::size_t i = 0; i < n; ++i) {
             outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
             row[i] = outflow[i] / area[i];
-            // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange reaches)
-            // has nothing to scale.
+            // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange
+            // reaches) has nothing to scale.
             if (row[i] > 0.0) closure.residual = std::max(closure.residual, std::abs(row[i] - 1.0));
         }
     };
@@ -235,8 +236,8 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, in
             for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weighted[i] * out[i];
         };
         step.assign(n, 0.0);
-        closure.applications += conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step)
-                                    .applications;
+        closure.applications +=
+            conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step).applications;
         for (std::size_t i = 0; i < n; ++i)
             scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
         measure();

@@ -56,8 +56,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
         } else {
             extent_[i] = 0.0;
             for (const Triangle* t = begin; t != end; ++t)
-                for (const Vec3& p : {t->a, t->b, t->c})
-                    extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
+                for (const Vec3& p : {t->a, t->b, t->c}) extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
             if (as_parallelogram(begin, end, corner, u, v)) {
                 const double g = 0.5 - std::sqrt(1.0 / 12.0);  // 2 x 2 Gauss-Legendre
                 for (double a : {g, 1.0 - g})
@@ -94,8 +93,7 @@ PairExchange::Polygon PairExchange::disk_polygon(std::uint32_t i) const {
     out.count = max_corners;
     for (std::size_t k = 0; k < max_corners; ++k) {
         const double angle = pi / 4.0 * static_cast<double>(k);
-        out.corners[k] =
-            scene_.surfels.positions[i] + rho * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
+        out.corners[k] = scene_.surfels.positions[i] + rho * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
     }
     return out;
 }

@@ -83,8 +83,7 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
         for (std::size_t k = 0; k < y.size(); ++k) out[k] = y[k] - weight[k] * product[k];
     };
     std::vector<double> y;
-    const LinearReport report =
-        conjugate_gradients(apply, b, channels.count, tolerance, max_applications, y, progress);
+    const LinearReport report = conjugate_gradients(apply, b, channels.count, tolerance, max_applications, y, progress);
     gathered(y);
     for (std::size_t k = 0; k < h0.size(); ++k) h0[k] += product[k] / area(k);
     irradiance.resize(n);

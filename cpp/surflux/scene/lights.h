@@ -15,10 +15,10 @@ struct PointLight {
 
 struct SpotLight {
     Vec3 position;
-    Vec3 direction;          // unit, from the light into the scene
-    Rgb intensity;           // W/sr on the axis
-    double cone = 45.0;      // full angle in degrees where the light ends
-    double penumbra = 5.0;   // full angle in degrees over which it fades: smoothstep in angle
+    Vec3 direction;         // unit, from the light into the scene
+    Rgb intensity;          // W/sr on the axis
+    double cone = 45.0;     // full angle in degrees where the light ends
+    double penumbra = 5.0;  // full angle in degrees over which it fades: smoothstep in angle
 };
 
 // A rectangle that emits along edge_u x edge_v; it does not occlude and does not reflect.

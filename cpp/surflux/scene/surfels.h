@@ -21,11 +21,11 @@ inline double area_of(const Triangle& t) { return 0.5 * length(cross_of(t)); }
 // Positions stay in float64 in the user's frame; a pass that works in float32 recentres them at its border.
 struct Surfels {
     std::vector<Vec3> positions;
-    std::vector<Vec3> normals;         // unit
-    std::vector<double> radii;         // of the tangent disks, R
-    std::vector<double> areas;         // effective areas, S; empty until somebody computes them
-    std::vector<Rgb> reflectance;      // rho, linear, 0 <= rho < 1
-    std::vector<Rgb> emission;         // E, exitance
+    std::vector<Vec3> normals;     // unit
+    std::vector<double> radii;     // of the tangent disks, R
+    std::vector<double> areas;     // effective areas, S; empty until somebody computes them
+    std::vector<Rgb> reflectance;  // rho, linear, 0 <= rho < 1
+    std::vector<Rgb> emission;     // E, exitance
     // Patches of a mesh, sorted by surfel. A surfel with triangles occludes by them, not by its disk.
     std::vector<Triangle> triangles;
 

@@ -15,7 +15,8 @@ constexpr std::uint32_t no_surfel = Hit::none;
 constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 
 // Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
-// Only what is crossed on the harmless side is ignored, so this may be generous; it excludes the far face of a thin wall.
+// Only what is crossed on the harmless side is ignored, so this may be generous; it excludes the far face of a thin
+// wall.
 constexpr float steepest_ridge = 0.0f;
 
 void throw_on_error(void*, RTCError code, const char* text) {
@@ -73,9 +74,9 @@ std::vector<std::uint32_t> find_twins(const Scene& scene) {
 }  // namespace
 
 struct Tracer::Impl {
-    std::vector<Disk> disks;                    // per surfel
-    std::vector<std::uint32_t> disk_surfel;     // Embree's disk -> surfel
-    std::vector<std::uint32_t> triangle_surfel; // Embree's triangle -> surfel
+    std::vector<Disk> disks;                     // per surfel
+    std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
+    std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
     Vec3 origin;
     Device device;
     EmbreeScene scene;
@@ -86,15 +87,15 @@ struct Tracer::Impl {
         std::uint32_t from, to;
     };
 
-    // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the side
-    // where it stands off that surface? A tangent disk lies outside a convex surface: a ray that leaves a crosses its
-    // neighbours from behind, one that arrives at a from the front. Crossed the other way, k is a real obstacle: the
-    // far slope of a concave surface.
+    // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the
+    // side where it stands off that surface? A tangent disk lies outside a convex surface: a ray that leaves a crosses
+    // its neighbours from behind, one that arrives at a from the front. Crossed the other way, k is a real obstacle:
+    // the far slope of a concave surface.
     bool stands_off(std::uint32_t a, std::uint32_t k, const float (&direction)[3], bool leaving) const {
         const Disk &p = disks[a], &q = disks[k];
         if (p.object != q.object) return false;
-        // The larger of R_a + R_k (they overlap) and 2 R_k: so far a disk tangent to a sphere can rise above the horizon
-        // of another point of it.
+        // The larger of R_a + R_k (they overlap) and 2 R_k: so far a disk tangent to a sphere can rise above the
+        // horizon of another point of it.
         const float reach = q.radius + std::max(p.radius, q.radius);
         float squared = 0.0f, cosine = 0.0f, along = 0.0f;
         for (int axis = 0; axis < 3; ++axis) {
@@ -189,8 +190,8 @@ struct Tracer::Impl {
         const std::size_t count = s.triangles.size();
         auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                    RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
-        auto* index = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+        auto* index = static_cast<unsigned*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
         for (const Triangle& t : s.triangles)
             for (const Vec3* corner : {&t.a, &t.b, &t.c}) {
                 float p[3];
@@ -261,8 +262,8 @@ Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) co
     embree::intersect(impl_->scene.get(), query.context, hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
     Hit found;
-    found.surfel = hit.hit.geomID == disk_geometry ? impl_->disk_surfel[hit.hit.primID]
-                                                   : impl_->triangle_surfel[hit.hit.primID];
+    found.surfel =
+        hit.hit.geomID == disk_geometry ? impl_->disk_surfel[hit.hit.primID] : impl_->triangle_surfel[hit.hit.primID];
     const auto faces = [&](std::uint32_t k) {
         const float* n = impl_->disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;
@@ -273,8 +274,6 @@ Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) co
     return found;
 }
 
-std::string embree_version() {
-    return message(RTC_VERSION_MAJOR, ".", RTC_VERSION_MINOR, ".", RTC_VERSION_PATCH);
-}
+std::string embree_version() { return message(RTC_VERSION_MAJOR, ".", RTC_VERSION_MINOR, ".", RTC_VERSION_PATCH); }
 
 }  // namespace surflux

@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include "shapes.h"
+#include "surflux/lights/direct.h"
+#include "surflux/lights/environment.h"
+#include "surflux/lights/hemisphere.h"
+#include "surflux/lights/polygon.h"
+
+namespace surflux {
+namespace {
+
+using shapes::disk;
+using shapes::scene_of;
+
+const Vec3 up{0, 0, 1}, down{0, 0, -1};
+const Rgb white{1, 1, 1};
+
+// Irradiance of the scene's first surfel from its lights.
+double first_direct(const Scene& scene) {
+    const Tracer tracer(scene);
+    return direct_irradiance(scene, tracer, {}, 0)[0].x;
+}
+
+TEST(Polygon, MatchesTabulatedFactors) {
+    // Element to unit square: parallel at distance 1 below a corner, perpendicular on an edge's end (Howell B-3, B-4).
+    const Vec3 above[4] = {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    EXPECT_NEAR(element_to_polygon({}, up, above, 4), 0.1385316060, 1e-10);
+    const Vec3 wall[4] = {{1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {1, 0, 1}};
+    EXPECT_NEAR(element_to_polygon({}, up, wall, 4), 0.0557341970, 1e-10);
+}
+
+TEST(Polygon, CountsOnlyWhatIsAboveTheHorizon) {
+    const Vec3 upper[4] = {{1, -1, 0}, {1, 1, 0}, {1, 1, 1}, {1, -1, 1}};
+    const Vec3 both[4] = {{1, -1, -5}, {1, 1, -5}, {1, 1, 1}, {1, -1, 1}};
+    EXPECT_NEAR(element_to_polygon({}, up, both, 4), element_to_polygon({}, up, upper, 4), 1e-12);
+    const Vec3 below[3] = {{1, -1, -5}, {1, 1, -5}, {1, 1, -1}};
+    EXPECT_EQ(element_to_polygon({}, up, below, 3), 0.0);
+    const Vec3 around[4] = {{-1e6, -1e6, 1}, {1e6, -1e6, 1}, {1e6, 1e6, 1}, {-1e6, 1e6, 1}};
+    EXPECT_NEAR(element_to_polygon({}, up, around, 4), 1.0, 1e-5);
+    const Vec3 coplanar[4] = {{1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}};
+    EXPECT_NEAR(element_to_polygon({}, up, coplanar, 4), 0.0, 1e-12);
+}
+
+TEST(Direct, PointLightFollowsTheInverseSquareAndTheCosine) {
+    const PointLight light{{3, 0, 4}, {50, 50, 50}};
+    // r = 5, cos = 4/5: I cos / r^2.
+    EXPECT_NEAR(first_direct(scene_of({disk({}, up, 0.1)}, {light})), 50 * 0.8 / 25, 1e-12);
+    EXPECT_EQ(first_direct(scene_of({disk({}, down, 0.1)}, {light})), 0.0);
+    EXPECT_EQ(first_direct(scene_of({disk({}, up, 0.1), disk({1.5, 0, 2}, up, 0.2)}, {light})), 0.0);
+}
+
+TEST(Direct, SpotLightFadesBySmoothstepInAngle) {
+    const auto at_angle = [](double degrees) {
+        const double x = std::tan(degrees * pi / 180.0);
+        const Scene scene = scene_of({disk({x, 0, 0}, up, 0.01)}, {SpotLight{{0, 0, 1}, down, white, 60.0, 20.0}});
+        const double cosine = 1.0 / std::sqrt(1.0 + x * x);
+        return first_direct(scene) / (cosine * cosine * cosine);  // I cos / r^2, r = 1 / cos
+    };
+    // Half angles: full to 20 degrees, out at 30; midway smoothstep(1/2) = 1/2, and smoothstep(1/4) = 5/32.
+    EXPECT_NEAR(at_angle(19.9), 1.0, 1e-9);
+    EXPECT_NEAR(at_angle(25.0), 0.5, 1e-9);
+    EXPECT_NEAR(at_angle(27.5), 5.0 / 32.0, 1e-9);
+    EXPECT_EQ(at_angle(30.1), 0.0);
+}
+
+TEST(Direct, AreaLightIsTheClosedFormWhereNothingBlocks) {
+    // A unit square, exitance 2, one above the surfel, that emits down.
+    const AreaLight light{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {2, 2, 2}};
+    EXPECT_NEAR(first_direct(scene_of({disk({}, up, 0.1)}, {light})), 2 * 0.1385316060, 1e-9);
+    const AreaLight away{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {2, 2, 2}};
+    EXPECT_EQ(first_direct(scene_of({disk({}, up, 0.1)}, {away})), 0.0);
+}
+
+TEST(Direct, AreaLightBehindAnEdgeIsHalfVisible) {
+    // A wall over the half plane y > 0 hides the half y > 0 of a lamp that is symmetric about y = 0, seen from y = 0.
+    Surfels wall;
+    shapes::add_rectangle(wall, {-5, 0, 0.5}, {10, 0, 0}, {0, 5, 0}, 1, 1);
+    shapes::finish(wall, 0.5, 0.0);
+    const AreaLight light{{-0.5, -0.5, 1}, {0, 1, 0}, {1, 0, 0}, white};
+    const double open = first_direct(scene_of({disk({}, up, 0.01)}, {light}));
+    // 64 evenly spread rays: the share is off by a few in 64.
+    EXPECT_NEAR(first_direct(scene_of({disk({}, up, 0.01), wall}, {light})) / open, 0.5, 4.0 / 64.0);
+}
+
+TEST(Direct, PatchesAverageOverTheirArea) {
+    // A patch of which half lies in shadow of a directional light gets half.
+    Surfels floor, lid;
+    shapes::add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1, 1);
+    shapes::add_rectangle(lid, {0, 0, 1}, {0.5, 0, 0}, {0, 1, 0}, 1, 1);
+    shapes::finish(floor, 0.5, 0.0);
+    shapes::finish(lid, 0.5, 0.0);
+    const DirectionalLight sun{down, {3, 3, 3}};
+    EXPECT_NEAR(first_direct(scene_of({floor, lid}, {sun})), 1.5, 3.0 * 4.0 / 64.0);
+    EXPECT_NEAR(first_direct(scene_of({floor}, {sun})), 3.0, 1e-12);
+}
+
+Environment image_of(std::size_t width, std::size_t height, const Vec3& axis_up) {
+    Environment e;
+    e.width = width;
+    e.height = height;
+    e.up = axis_up;
+    for (std::size_t k = 0; k < width * height; ++k) {
+        const double v = 0.1 + static_cast<double>((k * 7919) % 101) / 10.0;
+        e.pixels.push_back({v, 0.5 * v, 2.0 * v});
+    }
+    return e;
+}
+
+TEST(EnvironmentMap, SamplesInProportionToTheDensityItStates) {
+    const Environment e = image_of(8, 4, normalized({1, 2, 3}));
+    const EnvironmentMap map(e);
+    // If directions have density p, the mean of 1/p is the sphere, 4 pi, and that of radiance/p the integral of
+    // radiance.
+    EvenPoints even(2, 0, 0);
+    double sphere = 0.0, light = 0.0, expected = 0.0;
+    const int n = 20000;
+    for (int k = 0; k < n; ++k) {
+        const double* u = even.next();
+        const Vec3 d = map.sample(u[0], u[1]);
+        ASSERT_NEAR(length(d), 1.0, 1e-12);
+        sphere += 1.0 / map.density(d) / n;
+        light += map.radiance(d).x / map.density(d) / n;
+    }
+    for (std::size_t row = 0; row < 4; ++row)
+        for (std::size_t col = 0; col < 8; ++col)
+            expected += e.pixels[row * 8 + col].x *
+                        (std::cos(pi * double(row) / 4) - std::cos(pi * double(row + 1) / 4)) * 2.0 * pi / 8.0;
+    EXPECT_NEAR(sphere, 4.0 * pi, 0.02 * 4.0 * pi);
+    EXPECT_NEAR(light, expected, 1e-3 * expected);  // radiance / density is nearly constant: hardly any spread
+}
+
+TEST(EnvironmentMap, ColumnsTurnAroundUpByTheShortestRotation) {
+    Environment e = image_of(4, 2, up);
+    // theta = pi/4 for row 0, phi = pi/4 for column 0.
+    const Vec3 first = normalized({1, 1, std::sqrt(2.0)});
+    EXPECT_EQ(EnvironmentMap(e).radiance(first), e.pixels[0]);
+    EXPECT_EQ(EnvironmentMap(e).radiance({first.x, first.y, -first.z}), e.pixels[4]);
+    e.up = {1, 0, 0};  // the quarter turn around y: z -> x, x -> -z
+    EXPECT_EQ(EnvironmentMap(e).radiance({first.z, first.y, -first.x}), e.pixels[0]);
+}
+
+TEST(Hemispheres, OfAConvexCloudSeeTheWholeSky) {
+    for (std::uint64_t seed : {0u, 1u}) {
+        const Scene scene = scene_of({shapes::sphere(300, 1.0, 1.0, 0.5, 0.0)}, {Environment{{2, 2, 2}, 0, 0, {}, up}});
+        const Tracer tracer(scene);
+        const Hemispheres h = measure_hemispheres(scene, tracer, 64, seed);
+        for (std::size_t i = 0; i < scene.surfels.size(); ++i) {
+            EXPECT_NEAR(h.escape[i], 1.0, 1e-12);
+            EXPECT_EQ(h.absorbed[i], 0.0);
+            EXPECT_NEAR(h.sky[i].x, 2.0 * pi, 1e-9);
+        }
+    }
+}
+
+TEST(Hemispheres, ImageSkyAgreesWithQuadrature) {
+    const Environment e = image_of(16, 8, normalized({1, -1, 2}));
+    const Scene scene = scene_of({disk({}, up, 0.1)}, {e});
+    const Tracer tracer(scene);
+    const EnvironmentMap map(e);
+    double expected = 0.0;
+    const int n = 1000;
+    for (int a = 0; a < n; ++a)
+        for (int b = 0; b < n; ++b) {
+            const Vec3 d = square_to_cosine_hemisphere((a + 0.5) / n, (b + 0.5) / n);
+            expected += pi * map.radiance(d).x / (double(n) * n);
+        }
+    EXPECT_NEAR(measure_hemispheres(scene, tracer, 4096, 0).sky[0].x, expected, 0.005 * expected);
+}
+
+TEST(Hemispheres, TellBackFacesFromOpenSky) {
+    // Below the back of a very large square: all that is not escape is absorbed, and F = .5 to a disk of r = h on axis.
+    const Scene scene = scene_of({disk({}, up, 0.01), disk({0, 0, 1}, up, 1.0)});
+    const Tracer tracer(scene);
+    const Hemispheres h = measure_hemispheres(scene, tracer, 4096, 0);
+    EXPECT_NEAR(h.absorbed[0], 0.5, 0.01);
+    EXPECT_NEAR(h.absorbed[0] + h.escape[0], 1.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace surflux

@@ -1,0 +1,266 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "shapes.h"
+#include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/solve.h"
+#include "surflux/solution/conjugate_gradients.h"
+
+namespace surflux {
+namespace {
+
+using shapes::scene_of;
+
+// Sum of F_ij over two ranges of surfels, averaged over the first by area.
+double factor_between(const Exchange& e, std::size_t from, std::size_t from_end, std::size_t to, std::size_t to_end) {
+    double exchange = 0.0, area = 0.0;
+    for (std::size_t i = from; i < from_end; ++i) {
+        area += e.areas[i];
+        for (std::size_t j = to; j < to_end; ++j) exchange += e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j];
+    }
+    return exchange / area;
+}
+
+TEST(Exchange, UnitCubeMatchesTheClosedFormBeforeAnyClosure) {
+    const int n = 12;
+    const Scene scene = scene_of({shapes::cube_inside(n, 0.5, 0.0)});
+    const Exchange e = exchange_of_all_pairs(scene, nullptr, {}, 0);
+    const std::size_t face = n * n;
+    // Between opposite faces the midpoint rule is off by O((h / r)^2), h = 1/12 and r = 1; near pairs have closed
+    // forms.
+    EXPECT_NEAR(factor_between(e, 0, face, face, 2 * face), 0.1998248957, 0.5 / 144.0 * 0.2);
+    for (std::size_t k = 2; k < 6; ++k)
+        EXPECT_NEAR(factor_between(e, 0, face, k * face, (k + 1) * face), 0.2000437761, 2e-3 * 0.2);
+    EXPECT_EQ(factor_between(e, 0, face, 0, face), 0.0);
+}
+
+TEST(Exchange, ParallelRectanglesMatchTheClosedForm) {
+    // 1 x 2 at distance .5: .5089886690. The escape is measured, and does not spoil it.
+    Surfels low, high;
+    shapes::add_rectangle(low, {0, 0, 0}, {1, 0, 0}, {0, 2, 0}, 8, 16);
+    shapes::add_rectangle(high, {0, 0, 0.5}, {0, 2, 0}, {1, 0, 0}, 16, 8);
+    shapes::finish(low, 0.5, 0.0);
+    shapes::finish(high, 0.5, 0.0);
+    const Scene scene = scene_of({low, high});
+    const Tracer tracer(scene);
+    Exchange e = exchange_of_all_pairs(scene, &tracer, {}, 0);
+    EXPECT_NEAR(factor_between(e, 0, 128, 128, 256), 0.5089886690, 2e-3 * 0.509);
+    Hemispheres h = measure_hemispheres(scene, tracer, 256, 0);
+    const Closure closure = close(e, h);
+    EXPECT_LT(closure.residual, 1e-7);
+    EXPECT_NEAR(factor_between(e, 0, 128, 128, 256), 0.5089886690, 2e-3 * 0.509);
+}
+
+TEST(Exchange, InsideASphereEveryPairHasItsShareOfTheArea) {
+    // F_ij = A_j / (4 pi R^2) for every pair, i = j included; nothing occludes.
+    const Scene scene = scene_of({shapes::sphere(600, 2.0, -1.0, 0.5, 0.0)});
+    const Tracer tracer(scene);
+    Exchange e = exchange_of_all_pairs(scene, &tracer, {}, 0);
+    Hemispheres h = measure_hemispheres(scene, tracer, 64, 0);
+    close(e, h);
+    double total = 0.0;
+    for (double area : e.areas) total += area;
+    for (std::size_t i = 0; i < e.size; ++i)
+        for (std::size_t j = 0; j < e.size; ++j) {
+            const double factor = e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j] / e.areas[i];
+            ASSERT_NEAR(factor / (e.areas[j] / total), 1.0, 0.02) << i << " " << j;
+        }
+}
+
+TEST(Exchange, IsSymmetricClosedAndTheSameForAnyNumberOfThreads) {
+    const Surfels ball = shapes::sphere(200, 0.2, 1.0, 0.5, 0.0, {0.4, 0.5, 0.2});  // rests on the floor
+    const Scene scene = scene_of({shapes::cube_inside(6, 0.5, 0.0), ball});
+    const Tracer tracer(scene);
+    Exchange e = exchange_of_all_pairs(scene, &tracer, {}, 3);
+    Hemispheres h = measure_hemispheres(scene, tracer, 64, 3);
+    {
+        const ThreadLimit one(1);
+        EXPECT_EQ(exchange_of_all_pairs(scene, &tracer, {}, 3).g, e.g);
+        EXPECT_EQ(measure_hemispheres(scene, tracer, 64, 3).absorbed, h.absorbed);
+    }
+    EXPECT_LT(close(e, h).residual, 1e-7);
+    for (std::size_t i = 0; i < e.size; ++i) {
+        double row = h.escape[i] + h.absorbed[i];
+        for (std::size_t j = 0; j < e.size; ++j) {
+            ASSERT_EQ(e.g[i * e.size + j], e.g[j * e.size + i]);
+            ASSERT_GE(e.g[i * e.size + j], 0.0f);
+            row += e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j] / e.areas[i];
+        }
+        ASSERT_NEAR(row, 1.0, 1e-6);
+    }
+}
+
+TEST(Exchange, DisksInContactStayFinite) {
+    // Coincident and facing each other: everything goes across. A gap of 1e-3 of the radius: nearly everything.
+    for (double gap : {0.0, 1e-3}) {
+        const Scene scene =
+            scene_of({shapes::disk({0, 0, 0}, {0, 0, 1}, 1.0), shapes::disk({0, 0, gap}, {0, 0, -1}, 1.0)});
+        const Tracer tracer(scene);
+        const Exchange e = exchange_of_all_pairs(scene, &tracer, {}, 0);
+        EXPECT_TRUE(std::isfinite(e.g[1]));
+        EXPECT_LE(double(e.g[1]), e.areas[0] * (1.0 + 1e-6));
+        EXPECT_GE(double(e.g[1]), (gap > 0.0 ? 0.95 : 0.0) * e.areas[0]);
+    }
+}
+
+TEST(Exchange, RefusesMorePairsThanTheMemoryTakes) {
+    ExchangeOptions options;
+    options.max_memory = 1000.0;
+    const Scene scene = scene_of({shapes::cube_inside(3, 0.5, 0.0)});
+    try {
+        exchange_of_all_pairs(scene, nullptr, options, 0);
+        FAIL() << "54 surfels need 11664 bytes";
+    } catch (const ArgumentError& error) {
+        EXPECT_NE(std::string(error.what()).find("at most 15 surfels fit"), std::string::npos) << error.what();
+    }
+}
+
+TEST(Exchange, CancelsWhenToldTo) {
+    const Scene scene = scene_of({shapes::cube_inside(8, 0.5, 0.0)});
+    EXPECT_THROW(exchange_of_all_pairs(scene, nullptr, {}, 0, [](std::size_t, std::size_t) { return false; }),
+                 Cancelled);
+}
+
+TEST(ConjugateGradients, SolveEachChannelToItsResidual) {
+    // Tridiagonal (-1, 2.5, -1), two channels, one of them all zero.
+    const std::size_t n = 50;
+    const LinearOperator apply = [n](const std::vector<double>& x, std::vector<double>& out) {
+        out.resize(2 * n);
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t c = 0; c < 2; ++c)
+                out[2 * i + c] =
+                    2.5 * x[2 * i + c] - (i > 0 ? x[2 * i - 2 + c] : 0.0) - (i + 1 < n ? x[2 * i + 2 + c] : 0.0);
+    };
+    std::vector<double> b(2 * n, 0.0), x, product;
+    for (std::size_t i = 0; i < n; ++i) b[2 * i] = std::sin(double(i));
+    const LinearReport report = conjugate_gradients(apply, b, 2, 1e-10, 1000, x);
+    apply(x, product);
+    for (std::size_t k = 0; k < b.size(); ++k) EXPECT_NEAR(product[k], b[k], 1e-9);
+    EXPECT_LE(report.residual, 1e-10);
+    for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(x[2 * i + 1], 0.0);
+}
+
+TEST(Solve, FurnaceIsExactUpToRhoNearOne) {
+    for (double rho : {0.0, 0.5, 0.9, 0.999}) {
+        for (const Surfels& s : {shapes::cube_inside(8, rho, 1.0), shapes::sphere(500, 1.0, -1.0, rho, 1.0)}) {
+            const Solution solution = solve(scene_of({s}), {});
+            for (const Rgb& b : solution.radiosity) ASSERT_NEAR(b.y * (1.0 - rho), 1.0, 1e-4);
+        }
+    }
+}
+
+TEST(Solve, SphereInsideIsUniformWhateverIsOnIt) {
+    // H = mean(E) / (1 - mean(rho)) everywhere, means over area, for any rho(x) and E(x).
+    Surfels s = shapes::sphere(800, 1.0, -1.0, 0.5, 0.0);
+    double area = 0.0;
+    Rgb e, rho;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        const Vec3& p = s.positions[i];
+        s.reflectance[i] = {0.5 + 0.4 * p.x, 0.3 + 0.2 * p.y, 0.0};
+        s.emission[i] = {p.z > 0.5 ? 10.0 : 0.0, std::abs(p.x), 1.0};
+        area += s.areas[i];
+        e += s.areas[i] * s.emission[i];
+        rho += s.areas[i] * s.reflectance[i];
+    }
+    const Solution solution = solve(scene_of({s}), {});
+    for (int c = 0; c < 3; ++c) {
+        const double expected = e[c] / area / (1.0 - rho[c] / area);
+        for (const Rgb& h : solution.irradiance) ASSERT_NEAR(h[c] / expected, 1.0, 5e-3);
+    }
+}
+
+TEST(Solve, ConcentricSpheresGiveTheClosedForm) {
+    // r1/r2 = 1/2, inner black with M = 1, rho2 = .5: B2 = .2 (DESIGN section 7).
+    // Areas are set exactly: what the paper's areas are off by is not the solver's.
+    Surfels inner = shapes::sphere(600, 0.5, 1.0, 0.0, 1.0), outer = shapes::sphere(2400, 1.0, -1.0, 0.5, 0.0);
+    inner.areas.assign(600, pi / 600);
+    outer.areas.assign(2400, 4.0 * pi / 2400);
+    const Solution solution = solve(scene_of({inner, outer}), {});
+    double mean = 0.0, area = 0.0;
+    for (std::size_t i = 600; i < 3000; ++i) {
+        mean += solution.surfels.areas[i] * solution.radiosity[i].x;
+        area += solution.surfels.areas[i];
+        EXPECT_NEAR(solution.radiosity[i].x, 0.2, 0.05 * 0.2);
+    }
+    EXPECT_NEAR(mean / area, 0.2, 0.01 * 0.2);
+    // Fresh rays meet the inner sphere's tangent disks, whose outline is larger than the sphere by up to (R / r)^2.
+    const double overhang = *std::max_element(inner.radii.begin(), inner.radii.end()) / 0.5;
+    EXPECT_LT(solution.error, overhang * overhang);
+}
+
+TEST(Solve, EnergyBalancesInAnOpenScene) {
+    Surfels floor;
+    shapes::add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 8, 8);
+    shapes::finish(floor, 0.7, 0.0);
+    const Scene scene =
+        scene_of({floor, shapes::sphere(300, 0.2, 1.0, 0.4, 0.0, {0.5, 0.5, 0.3})},
+                 {PointLight{{0.5, 0.2, 2}, {5, 4, 3}}, Environment{{0.2, 0.3, 0.4}, 0, 0, {}, {0, 0, 1}}});
+    const Solution solution = solve(scene, {});
+    const auto figure = [&](const char* name) {
+        for (const auto& [key, value] : solution.history.at(0))
+            if (key == name) return value;
+        throw std::out_of_range(name);
+    };
+    const double in = figure("power_in");
+    EXPECT_NEAR(figure("power_absorbed") + figure("power_escaped") + figure("power_into_backs"), in, 1e-4 * in);
+    EXPECT_GT(figure("power_escaped"), 0.2 * in);
+}
+
+TEST(Solve, GreyScenesAreSolvedInOneChannel) {
+    const auto channels = [](const Surfels& s) { return solve(scene_of({s}), {}).history.at(0).at(6); };
+    Surfels s = shapes::cube_inside(3, 0.5, 1.0);
+    EXPECT_EQ(channels(s), (std::pair<std::string, double>("channels", 1.0)));
+    s.reflectance[0].x = 0.6;
+    EXPECT_EQ(channels(s), (std::pair<std::string, double>("channels", 3.0)));
+}
+
+TEST(Solve, AWallBetweenTwoRoomsLetsNothingThrough) {
+    // Two unit rooms side by side; a wall of disks between them, 20 x 20 and two-sided; light in the first one.
+    Surfels room;
+    const Vec3 x{2, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, o;
+    shapes::add_rectangle(room, o, x, y, 12, 6);
+    shapes::add_rectangle(room, z, y, x, 6, 12);
+    shapes::add_rectangle(room, o, y, z, 6, 6);
+    shapes::add_rectangle(room, x, z, y, 6, 6);
+    shapes::add_rectangle(room, o, z, x, 6, 12);
+    shapes::add_rectangle(room, y, x, z, 12, 6);
+    shapes::finish(room, 0.7, 0.0);
+    Surfels wall;
+    const int n = 20;
+    for (int a = 0; a < n; ++a)
+        for (int b = 0; b < n; ++b) {
+            wall.positions.push_back({1.0, (a + 0.5) / n, (b + 0.5) / n});
+            wall.normals.push_back({1, 0, 0});
+        }
+    shapes::finish(wall, 0.7, 0.0);
+    wall.radii.assign(wall.positions.size(), 0.71 / n);
+    wall.areas.assign(wall.positions.size(), 1.0 / (n * n));
+    const Scene scene = scene_of({room, two_sided(wall)}, {PointLight{{0.5, 0.5, 0.9}, {1, 1, 1}}});
+    const Solution solution = solve(scene, {});
+    double lit = 0.0, dark = 0.0;
+    for (std::size_t i = 0; i < solution.surfels.size(); ++i) {
+        const Vec3& p = solution.surfels.positions[i];
+        const bool second = p.x > 1.0 || (p.x == 1.0 && solution.surfels.normals[i].x > 0.0);
+        (second ? dark : lit) += solution.surfels.areas[i] * solution.irradiance[i].x;
+    }
+    EXPECT_GT(lit, 1.0);
+    EXPECT_LT(dark, 1e-4 * lit);
+}
+
+TEST(Solve, RefusesWhatItCannotSolve) {
+    EXPECT_THROW(solve(Scene{}, {}), ArgumentError);
+    Surfels s = shapes::cube_inside(2, 0.5, 1.0);
+    SolveOptions options;
+    options.tolerance = 0.0;
+    EXPECT_THROW(solve(scene_of({s}), options), ArgumentError);
+    s.areas[3] = 0.0;
+    EXPECT_THROW(solve(scene_of({s}), {}), ArgumentError);
+    s.areas.clear();
+    EXPECT_THROW(solve(scene_of({s}), {}), ArgumentError);
+}
+
+}  // namespace
+}  // namespace surflux
