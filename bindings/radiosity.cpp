@@ -75,7 +75,7 @@ py::tuple form_factors(const Scene& scene, bool visibility, int rays, double eps
             exchange_of_all_pairs(scene, visibility ? &tracer : nullptr, options, seed, stages("exchange"));
         if (visibility) {
             hemispheres = measure_hemispheres(scene, tracer, rays, seed, stages("hemispheres"));
-            closure = close(exchange, hemispheres);
+            closure = close(exchange, hemispheres, stages("closure"));
         }
         factors.resize(n * n);
         for (std::size_t i = 0; i < n; ++i)

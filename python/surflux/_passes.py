@@ -1,6 +1,7 @@
 """What every long pass takes beside its own options: threads and progress."""
 
 import contextlib
+import sys
 
 from surflux import _check, _core
 
@@ -13,7 +14,8 @@ def progress_callback(progress, label):
     elif _check.flag("progress", progress):
         from tqdm import tqdm
 
-        with tqdm(desc=label, unit_scale=True, leave=False) as bar:
+        interval = 0.1 if sys.stderr.isatty() else 10.0  # a log is not filled with bars
+        with tqdm(desc=label, unit_scale=True, leave=False, mininterval=interval) as bar:
 
             def show(done, total):
                 bar.total = total

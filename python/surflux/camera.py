@@ -33,9 +33,9 @@ class Camera:
     __slots__ = ("_eye", "_fov", "_target", "_up")
 
     def __init__(self, eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), fov: float = 45.0):
-        self._eye = vector3("eye", eye)
-        self._target = vector3("target", target)
-        self._up = vector3("up", up)
+        self._eye = vector3("eye", eye).copy()
+        self._target = vector3("target", target).copy()
+        self._up = vector3("up", up).copy()
         self._fov = number("fov", fov, 0.0, 180.0)
         if not 0.0 < self._fov < 180.0:
             raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")

@@ -207,6 +207,6 @@ double srgb_decode(double encoded) {
     return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-std::string image_library_version() { return message("OpenImageIO ", OIIO_VERSION_STRING); }
+std::string image_library_version() { return OIIO_VERSION_STRING; }
 
 }  // namespace surflux

@@ -196,7 +196,8 @@ void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std
     });
 }
 
-Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, int max_rounds) {
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance,
+              int max_rounds) {
     const std::size_t n = exchange.size;
     const std::vector<double>& area = exchange.areas;
     std::vector<double>& scale = exchange.scale;
@@ -204,9 +205,15 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, in
     const std::vector<double> ones(n, 1.0);
     std::vector<double> product, weighted(n), outflow(n), row(n), step;
     scale.assign(n, 1.0);
-    const auto measure = [&] {
-        exchange.apply(ones, product, 1);
+    const auto apply_exchange = [&](const std::vector<double>& x, std::vector<double>& out) {
+        exchange.apply(x, out, 1);
         ++closure.applications;
+        // How many it takes is not known: most scenes, 20 to 100.
+        const auto done = static_cast<std::size_t>(closure.applications);
+        report(progress, done, std::max<std::size_t>(done, 100));
+    };
+    const auto measure = [&] {
+        apply_exchange(ones, product);
         closure.residual = 0.0;
         for (std::size_t i = 0; i < n; ++i) {
             outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
@@ -232,12 +239,11 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance, in
         std::vector<double> scaled(n);
         const LinearOperator apply = [&](const std::vector<double>& x, std::vector<double>& out) {
             for (std::size_t i = 0; i < n; ++i) scaled[i] = weighted[i] * x[i];
-            exchange.apply(scaled, out, 1);
+            apply_exchange(scaled, out);
             for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weighted[i] * out[i];
         };
         step.assign(n, 0.0);
-        closure.applications +=
-            conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step).applications;
+        conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step);
         for (std::size_t i = 0; i < n; ++i)
             scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
         measure();

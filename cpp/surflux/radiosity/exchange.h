@@ -46,6 +46,7 @@ struct Closure {
 // scale_i (D_i of the sky included): the condition scale_i (sum_j G_ij scale_j + g_i) = A_i has one solution, because
 // it is where the function 1/2 d'Gd + g'd - sum A_i log d_i, convex in log d, is least. A few rounds of the symmetric
 // Sinkhorn iteration (Knight, Ruiz and Ucar 2014), then Newton's method. No row is ever scaled by itself.
-Closure close(Exchange& exchange, Hemispheres& hemispheres, double tolerance = 1e-7, int max_rounds = 20);
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7,
+              int max_rounds = 20);
 
 }  // namespace surflux

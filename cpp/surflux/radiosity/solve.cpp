@@ -134,7 +134,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     Exchange exchange = exchange_of_all_pairs(scene, options.exchange.visibility ? &tracer : nullptr, options.exchange,
                                               options.seed, stage("exchange"));
     watch.lap("exchange");
-    const Closure closure = close(exchange, hemispheres);
+    const Closure closure = close(exchange, hemispheres, stage("closure"));
     watch.lap("closure");
 
     for (std::size_t i = 0; i < n; ++i) out.direct[i] += hemispheres.sky[i];

@@ -14,6 +14,12 @@ std::vector<double> inner(const std::vector<double>& a, const std::vector<double
     return sum;
 }
 
+// The residual falls by about the same factor each time: its logarithm tells how far the way still is.
+std::size_t percent_done(double residual, double tolerance) {
+    if (residual >= 1.0) return 0;
+    return static_cast<std::size_t>(std::clamp(100.0 * std::log(residual) / std::log(tolerance), 0.0, 99.0));
+}
+
 }  // namespace
 
 LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels,
@@ -44,8 +50,7 @@ LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<
         if (report.residual <= tolerance || report.applications >= max_applications) break;
         p = r;
         while (worst(rr) > 0.9 * tolerance && report.applications < max_applications) {
-            surflux::report(progress, static_cast<std::size_t>(report.applications),
-                            static_cast<std::size_t>(max_applications));
+            surflux::report(progress, percent_done(worst(rr), tolerance), 100);
             apply(p, product);
             ++report.applications;
             const std::vector<double> curvature = inner(p, product, channels);
