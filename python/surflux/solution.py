@@ -154,7 +154,7 @@ class Solution:
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
         irradiance: (n, 3) H, direct light included.
         direct: (n, 3) the part of H that comes from lights and Environments.
-        error: the solver's own estimate of the relative RMS error of H: fresh rays from 500 surfels gather the
+        error: the solver's own estimate of the relative RMS error of H: fresh rays from 1000 surfels gather the
             solution once more. What the direct light is off by is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,

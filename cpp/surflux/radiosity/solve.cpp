@@ -14,7 +14,7 @@ namespace surflux {
 namespace {
 
 constexpr int max_applications = 1000;
-constexpr int checked_surfels = 500, check_rays = 256;
+constexpr int checked_surfels = 1000, check_rays = 256;
 
 class Stopwatch {
 public:

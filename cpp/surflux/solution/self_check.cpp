@@ -22,23 +22,21 @@ double gathering_error(const Scene& scene, const Tracer& tracer, const Solution&
     const std::size_t checked = std::min<std::size_t>(static_cast<std::size_t>(surfels), s.size());
     std::vector<double> squared(checked), reference(checked);
     parallel_for(checked, 4, [&](std::size_t k) {
-        Random random(seed + check_stream, k);
-        const auto i = static_cast<std::uint32_t>(checked == s.size() ? k : random.below(s.size()));
+        const auto i =
+            static_cast<std::uint32_t>(checked == s.size() ? k : Random(seed + check_stream, k).below(s.size()));
         const Frame frame = frame_around(s.normals[i]);
-        Rgb sum, sum_of_squares;
-        for (int r = 0; r < rays; ++r) {
-            // Independent rays: their spread tells how much of the difference is theirs.
-            const double u = random.uniform(), v = random.uniform(), a = random.uniform(), b = random.uniform();
-            const Hit hit = tracer.closest(i, points.at(i, a, b), frame.to_world(square_to_cosine_hemisphere(u, v)));
-            if (!hit || !hit.front) continue;
-            const Rgb& arrived = solution.radiosity[hit.surfel];
-            sum += arrived;
-            sum_of_squares += arrived * arrived;
-        }
-        const Rgb mean = sum / rays;
-        const Rgb variance = (sum_of_squares / rays - mean * mean) / (rays - 1);
-        const Rgb off = solution.direct[i] + mean - solution.irradiance[i];
-        squared[k] = s.areas[i] * (dot(off, off) - variance.x - variance.y - variance.z);
+        const auto difference = [&](std::uint64_t half) {
+            EvenPoints even(4, seed + check_stream + 1 + half, k);
+            Rgb gathered;
+            for (int r = 0; r < rays; ++r) {
+                const double* u = even.next();
+                const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+                const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
+                if (hit && hit.front) gathered += solution.radiosity[hit.surfel];
+            }
+            return solution.direct[i] + gathered / rays - solution.irradiance[i];
+        };
+        squared[k] = s.areas[i] * dot(difference(0), difference(1));
         reference[k] = s.areas[i] * dot(solution.irradiance[i], solution.irradiance[i]);
     });
     double off = 0.0, all = 0.0;

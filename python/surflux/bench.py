@@ -1,0 +1,248 @@
+"""`surflux bench`: seconds and errors of every pass on the machine at hand, in one table.
+
+Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
+against a closed form where there is one; "own estimate" is Solution.error.
+"""
+
+import argparse
+import json
+import os
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+import surflux as sf
+from surflux import shapes
+
+
+@dataclass
+class Row:
+    """One line of the table."""
+
+    case: str
+    surfels: int
+    seconds: float
+    error: float
+    against: str
+    stages: dict = field(default_factory=dict)
+    repeats: int = 1
+
+
+def main(arguments=None):
+    """Runs the cases, prints the table, and returns the exit status."""
+    parser = argparse.ArgumentParser(prog="surflux bench", description="Seconds and errors on this machine.")
+    parser.add_argument("--case", action="append", metavar="NAME", help="only this one; again for more")
+    parser.add_argument("--list", action="store_true", help="print the names of the cases")
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
+    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
+    parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
+    parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
+    options = parser.parse_args(arguments)
+    if options.list:
+        print("\n".join(CASES))
+        return 0
+    if options.repeats < 1:
+        raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
+    for name in options.case or ():
+        if name not in CASES:
+            raise ValueError(f"--case: wanted one of {', '.join(CASES)}, got {name!r}")
+
+    rows = []
+    for name in options.case or CASES:
+        needs_data, run = CASES[name]
+        if needs_data and not os.environ.get("SURFLUX_DATA"):
+            print(f"bench: {name} left out: SURFLUX_DATA names no folder of scans", file=sys.stderr)
+            continue
+        print(f"bench: {name}", file=sys.stderr)
+        rows.append(measure(name, run, options.repeats, options.threads))
+    text = heading() + table(rows)
+    print(text)
+    if options.markdown:
+        Path(options.markdown).write_text(text + "\n")
+    if options.json:
+        found = {"machine": dict(sf.info()), "rows": [asdict(row) for row in rows]}
+        Path(options.json).write_text(json.dumps(found, indent=2) + "\n")
+    return 0
+
+
+def measure(name, run, repeats, threads):
+    """The case's row: medians over `repeats` runs after one that is not counted."""
+    runs = [run(threads) for _ in range(repeats + 1)][1:]
+    stages = {stage: median(r.stages[stage] for r in runs) for stage in runs[0].stages}
+    last = runs[-1]
+    return Row(name, last.surfels, median(r.seconds for r in runs), last.error, last.against, stages, repeats)
+
+
+def heading():
+    found = sf.info()
+    return f"{found['threads']} threads, {found['instruction set']}, Embree {found['Embree']}, GL: {found['GL']}\n\n"
+
+
+def table(rows):
+    """The rows as a Markdown table."""
+    lines = ["| case | surfels | seconds | error | against | stages, seconds |", "|---|--:|--:|--:|---|---|"]
+    for r in rows:
+        stages = ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in r.stages.items() if seconds >= 0.0005)
+        lines.append(f"| {r.case} | {r.surfels} | {r.seconds:.3f} | {r.error:.2g} | {r.against} | {stages} |")
+    return "\n".join(lines)
+
+
+# --- cases: each runs once and returns a Row without its name --------------------------------------------------------
+
+
+def _run(surfels, seconds, error, against, stages=None):
+    return Row("", surfels, seconds, float(error), against, stages or {})
+
+
+def _solved(scene, threads, error, against):
+    start = perf_counter()
+    # A scene remembers areas that it has computed; a new one has to compute them again.
+    solution = sf.solve(sf.Scene(scene.objects, scene.lights), threads=threads, **scene.solve_options)
+    seconds = perf_counter() - start
+    return _run(len(solution.surfels), seconds, error(solution), against, solution.timings)
+
+
+def _cube(n, rho, emission):
+    vertices, faces, _ = shapes.box(patches=n, inward=True)
+    return sf.Surfels.from_mesh((vertices, faces), reflectance=rho, emission=emission)
+
+
+def _sphere_points(n):
+    return shapes.sphere(n).points  # not an icosphere's number: a Fibonacci lattice
+
+
+def _relative_rms(surfels, found, expected):
+    weight = surfels.areas[:, None]
+    return np.sqrt(np.sum(weight * (found - expected) ** 2) / np.sum(weight * expected**2 * np.ones_like(found)))
+
+
+def _areas_icosphere(threads):
+    s = shapes.sphere(642, 0.8)
+    start = perf_counter()
+    areas = sf.effective_areas(s, method="paper", threads=threads)
+    return _run(len(s), perf_counter() - start, abs(areas.sum() / (4 * np.pi * 0.64) - 1), "total area 4 pi r^2")
+
+
+def _bunny():
+    from surflux.meshes import read_mesh
+
+    path = Path(os.environ["SURFLUX_DATA"]) / "statues" / "bunny_34834.ply"
+    mesh = read_mesh(path)
+    corners = mesh.vertices[mesh.indices.reshape(-1, 3)]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    return sf.read(path), area
+
+
+def _areas_bunny(threads):
+    s, area = _bunny()
+    start = perf_counter()
+    areas = sf.effective_areas(s, method="paper", threads=threads)
+    return _run(len(s), perf_counter() - start, abs(areas.sum() / area - 1), "area of its mesh")
+
+
+def _normals_bunny(threads):
+    from surflux._passes import thread_limit
+
+    s, _ = _bunny()
+    with thread_limit(threads):
+        start = perf_counter()
+        found = sf.Surfels(s.points)
+        seconds = perf_counter() - start
+    wrong = np.mean(np.sum(found.normals * s.normals, axis=1) < np.cos(np.radians(20.0)))
+    return _run(len(s), seconds, wrong, "share of normals more than 20 degrees off the mesh's")
+
+
+def _furnace_cube(threads):
+    return _solved(
+        sf.Scene([_cube(13, 0.9, 1.0)]), threads, lambda s: np.abs(s.radiosity * 0.1 - 1).max(), "B = E/(1-rho), largest"
+    )
+
+
+def _furnace_sphere(threads):
+    p = _sphere_points(1000)
+    return _solved(
+        sf.Scene([sf.Surfels(p, normals=-p, reflectance=0.9, emission=1.0)]),
+        threads,
+        lambda s: np.abs(s.radiosity * 0.1 - 1).max(),
+        "B = E/(1-rho), largest",
+    )
+
+
+def _sphere_inside(threads):
+    p = _sphere_points(2000)
+    s = sf.Surfels(p, normals=-p, reflectance=0.5 + 0.4 * p[:, 0], emission=np.where(p[:, 2] > 0.5, 10.0, 0.0))
+
+    def error(solution):
+        # H = mean(E) / (1 - mean(rho)), means over the sphere: a cap of height 1/2 has 1/4 of it.
+        return _relative_rms(solution.surfels, solution.irradiance, np.array(2.5 / 0.5))
+
+    return _solved(sf.Scene([s]), threads, error, "H = mean(E)/(1-mean(rho)), RMS")
+
+
+def _concentric(threads):
+    inner, outer = _sphere_points(1000), _sphere_points(4000)
+    scene = sf.Scene(
+        [
+            sf.Surfels(0.5 * inner, normals=inner, reflectance=0.0, emission=1.0),
+            sf.Surfels(outer, normals=-outer, reflectance=0.5),
+        ]
+    )
+
+    def error(solution):
+        return _relative_rms(solution.surfels[1000:], solution.radiosity[1000:], np.array(0.2))
+
+    return _solved(scene, threads, error, "B = .2 on the outer sphere, RMS")
+
+
+def _cube_factors(threads):
+    scene = sf.Scene([_cube(20, 0.5, 0.0)])
+    start = perf_counter()
+    f = sf.form_factors(scene, threads=threads)
+    seconds = perf_counter() - start
+    faces = f.reshape(6, 400, 6, 400).sum(axis=3).mean(axis=1)
+    expected = np.full((6, 6), 0.2000437761)
+    expected[[0, 1, 2, 3, 4, 5], [1, 0, 3, 2, 5, 4]] = 0.1998248957
+    np.fill_diagonal(expected, 0.0)
+    off = np.abs(faces - expected).max() / 0.2
+    return _run(2400, seconds, off, "factors between faces, largest")
+
+
+def _scene_file(name):
+    def run(threads):
+        start = perf_counter()
+        scene = sf.load_scene(data_folder() / f"{name}.toml")
+        loading = perf_counter() - start
+        row = _solved(scene, threads, lambda s: s.error, "own estimate, RMS")
+        row.stages = {"load": loading, **row.stages}
+        row.seconds += loading
+        return row
+
+    return run
+
+
+def data_folder():
+    """The folder data/ with the scene files, of the checkout that this package was installed from, or here."""
+    for folder in (Path.cwd() / "data", Path(__file__).resolve().parents[2] / "data"):
+        if (folder / "three_spheres.toml").is_file():
+            return folder
+    raise sf.FileError("data/three_spheres.toml: not found; run surflux bench from the folder of the project")
+
+
+# Name -> (needs SURFLUX_DATA, run).
+CASES = {
+    "areas of an icosphere": (False, _areas_icosphere),
+    "areas of the bunny": (True, _areas_bunny),
+    "normals and radii of the bunny": (True, _normals_bunny),
+    "furnace in a cube": (False, _furnace_cube),
+    "furnace in a sphere": (False, _furnace_sphere),
+    "sphere inside": (False, _sphere_inside),
+    "concentric spheres": (False, _concentric),
+    "form factors in a cube": (False, _cube_factors),
+    "three spheres": (False, _scene_file("three_spheres")),
+    "statues": (False, _scene_file("statues")),
+    "two bunnies": (True, _scene_file("two_bunnies")),
+}
