@@ -87,6 +87,16 @@ TEST(Radii, AreTheDistanceToTheSixthNeighbourOnASquareGrid) {
     for (std::size_t i = 0; i < grid.size(); ++i) EXPECT_DOUBLE_EQ(doubled[i], radii[i]);
 }
 
+TEST(Radii, OfAnOutlierFollowThoseOfItsNeighbours) {
+    std::vector<Vec3> points;
+    for (int x = 0; x < 7; ++x)
+        for (int y = 0; y < 7; ++y) points.push_back({double(x), double(y), 0.0});
+    points.push_back({3.0, 3.0, 50.0});
+    const std::vector<double> radii = estimate_radii(points, 6);
+    EXPECT_NEAR(radii[3 * 7 + 3], std::sqrt(2.0), 1e-6);
+    EXPECT_NEAR(radii[49], 2.0 * std::sqrt(2.0), 1e-6);  // not 50: its neighbours lie in the middle of the grid
+}
+
 TEST(Radii, RefuseWhatHasNoNeighbours) {
     EXPECT_THROW(estimate_radii({{0, 0, 0}}), ArgumentError);
     EXPECT_THROW(estimate_radii({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}), ArgumentError);
