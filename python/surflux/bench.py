@@ -156,20 +156,20 @@ def _normals_bunny(threads):
     return _run(len(s), seconds, wrong, "share of normals more than 20 degrees off the mesh's")
 
 
+def _furnace(surfels, threads):
+    def error(solution):
+        return np.abs(solution.radiosity * (1.0 - 0.9) - 1.0).max()
+
+    return _solved(sf.Scene([surfels]), threads, error, "B = E/(1-rho), largest")
+
+
 def _furnace_cube(threads):
-    return _solved(
-        sf.Scene([_cube(13, 0.9, 1.0)]), threads, lambda s: np.abs(s.radiosity * 0.1 - 1).max(), "B = E/(1-rho), largest"
-    )
+    return _furnace(_cube(13, 0.9, 1.0), threads)
 
 
 def _furnace_sphere(threads):
     p = _sphere_points(1000)
-    return _solved(
-        sf.Scene([sf.Surfels(p, normals=-p, reflectance=0.9, emission=1.0)]),
-        threads,
-        lambda s: np.abs(s.radiosity * 0.1 - 1).max(),
-        "B = E/(1-rho), largest",
-    )
+    return _furnace(sf.Surfels(p, normals=-p, reflectance=0.9, emission=1.0), threads)
 
 
 def _sphere_inside(threads):

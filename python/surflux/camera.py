@@ -137,3 +137,9 @@ class Camera:
     def __repr__(self) -> str:
         eye, target, up, fov = (v for v in self.to_dict().values())
         return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"
+
+
+def framing(surfels, size):
+    """A Camera that has all surfels, whole disks, in a picture of size (width, height)."""
+    reach = surfels.radii[:, None]
+    return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), aspect=size[0] / size[1])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import surflux as sf
+from surflux.camera import framing
 
 # A solver of all pairs takes n^2 / 2 exchanges: a scan goes in by this many of its points.
 CLOUD_LIMIT = 10_000
@@ -246,10 +247,7 @@ def _write_images(solution, camera, size, images):
 def _camera(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
     if default is None:
-        width, height = options.size
-        reach = surfels.radii[:, None]
-        extremes = np.concatenate([surfels.points - reach, surfels.points + reach])
-        default = sf.Camera.fit(extremes, aspect=width / height)
+        default = framing(surfels, options.size)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
 

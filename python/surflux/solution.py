@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
-from surflux.camera import Camera
+from surflux.camera import Camera, framing
 from surflux.files import load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
 from surflux.scene import Scene
@@ -211,13 +211,13 @@ class Solution:
             ValueError: an argument out of range, by name.
             DeviceError: there is no OpenGL; says what was tried.
         """
-        if camera is None:
-            camera = self.camera or Camera.fit(_extremes(self.surfels), aspect=size[0] / size[1])
-        if not isinstance(camera, Camera):
-            raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         if not (isinstance(size, (tuple, list)) and len(size) == 2):
             raise ValueError(f"size: wanted (width, height), got {size!r}")
         width, height = (_check.count("size", v, 1, 16384) for v in size)
+        if camera is None:
+            camera = self.camera or framing(self.surfels, size)
+        if not isinstance(camera, Camera):
+            raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         background = _check.rgb("background", background)
         samples = _check.count("samples", samples, 1, 8)
         _check.flag("layers", layers)
@@ -247,9 +247,16 @@ class Solution:
         """Shows the surfels with pyvista, coloured by what was solved; see Surfels.plot for the options."""
         from surflux.viewer import plot
 
-        values = {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct}
         options.setdefault("camera", self.camera)
-        return plot(self.surfels, color=color, values=values, **options)
+        return plot(self.surfels, color=color, values=self.values(), **options)
+
+    def values(self):
+        """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).
+
+        "level" counts from 0, the finest of the hierarchy; this version solves on that one alone.
+        """
+        level = np.zeros(len(self.surfels))
+        return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": level}
 
     def save(self, path):
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
@@ -334,11 +341,6 @@ def _timed(work):
     start = perf_counter()
     result = work()
     return perf_counter() - start, result
-
-
-def _extremes(surfels):
-    reach = surfels.radii[:, None]
-    return np.concatenate([surfels.points - reach, surfels.points + reach])
 
 
 def _stage_callback(progress):

@@ -17,7 +17,7 @@ class Surfels:
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours (needs 3 points).
-        radii: (n,) or one number, above 0, in the unit of points; None to reach the 6th neighbour and leave no gap (needs 2 points).
+        radii: (n,) or one number, above 0, in the unit of points; None: to the 6th neighbour, no gaps (needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
             Where n is 3, three numbers are one RGB.

@@ -1,0 +1,61 @@
+"""`surflux bench`: the table says what was run, and its errors are those of the closed forms."""
+
+import json
+
+import pytest
+
+from surflux import bench, cli
+
+
+def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
+    markdown, rows = tmp_path / "bench.md", tmp_path / "bench.json"
+    arguments = ["--case", "furnace in a cube", "--repeats", "1", "--markdown", str(markdown), "--json", str(rows)]
+    assert cli.main(["bench", *arguments]) == 0
+    printed = capsys.readouterr().out
+    assert printed == markdown.read_text()
+    found = json.loads(rows.read_text())
+    (row,) = found["rows"]
+    assert (row["case"], row["surfels"]) == ("furnace in a cube", 6 * 13 * 13)
+    assert row["error"] < 1e-3  # the furnace is closed: B = E / (1 - rho) on every surfel
+    assert row["seconds"] >= sum(row["stages"].values()) > 0
+    assert "exchange" in row["stages"]
+    assert f"| furnace in a cube | {row['surfels']} |" in printed
+    assert found["machine"]["threads"] >= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "largest"),
+    [
+        ("areas of an icosphere", 0.04),  # D04 reports 2.63 %
+        ("sphere inside", 0.01),
+        ("form factors in a cube", 0.005),
+    ],
+)
+def test_errors_are_those_of_the_closed_forms(name, largest):
+    row = bench.measure(name, bench.CASES[name][1], 1, None)
+    assert 0.0 < row.error < largest
+
+
+def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
+    monkeypatch.delenv("SURFLUX_DATA", raising=False)
+    assert cli.main(["bench", "--case", "two bunnies"]) == 0
+    out, err = capsys.readouterr()
+    assert "two bunnies left out" in err
+    assert "two bunnies" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
+        (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
+    ],
+)
+def test_wrong_arguments(capsys, arguments, message):
+    assert cli.main(["bench", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_the_cases_can_be_listed(capsys):
+    assert cli.main(["bench", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(bench.CASES)
