@@ -1,6 +1,7 @@
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/lights/hemisphere.h"
+#include "surflux/radiosity/closure.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/radiosity/solve.h"
 

@@ -5,6 +5,7 @@
 #include "shapes.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/radiosity/closure.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/radiosity/solve.h"
 #include "surflux/solution/conjugate_gradients.h"

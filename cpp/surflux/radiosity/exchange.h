@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/lights/hemisphere.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -23,7 +22,7 @@ struct Exchange {
     std::size_t size = 0;
     std::vector<float> g;  // size x size, row-major
     std::vector<double> areas;
-    std::vector<double> scale;  // 1 until close() finds the diagonal
+    std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
     std::size_t links = 0;      // pairs i < j that exchange anything
     std::size_t rays = 0;
 
@@ -33,20 +32,5 @@ struct Exchange {
 
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress = {});
-
-struct Closure {
-    double largest_correction = 0.0;  // max_i |scale_i - 1|
-    double residual = 0.0;            // max_i |row_i + escape_i + absorbed_i - 1| afterwards
-    int rounds = 0;                   // Newton steps
-    int applications = 0;             // of the exchange
-};
-
-// Closes the exchange: finds the diagonal with which every row, plus what `hemispheres` measured to escape and to be
-// absorbed, makes 1. Sky and back faces count as two more partners in the exchange, and so are scaled by the same
-// scale_i (D_i of the sky included): the condition scale_i (sum_j G_ij scale_j + g_i) = A_i has one solution, because
-// it is where the function 1/2 d'Gd + g'd - sum A_i log d_i, convex in log d, is least. A few rounds of the symmetric
-// Sinkhorn iteration (Knight, Ruiz and Ucar 2014), then Newton's method. No row is ever scaled by itself.
-Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7,
-              int max_rounds = 20);
 
 }  // namespace surflux

@@ -6,6 +6,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/lights/hemisphere.h"
+#include "surflux/radiosity/closure.h"
 #include "surflux/solution/conjugate_gradients.h"
 #include "surflux/solution/self_check.h"
 
