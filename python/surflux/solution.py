@@ -123,6 +123,13 @@ def form_factors(
     Raises:
         ValueError: an argument out of range, by name; more than 20 000 surfels.
         Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    >>> floor_and_ceiling = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3], [7, 6, 5, 4]]), patch_area=0.01)
+    >>> F = sf.form_factors(sf.Scene([floor_and_ceiling]))
+    >>> print(f"{F[:100, 100:].sum() / 100:.3f}")  # opposite faces of a cube: .1998
+    0.200
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
@@ -286,6 +293,12 @@ def load_solution(path):
 
     Raises:
         FileError: with the path and the reason; a file of points that holds no solution is none.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=0.1, areas=0.03)
+    >>> sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
+    >>> sf.load_solution("floor.ply").irradiance
+    array([[2., 2., 2.]])
     """
     arrays = load_arrays(path)
     about = unpack_comments(arrays["comments"], path)
