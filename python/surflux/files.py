@@ -11,7 +11,7 @@ from surflux._color import reflectance_of_colors
 from surflux.meshes import Mesh, read_mesh
 from surflux.saving import COLOR_NAMES, CORNER_NAMES, file_error, pack_comments, save_surfels, unpack_comments
 
-__all__ = ["Mesh", "load_arrays", "pack_comments", "read", "read_mesh", "save_surfels", "unpack_comments"]
+__all__ = ["Mesh", "file_error", "load_arrays", "pack_comments", "read", "read_mesh", "save_surfels", "unpack_comments"]
 
 FORMATS = ("ply",)
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))

@@ -89,7 +89,7 @@ def unpack_comments(comments, path=""):
         return {}
     try:
         return json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise file_error(path, f"the comments that begin with 'surflux' are no valid JSON ({error})") from error
 
 
