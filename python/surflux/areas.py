@@ -38,6 +38,11 @@ def effective_areas(
     Raises:
         ValueError: an argument out of range, by name.
         Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121, radii=2.0)
+    >>> print(f"{sf.effective_areas(grid)[60]:.2f}")  # in the middle, each surfel has a unit square to itself
+    1.00
     """
     from surflux.surfels import Surfels
 

@@ -1,11 +1,6 @@
 """A pinhole camera for pictures of surfels."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import ArrayLike
 
 from surflux._check import finite_array, number, vector3
 
@@ -15,24 +10,26 @@ class Camera:
 
     Row 0 of its images is on top, columns go to the right; depth is measured along the view axis, not along the ray.
 
-    Parameters
-    ----------
-    eye, target : (3,) array_like
-        Where the camera is, and a point in the middle of its picture.
-    up : (3,) array_like
-        A direction that is vertical in the picture; not parallel to the view.
-    fov : float
-        Vertical field of view, full angle in degrees, between 0 and 180.
+    Args:
+        eye, target: (3,) each: where the camera is, and a point in the middle of its picture.
+        up: (3,), a direction that is vertical in the picture; not parallel to the view.
+        fov: vertical field of view, full angle in degrees, between 0 and 180.
 
-    Raises
-    ------
-    ValueError
-        Naming the argument: a wrong shape, a value that is not finite, target at the eye, up along the view.
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite, target at the eye, up along the
+            view.
+
+    >>> import surflux as sf
+    >>> camera = sf.Camera([0, -4, 1], [0, 0, 1], fov=40)
+    >>> camera
+    Camera(eye=[0.0, -4.0, 1.0], target=[0.0, 0.0, 1.0], up=[0.0, 0.0, 1.0], fov=40)
+    >>> camera.project([[0, 0, 1]], (800, 600))  # the target, 4 away, is in the middle of the picture
+    array([[400., 300.,   4.]])
     """
 
     __slots__ = ("_eye", "_fov", "_target", "_up")
 
-    def __init__(self, eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), fov: float = 45.0):
+    def __init__(self, eye, target, up=(0, 0, 1), fov=45.0):
         self._eye = vector3("eye", eye).copy()
         self._target = vector3("target", target).copy()
         self._up = vector3("up", up).copy()
@@ -55,31 +52,17 @@ class Camera:
     fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
 
     @classmethod
-    def fit(
-        cls,
-        points: ArrayLike,
-        direction: ArrayLike = (-0.6, 1.0, -0.45),
-        up: ArrayLike = (0, 0, 1),
-        fov: float = 45.0,
-        aspect: float = 4.0 / 3.0,
-    ) -> Camera:
+    def fit(cls, points, direction=(-0.6, 1.0, -0.45), up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0):
         """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
 
-        Parameters
-        ----------
-        points : (n, 3) array_like
-            For bounds, give their corners.
-        direction : (3,) array_like
-            From the camera towards the points.
-        up, fov
-            As of the camera.
-        aspect : float
-            Width of the picture over its height.
+        Args:
+            points: (n, 3), n >= 1; for bounds, give their corners.
+            direction: (3,), from the camera towards the points.
+            up, fov: as of the camera.
+            aspect: width of the picture over its height.
 
-        Raises
-        ------
-        ValueError
-            Naming the argument.
+        Raises:
+            ValueError: an argument, by name.
         """
         points = finite_array("points", points, (None, 3))
         if len(points) == 0:
@@ -101,11 +84,14 @@ class Camera:
         extent = np.linalg.norm(p, axis=1).max()
         return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov)
 
-    def project(self, points: ArrayLike, size: Sequence[int]) -> np.ndarray:
+    def project(self, points, size):
         """Where points appear in a picture of `size` (width, height): (n, 3) of column, row, depth.
 
         Pixel (0, 0) covers columns and rows 0 to 1. Depth is negative behind the camera, where columns and rows mean
         nothing.
+
+        Raises:
+            ValueError: points of another shape, or not finite.
         """
         points = finite_array("points", points, (None, 3))
         width, height = size
@@ -117,24 +103,24 @@ class Camera:
             column, row = (0.5 * n + scale * (p @ axis) / depth for n, axis in ((width, right), (height, down)))
         return np.stack([column, row, depth], axis=1)
 
-    def _axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _axes(self):
         forward = self._target - self._eye
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, self._up)
         right /= np.linalg.norm(right)
         return right, np.cross(forward, right), forward
 
-    def to_dict(self) -> dict:
+    def to_dict(self):
         """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
         return {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
 
-    def __eq__(self, other: object) -> bool:
+    def __eq__(self, other):
         return isinstance(other, Camera) and self.to_dict() == other.to_dict()
 
-    def __hash__(self) -> int:
+    def __hash__(self):
         return hash((*self._eye, *self._target, *self._up, self._fov))
 
-    def __repr__(self) -> str:
+    def __repr__(self):
         eye, target, up, fov = (v for v in self.to_dict().values())
         return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"
 

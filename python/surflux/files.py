@@ -11,7 +11,7 @@ from surflux._color import reflectance_of_colors
 from surflux.meshes import Mesh, read_mesh
 from surflux.saving import COLOR_NAMES, CORNER_NAMES, file_error, pack_comments, save_surfels, unpack_comments
 
-__all__ = ["Mesh", "load_arrays", "pack_comments", "read", "read_mesh", "save_surfels", "unpack_comments"]
+__all__ = ["Mesh", "file_error", "load_arrays", "pack_comments", "read", "read_mesh", "save_surfels", "unpack_comments"]
 
 FORMATS = ("ply",)
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
@@ -21,35 +21,29 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
     """Read a point file as surfels.
 
     PLY, ascii or binary of either byte order. The vertices become surfels; faces, but for the patches that
-    `Surfels.save` writes, are not looked at (`Surfels.from_mesh` is for them). Read are the properties ``x y z``,
-    ``nx ny nz``, ``radius``, ``area``, ``reflectance_r/g/b``, ``emission_r/g/b`` and the colours ``red green blue``.
+    Surfels.save writes, are not looked at (Surfels.from_mesh is for them). Read are the properties `x y z`,
+    `nx ny nz`, `radius`, `area`, `reflectance_r/g/b`, `emission_r/g/b` and the colours `red green blue`.
 
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    format : str, optional
-        ``"ply"``; by default the suffix of `path` decides.
-    reflectance : float, (3,) or (n, 3) array, optional
-        Instead of what the file says. By default ``reflectance_r/g/b``, else the colours, sRGB made linear with
-        white (255) at .98, else 0.5.
-    emission : float, (3,) or (n, 3) array
-        Exitance; 0 keeps what the file says.
-    viewpoint : (3,) array, optional
-        Where the points were seen from; orients normals that are estimated.
+    Args:
+        path: str or path.
+        format: "ply"; None to let the suffix of the path decide.
+        reflectance: one number, RGB (3,), (n,) or (n, 3), instead of what the file says; None for the file's
+            `reflectance_r/g/b`, else its colours, sRGB made linear with white (255) at .98, else 0.5.
+        emission: exitance, the same shapes; 0 keeps what the file says.
+        viewpoint: (3,), where the points were seen from; orients normals that are estimated.
 
-    Returns
-    -------
-    Surfels
-        Normals that the file lacks are estimated; also those that are zero or not finite, with a warning.
+    Returns:
+        Surfels. Normals that the file lacks are estimated; also those that are zero or not finite, with a warning.
 
-    Raises
-    ------
-    FileError
-        The file cannot be read, or holds no points, or what it holds cannot be surfels. Names the path, the line or
-        byte where there is one, and the reason.
-    ValueError
-        An argument is wrong.
+    Raises:
+        FileError: the file cannot be read, or holds no points, or what it holds cannot be surfels. Names the path, the
+            line or byte where there is one, and the reason.
+        ValueError: an argument, by name.
+
+    >>> import surflux as sf
+    >>> sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6).save("two.ply")
+    >>> sf.read("two.ply", reflectance=0.8)
+    Surfels(2 surfels, no areas)
     """
     from surflux.surfels import Surfels
 
@@ -92,19 +86,14 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
 def load_arrays(path, format=None):
     """Read what a point file says about surfels, as arrays; nothing is estimated.
 
-    Returns
-    -------
-    dict
-        ``points`` (n, 3); ``normals`` (n, 3), unit, rows of NaN where the file's are zero or not finite; ``radii``,
-        ``areas`` (n,); ``reflectance``, ``emission``, ``radiosity``, ``irradiance``, ``direct`` (n, 3), linear; each
-        of these but the points is None where the file has none. ``triangles`` (t, 3, 3) and ``triangle_surfel``
-        (t,), ascending: the patches. ``columns``: all other properties of the vertices by name, (n,). ``comments``:
-        list of str.
+    Returns:
+        dict: "points" (n, 3); "normals" (n, 3), unit, rows of NaN where the file's are zero or not finite; "radii",
+        "areas" (n,); "reflectance", "emission", "radiosity", "irradiance", "direct" (n, 3), linear; each of these but
+        the points is None where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the
+        patches. "columns": all other properties of the vertices by name, (n,). "comments": list of str.
 
-    Raises
-    ------
-    FileError
-        As `read`.
+    Raises:
+        FileError: as read.
     """
     _check_format(path, format)
     ply = _core.read_ply(path, ["vertex", "patch"])

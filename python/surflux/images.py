@@ -1,42 +1,37 @@
 """Pictures in and out: EXR, HDR and PNG, linear radiance everywhere but in PNG files."""
 
-from __future__ import annotations
-
-import os
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._check import number
 
 
-def write_image(
-    path: str | os.PathLike, image: ArrayLike, *, exposure: float | None = None, **layers: ArrayLike
-) -> None:
+def write_image(path, image, *, exposure=None, **layers):
     """Writes a picture; the suffix of `path` says how.
 
-    - ``.exr``: linear 32-bit floats R G B, and the layers: ``indirect=(h, w, 3)`` becomes indirect.R, .G and .B, an
-      (h, w) layer one channel of its name, ``depth=(h, w)`` the channel Z. Infinity stays infinity.
-    - ``.hdr``: linear R G B with shared exponents (Radiance).
-    - ``.png``: 8 bit sRGB of the tone-mapped picture (see `tone_map`).
+    - .exr: linear 32-bit floats R G B, and the layers: `indirect` (h, w, 3) becomes indirect.R, .G and .B, an (h, w)
+      layer one channel of its name, `depth` (h, w) the channel Z. Infinity stays infinity.
+    - .hdr: linear R G B with shared exponents (Radiance).
+    - .png: 8 bit sRGB of the tone-mapped picture (see tone_map).
 
     The file appears whole or not at all.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        Linear radiance, row 0 on top.
-    exposure : float, optional
-        For .png alone: the factor on radiance; chosen from the picture where not given.
+    Args:
+        path: str or path.
+        image: (h, w, 3), linear radiance, row 0 on top.
+        exposure: for .png alone: the factor on radiance; None to choose it from the picture.
+        layers: for .exr alone, by name: (h, w), (h, w, 1) or (h, w, 3) each.
 
-    Raises
-    ------
-    ValueError
-        Naming the argument: a wrong shape, layers for a format that has none, an exposure for one that needs none.
-    FileError
-        With the path and the reason: an unknown suffix, a folder that does not exist or takes no file.
+    Raises:
+        ValueError: an argument, by name: a wrong shape, layers for a format that has none, an exposure for one that
+            needs none.
+        FileError: the path and the reason: an unknown suffix, a folder that does not exist or takes no file.
+
+    >>> import numpy as np
+    >>> import surflux as sf
+    >>> sf.write_image("grey.exr", np.full((2, 4, 3), 0.25), depth=np.ones((2, 4)))
     """
     path = Path(path)
     image = _picture("image", image)
@@ -61,23 +56,25 @@ def write_image(
     _core.write_image(str(path), names, np.concatenate(channels, axis=2))
 
 
-def read_image(path: str | os.PathLike, layer: str | None = None) -> np.ndarray:
+def read_image(path, layer=None):
     """Reads a picture from .exr, .hdr or .png (sRGB made linear).
 
-    Parameters
-    ----------
-    layer : str, optional
-        A layer of an .exr file, by the name that `write_image` took; the picture itself where not given.
+    Args:
+        path: str or path.
+        layer: of an .exr file, by the name that write_image took; None for the picture itself.
 
-    Returns
-    -------
-    (h, w, 3) float32
-        Linear R G B, row 0 on top; a grey picture has its value three times. (h, w) for a layer of one channel.
+    Returns:
+        (h, w, 3) float32, linear R G B, row 0 on top; a grey picture has its value three times. (h, w) for a layer of
+        one channel.
 
-    Raises
-    ------
-    FileError
-        With the path and the reason: no such file, an unknown suffix, broken content, no such layer.
+    Raises:
+        FileError: the path and the reason: no such file, an unknown suffix, broken content, no such layer.
+
+    >>> import numpy as np
+    >>> import surflux as sf
+    >>> sf.write_image("ramp.exr", np.zeros((2, 4, 3)), depth=[[1, 2, 3, 4]] * 2)
+    >>> sf.read_image("ramp.exr", layer="depth")[0]
+    array([1., 2., 3., 4.], dtype=float32)
     """
     names, pixels = _core.read_image(str(path))
     single = {None: "Y", "depth": "Z"}.get(layer, layer)
@@ -91,23 +88,21 @@ def read_image(path: str | os.PathLike, layer: str | None = None) -> np.ndarray:
     raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
 
 
-def tone_map(image: ArrayLike, *, exposure: float | None = None, filmic: bool = True) -> np.ndarray:
+def tone_map(image, *, exposure=None, filmic=True):
     """Linear radiance -> what a display shows: exposure, a shoulder that bends highlights towards 1, the sRGB curve.
 
-    Parameters
-    ----------
-    image : (h, w, 3) array_like
-        NaN and negative values come out 0, infinity 1.
-    exposure : float, optional
-        The factor on radiance. Where not given, the one that brings the log-average luminance to 0.22, taken without
-        black, without one and the same value in more than 1 % of the pixels (background, lamps), and without the
-        darkest and brightest 2 % of the rest.
-    filmic : bool
-        False cuts off at 1 instead.
+    Args:
+        image: (h, w, 3); NaN and negative values come out 0, infinity 1.
+        exposure: the factor on radiance; None for the one that brings the log-average luminance to 0.22, taken without
+            black, without one and the same value in more than 1 % of the pixels (background, lamps), and without the
+            darkest and brightest 2 % of the rest.
+        filmic: False cuts off at 1 instead.
 
-    Returns
-    -------
-    (h, w, 3) float32 in 0 to 1
+    Returns:
+        (h, w, 3) float32 in 0 to 1.
+
+    Raises:
+        ValueError: an argument, by name.
     """
     image = _picture("image", image)
     if image.shape[2:] != (3,):
@@ -115,7 +110,7 @@ def tone_map(image: ArrayLike, *, exposure: float | None = None, filmic: bool = 
     return _core.srgb_encode(_core.tone_map(image, _exposure(exposure), bool(filmic)))
 
 
-def _picture(name: str, values: ArrayLike) -> np.ndarray:
+def _picture(name, values):
     try:
         values = np.asarray(values, dtype=np.float32)
     except (TypeError, ValueError):
@@ -125,7 +120,7 @@ def _picture(name: str, values: ArrayLike) -> np.ndarray:
     return values
 
 
-def _exposure(value: float | None) -> float | None:
+def _exposure(value):
     if value is None:
         return None
     value = number("exposure", value, 0.0, np.inf)

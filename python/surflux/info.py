@@ -23,6 +23,10 @@ def info():
 
     Keys: "surflux", "python", "numpy", one per library of the core, "GL" (the device and driver, or the reason why
     there is none), "instruction set", "threads".
+
+    >>> import surflux as sf
+    >>> sf.info()["surflux"] == sf.__version__
+    True
     """
     from surflux import __version__
 

@@ -15,8 +15,8 @@ from surflux._color import reflectance_of_colors
 class Mesh(NamedTuple):
     """Vertices and polygons.
 
-    The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``. ``reflectance`` is linear, of the vertices'
-    colours, sRGB with white at .98; None where there are none.
+    The corners of face i are indices[offsets[i]:offsets[i + 1]]. The reflectance is linear, of the vertices' colours,
+    sRGB with white at .98; None where there are none.
     """
 
     vertices: np.ndarray  # (v, 3) float64
@@ -31,25 +31,18 @@ def read_mesh(mesh):
     PLY and OBJ are read by surflux itself: quads and larger polygons stay whole, OBJ's relative indices work,
     positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes three vertices
     of one where texture coordinates or normals differ, so that neighbouring faces no longer share edges.)
-    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra
-    ``surflux[meshes]``.
+    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
 
-    Parameters
-    ----------
-    mesh : path, trimesh.Trimesh, pyvista.PolyData or (vertices, faces)
-        Faces as an (f, k) array of indices or a sequence of sequences of them.
+    Args:
+        mesh: path, trimesh.Trimesh, pyvista.PolyData or (vertices (v, 3), faces), where faces are an (f, k) array of
+            indices or a sequence of sequences of them.
 
-    Returns
-    -------
-    Mesh
-        At least one face; every face has 3 corners or more, each an existing vertex; all vertices finite.
+    Returns:
+        Mesh: at least one face; every face has 3 corners or more, each an existing vertex; all vertices finite.
 
-    Raises
-    ------
-    FileError
-        The file cannot be read as a mesh.
-    ValueError
-        What was handed over is no mesh.
+    Raises:
+        FileError: the file cannot be read as a mesh.
+        ValueError: what was handed over is no mesh.
     """
     if isinstance(mesh, str | bytes | os.PathLike):
         return _read_file(os.fsdecode(mesh))

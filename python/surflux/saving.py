@@ -25,30 +25,20 @@ def save_surfels(
 
     Positions, radii and areas come back bit by bit (double where float does not hold them), all else as float. The
     vertices are the surfels, so that any reader of PLY shows them. The patches of a mesh follow in an element of
-    their own, ``patch``, one row per triangle: its surfel and its corners x0 y0 z0 ... x2 y2 z2 as doubles.
+    their own, `patch`, one row per triangle: its surfel and its corners x0 y0 z0 ... x2 y2 z2 as doubles.
 
-    Parameters
-    ----------
-    path : str or path
-        Written beside and renamed: a file that was there is replaced whole or not at all.
-    surfels : _core.Surfels
-        What to write.
-    radiosity, irradiance, direct : (n, 3) array, optional
-        Linear RGB. ``red green blue``, for other programs, show the radiosity, exposed so that 98 % of it fits;
-        without it, the reflectance.
-    columns : dict of str to (n,) or (n, 3) array, optional
-        More properties; (n, 3) become ``name_r name_g name_b``.
-    comments : sequence of str
-        Lines for the header.
-    colors : (n, 3) array, optional
-        Bytes for ``red green blue`` instead.
+    Args:
+        path: str or path. Written beside and renamed: a file that was there is replaced whole or not at all.
+        surfels: _core.Surfels, what to write.
+        radiosity, irradiance, direct: (n, 3) linear RGB, or None. `red green blue`, for other programs, show the
+            radiosity, exposed so that 98 % of it fits; without it, the reflectance.
+        columns: dict of more properties, (n,) or (n, 3) each; (n, 3) become name_r, name_g and name_b.
+        comments: lines of text for the header.
+        colors: (n, 3) bytes for `red green blue` instead.
 
-    Raises
-    ------
-    FileError
-        The file cannot be written.
-    ValueError
-        An array has another shape, or is not finite.
+    Raises:
+        FileError: the file cannot be written.
+        ValueError: an array has another shape, or is not finite.
     """
     n = len(surfels)
     vertex = _columns("xyz", surfels.positions, _exact_type)
@@ -85,7 +75,7 @@ def save_surfels(
 
 
 def pack_comments(data):
-    """A dict as comments for `save_surfels`: JSON behind the word ``surflux``, in pieces that every reader takes."""
+    """A dict as comments for `save_surfels`: JSON behind the word "surflux", in pieces that every reader takes."""
     # Blanks, which only stand inside strings here, are escaped: readers may trim or join them.
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace(" ", "\\u0020")
     longest = 400  # rply, and with it Open3D, gives up on lines of 1024 bytes
@@ -99,7 +89,7 @@ def unpack_comments(comments, path=""):
         return {}
     try:
         return json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise file_error(path, f"the comments that begin with 'surflux' are no valid JSON ({error})") from error
 
 

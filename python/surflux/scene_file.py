@@ -45,6 +45,21 @@ def load_scene(path):
 
     Raises:
         FileError: names the file, the table and the key, or the line where the TOML itself is wrong.
+
+    >>> import surflux as sf
+    >>> with open("room.toml", "w") as file:
+    ...     written = file.write('''
+    ... [[object]]
+    ... shape = "room"
+    ... size = 3.5
+    ... patches = 4
+    ... [[light]]
+    ... type = "point"
+    ... position = [1.75, 1.75, 3]
+    ... intensity = 10
+    ... ''')
+    >>> sf.load_scene("room.toml")
+    Scene('room', 1 object, 96 surfels, 1 light)
     """
     path = Path(path)
     try:

@@ -1,13 +1,14 @@
 """Solving a scene, and what comes out: radiosity per surfel."""
 
 import math
+import os
 
 import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 from surflux.camera import Camera, framing
-from surflux.files import load_arrays, pack_comments, save_surfels, unpack_comments
+from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
 from surflux.scene import Scene
 from surflux.surfels import Surfels
@@ -123,6 +124,13 @@ def form_factors(
     Raises:
         ValueError: an argument out of range, by name; more than 20 000 surfels.
         Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    >>> floor_and_ceiling = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3], [7, 6, 5, 4]]), patch_area=0.01)
+    >>> F = sf.form_factors(sf.Scene([floor_and_ceiling]))
+    >>> print(f"{F[:100, 100:].sum() / 100:.3f}")  # opposite faces of a cube: .1998
+    0.200
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
@@ -158,8 +166,10 @@ class Solution:
             solution once more. What the direct light is off by is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,
-            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
-            applications of the operator, residual, power_in and where it ends (all channels added up), seconds.
+            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual and
+            closure_applications, channels (1 where all is grey), applications of the operator, residual, error,
+            power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all channels added up; a
+            grey scene has its one three times), seconds.
         camera: Camera from which the scene wants to be seen, or None.
     """
 
@@ -293,31 +303,39 @@ def load_solution(path):
 
     Raises:
         FileError: with the path and the reason; a file of points that holds no solution is none.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=0.1, areas=0.03)
+    >>> sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
+    >>> sf.load_solution("floor.ply").irradiance
+    array([[2., 2., 2.]])
     """
     arrays = load_arrays(path)
     about = unpack_comments(arrays["comments"], path)
-    if about.get("solution") != 1 or any(arrays.get(name) is None for name in ("radiosity", "irradiance", "direct")):
-        raise _core.FileError(f"{path}: holds points but no solution; `surflux solve {path}` makes one")
+    if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
+        raise file_error(path, f"holds points but no solution; `surflux solve {os.fsdecode(path)}` makes one")
     try:
         camera = None if about["camera"] is None else Camera(**about["camera"])
         lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
         error = math.nan if about["error"] is None else float(about["error"])
-        timings, history = dict(about["timings"]), [dict(figures) for figures in about["history"]]
-    except (KeyError, TypeError, ValueError) as fault:
-        raise _core.FileError(f"{path}: its description of the solution is damaged ({fault})") from fault
-    core = _core.Surfels(
-        arrays["points"],
-        arrays["normals"],
-        arrays["radii"],
-        arrays["areas"],
-        arrays["reflectance"],
-        arrays["emission"],
-        arrays["triangles"],
-        arrays["triangle_surfel"],
-    )
+        timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
+        history = [dict(figures) for figures in about["history"]]
+    except (KeyError, TypeError, ValueError, OverflowError) as fault:
+        raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
+    given = ("normals", "radii", "areas", "reflectance", "emission")
+    for name in given:
+        if arrays[name] is None:
+            raise file_error(path, f"its surfels have no {name}, which a solution has")
+    try:
+        _check.finite_array("normals", arrays["normals"], (None, 3))
+        core = _core.Surfels(
+            arrays["points"], *(arrays[name] for name in given), arrays["triangles"], arrays["triangle_surfel"]
+        )
+    except ValueError as fault:
+        raise file_error(path, str(fault)) from fault
     return Solution(
         Surfels._from_core(core),
-        parents=arrays["columns"]["parent"].astype(np.uint32),
+        parents=_parents(path, arrays["columns"].get("parent")),
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
         direct=arrays["direct"],
@@ -327,6 +345,17 @@ def load_solution(path):
         lamps=lamps,
         camera=camera,
     )
+
+
+def _parents(path, column):
+    if column is None:
+        raise file_error(path, "its surfels have no parent, which a solution has")
+    with np.errstate(invalid="ignore"):
+        bad = ~((column >= 0) & (column < 2**32) & (column == np.floor(column)))
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        raise file_error(path, f"vertex {row}: parent is {column[row]:g}; wanted the index of a surfel")
+    return column.astype(np.uint32)
 
 
 def _frozen(values):

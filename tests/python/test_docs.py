@@ -37,6 +37,21 @@ def test_docstring(example, elsewhere):
     assert said == []
 
 
+FUNCTIONS = [name for name in sf.__all__ if inspect.isfunction(getattr(sf, name))]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_public_function_shows_an_example(name):
+    assert ">>> " in inspect.getdoc(getattr(sf, name))
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if m != "surflux._core"])
+def test_docstrings_have_one_style(module):
+    """Args:, Returns:, Raises:, not headings with a line under them."""
+    for line in inspect.getsource(importlib.import_module(module)).splitlines():
+        assert line.strip().strip("-") or not line.strip(), f"{module}: a heading underlined"
+
+
 @pytest.mark.parametrize("block", blocks(README.read_text()))
 def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})

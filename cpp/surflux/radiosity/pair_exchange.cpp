@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
@@ -12,6 +13,12 @@ namespace {
 
 constexpr double far_ratio = 10.0, mid_ratio = 3.5;
 constexpr int near_grid = 4;  // points across, for the outer integral of the near range
+
+// How far apart two computations of one point may end up by the rounding of its coordinates, which in survey
+// coordinates is more than any fixed share of a patch.
+double rounding_at(const Vec3& p) {
+    return 8.0 * std::numeric_limits<double>::epsilon() * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
 
 // A patch of two triangles that share a diagonal as (corner, u, v), where it is a parallelogram.
 bool as_parallelogram(const Triangle* begin, const Triangle* end, Vec3& corner, Vec3& u, Vec3& v) {
@@ -26,7 +33,7 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, Vec3& corner, 
             if (corner_q == p[(k + 1) % 3] || corner_q == p[(k + 2) % 3])
                 ++matched;
             else
-                odd = length(corner_q - fourth) < 1e-9 * length(p[(k + 1) % 3] - p[(k + 2) % 3]);
+                odd = length(corner_q - fourth) < 1e-9 * length(p[(k + 1) % 3] - p[(k + 2) % 3]) + rounding_at(fourth);
         }
         if (matched == 2 && odd) {
             corner = p[k];
@@ -165,7 +172,7 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     // Neither reaches above the other's plane, coplanar neighbours above all: nothing to integrate.
     const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
     const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
-    const double nothing = 1e-9 * extent;
+    const double nothing = 1e-9 * extent + rounding_at(s.positions[i]);
     if (above_i <= nothing || above_j <= nothing) return {};
     // The outer integral belongs over the smaller surfel: the grid on a much larger one would step over the smaller.
     const double over_i = extent_[i] > 2.0 * extent_[j] ? 0.0 : extent_[j] > 2.0 * extent_[i] ? 1.0 : 0.5;

@@ -1,0 +1,129 @@
+"""Form factors against closed forms, and what every exchange must keep: reciprocity and closed rows."""
+
+import numpy as np
+import pytest
+from scenes import ball_inside, cube_inside, patch, surfels_of
+
+import surflux as sf
+from surflux import shapes
+
+
+def areas_of(scene):
+    return np.concatenate([sf.effective_areas(s) if s.areas is None else s.areas for s in scene.objects])
+
+
+def check_reciprocal_and_closed(scene):
+    factors, escape = sf.form_factors(scene, return_escape=True)
+    exchange = areas_of(scene)[:, None] * factors
+    # Both sides are one product d_i G_ij d_j, divided by A_i or A_j and multiplied by it again: four roundings.
+    np.testing.assert_allclose(exchange, exchange.T, rtol=1e-15, atol=0)
+    assert factors.min() >= 0.0
+    assert escape.min() >= 0.0
+    np.testing.assert_allclose(factors.sum(axis=1) + escape, 1.0, rtol=0, atol=1e-6)
+    return factors, escape
+
+
+def test_faces_of_the_unit_cube():
+    """20 x 20 patches per face. Opposite faces: .1998248957, adjacent .2000437761 (DESIGN section 7)."""
+    factors = sf.form_factors(sf.Scene([cube_inside(20)]))
+    # Every patch has the same area, so that a face's factor is the mean over its rows of the sums over columns.
+    faces = factors.reshape(6, 400, 6, 400).sum(axis=3).mean(axis=1)
+    for a in range(6):
+        for b in range(6):
+            wanted = 0.0 if a == b else 0.1998248957 if a // 2 == b // 2 else 0.2000437761
+            assert faces[a, b] == pytest.approx(wanted, rel=5e-3), (a, b)
+
+
+def test_coaxial_disks():
+    """Radii 1 and 1, distance 1: .3819660113; radii 1 and .5: .1172177815 from the larger (DESIGN section 7)."""
+
+    def disk(radius, z, facing):
+        # A sunflower: points at sqrt(k / n) of the radius, by the golden angle, stand for equal areas.
+        k = np.arange(300) + 0.5
+        r, angle = radius * np.sqrt(k / 300), np.pi * (3 - np.sqrt(5)) * k
+        points = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(300, z)], axis=1)
+        return sf.Surfels(points, [[0, 0, facing]] * 300, areas=np.pi * radius**2 / 300)
+
+    for radius, wanted in ((1.0, 0.3819660113), (0.5, 0.1172177815)):
+        scene = sf.Scene([disk(1.0, 0.0, 1.0), disk(radius, 1.0, -1.0)])
+        # Without visibility, and so without what rays find: they meet the rims of disks, which reach beyond the edge.
+        factors = sf.form_factors(scene, visibility=False)
+        assert factors[:300, 300:].sum(axis=1).mean() == pytest.approx(wanted, rel=5e-3)
+
+
+def test_closed_cube_and_sphere():
+    for s in (cube_inside(13), ball_inside(1000)):
+        _, escape = check_reciprocal_and_closed(sf.Scene([s]))
+        # No ray slips out between patches or between disks.
+        assert escape.max() == 0.0
+
+
+def test_inside_a_sphere_nothing_occludes():
+    """Every point of a sphere's inside sees every other, and F_ij = A_j / (4 pi R^2), i = j included."""
+    for s in (ball_inside(1000), ball_inside(642)):
+        factors = sf.form_factors(sf.Scene([s]))
+        assert factors.min() > 0.0
+        areas = sf.effective_areas(s)
+        # 1 % of it: one ring of neighbours is bounded, and the closure spreads what that loses.
+        np.testing.assert_allclose(factors, np.tile(areas / areas.sum(), (len(s), 1)), rtol=0.01)
+
+
+def test_outside_of_a_convex_cloud():
+    """A convex surface sees none of itself: everything escapes."""
+    factors, escape = check_reciprocal_and_closed(sf.Scene([shapes.sphere(642)]))
+    assert escape.min() > 0.99
+    assert factors.sum(axis=1).max() < 0.01
+
+
+def test_an_open_scene_with_obstacles_is_closed_too():
+    floor = patch([0, 0, 0], [2, 0, 0], [0, 2, 0], patch_area=0.04)
+    screen = patch([1.5, 0.3, 0.2], [0, 0, 1.0], [0, 1.0, 0], patch_area=0.04)  # faces the ball
+    ball = shapes.sphere(162)
+    ball = surfels_of(0.3 * ball.points + np.array([0.7, 0.8, 0.31]), ball.normals)
+    sheet = sf.Surfels(
+        [[x, y, 1.2] for x in np.arange(0.55, 1.5, 0.1) for y in np.arange(0.55, 1.5, 0.1)],
+        [[0, 0, -1]] * 100,
+        two_sided=True,
+    )
+    scene = sf.Scene([floor, screen, ball, sheet])
+    factors, escape = check_reciprocal_and_closed(scene)
+    assert escape.max() > 0.5
+    # The ball hides parts of the floor and the screen from each other.
+    free = sf.form_factors(scene, visibility=False)
+    n, m = len(floor), len(floor) + len(screen)
+    hidden = (factors[:n, n:m] == 0) & (free[:n, n:m] > 0)
+    assert 10 < hidden.sum() < 0.5 * (free[:n, n:m] > 0).sum()
+
+
+def test_an_obstacle_between_two_patches():
+    """A patch between two parallel ones hides them from each other, whichever way it faces; the open pair sees .2."""
+    low = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], patch_area=0.04)
+    high = patch([0, 0, 1], [0, 1, 0], [1, 0, 0], patch_area=0.04)
+    for normal in (1, -1):
+        edges = ([1.2, 0, 0], [0, 1.2, 0])[::normal]
+        between = patch([-0.1, -0.1, 0.5], *edges)
+        scene = sf.Scene([low, high, between])
+        assert np.all(sf.form_factors(scene)[:25, 25:50] == 0.0)
+        free = sf.form_factors(scene, visibility=False)[:25, 25:50]
+        assert free.sum(axis=1).mean() == pytest.approx(0.1998248957, rel=5e-3)
+
+
+def test_one_surfel_alone_sees_nothing():
+    one = sf.Scene([sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.1)])
+    factors, escape = sf.form_factors(one, return_escape=True)
+    assert factors.tolist() == [[0.0]]
+    assert escape.tolist() == [1.0]
+
+
+def test_same_for_any_number_of_threads_and_every_run():
+    scene = sf.Scene([cube_inside(5), ball_inside(200, 0.2, [0.5, 0.5, 0.5], sign=1)])
+    first = sf.form_factors(scene, seed=3, threads=1)
+    for threads in (2, 4):
+        assert np.array_equal(sf.form_factors(scene, seed=3, threads=threads), first)
+    assert not np.array_equal(sf.form_factors(scene, seed=4), first)
+
+
+def test_at_most_20000_surfels():
+    many = sf.Surfels(np.random.default_rng(0).uniform(size=(20_001, 3)), [[0, 0, 1]] * 20_001, radii=0.01, areas=1e-4)
+    with pytest.raises(ValueError, match=r"^scene: wanted at most 20000 surfels .*, got 20001$"):
+        sf.form_factors(sf.Scene([many]))
