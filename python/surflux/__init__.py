@@ -26,12 +26,12 @@ _HOME = {
     "SpotLight": "lights",
     "Surfels": "surfels",
     "effective_areas": "areas",
-    "form_factors": "solution",
+    "form_factors": "solver",
     "load_scene": "scene_file",
     "load_solution": "solution",
     "read": "files",
     "read_image": "images",
-    "solve": "solution",
+    "solve": "solver",
     "write_image": "images",
 }
 

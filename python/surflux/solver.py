@@ -1,0 +1,151 @@
+"""Solving a scene: radiosity per surfel, and form factors."""
+
+from time import perf_counter
+
+from surflux import _check, _core
+from surflux._passes import stage_callback, thread_limit
+from surflux.lights import AreaLight
+from surflux.scene import Scene
+from surflux.solution import Solution
+from surflux.surfels import Surfels
+
+
+def solve(
+    scene,
+    *,
+    zeta=0.02,
+    insert=True,
+    tolerance=1e-4,
+    max_surfels=None,
+    rays=256,
+    probes=16,
+    shadow_rays=64,
+    epsilon=0.8,
+    max_memory=None,
+    seed=0,
+    threads=None,
+    progress=False,
+):
+    """Radiosity of all surfels of a scene, with shadows and all interreflection.
+
+    Solves B = E + rho H, H = D + F B (D04 eq. 1, with the unknown as D03 section 3 has it) for red, green and blue, or
+    once where the scene is grey. All pairs of surfels exchange light: memory grows as 4 n^2 bytes, seconds as n^2.
+    The exchange A_i F_ij is symmetric and scaled by one diagonal until each row, with what rays find to leave the
+    scene or to end on a back face, makes 1 (Solution.history reports the largest correction). The linear system is
+    solved by conjugate gradients. The scene stays as it is; areas that it lacks are computed.
+
+    Args:
+        scene: Scene.
+        zeta, insert, max_surfels: steer the refinement, which this version does not have yet: it solves on the
+            scene's own surfels whatever they say. Checked, so that scripts that use them keep working.
+        tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
+        rays: per surfel, to measure what escapes and what Environments send; 16 or more.
+        probes, shadow_rays: shadow rays from a surfel to a light: as many to begin with, and where they disagree.
+        epsilon: surfels with n_i . n_j above this that overlap stand for the same surface (D04 eq. 10); in (0, 1).
+        max_memory: bytes for the exchange; None for three quarters of what the machine has.
+        seed: of everything random; the result is the same for the same seed, whatever the number of threads.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
+
+    Returns:
+        Solution.
+
+    Raises:
+        ValueError: an argument out of range, by name; more surfels than the memory takes.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> points = [[x, y, 0.0] for x in range(10) for y in range(10)]
+    >>> cloud = sf.Surfels(points, normals=[[0, 0, 1]] * 100, reflectance=0.5)
+    >>> solution = sf.solve(sf.Scene([cloud], lights=[sf.Environment(1.0)]))
+    >>> bool(abs(solution.irradiance - 3.14159).max() < 1e-4)  # a flat cloud sees the whole sky
+    True
+    """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    _check.number("zeta", zeta, 0.0, low_open=True)
+    _check.flag("insert", insert)
+    if max_surfels is not None:
+        _check.count("max_surfels", max_surfels)
+    options = {
+        "tolerance": _check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
+        "rays": _check.count("rays", rays, 16),
+        "probes": _check.count("probes", probes),
+        "shadow_rays": _check.count("shadow_rays", shadow_rays),
+        "epsilon": _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
+        "max_memory": 0.0 if max_memory is None else _check.number("max_memory", max_memory, 0.0, low_open=True),
+        "seed": _check.seed("seed", seed),
+    }
+    if options["shadow_rays"] < options["probes"]:
+        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
+    with thread_limit(threads):
+        start = perf_counter()
+        core = scene._to_core(progress=progress)
+        areas_seconds = perf_counter() - start
+        with stage_callback(progress) as callback:
+            result = _core.solve(core, **options, progress=callback)
+    timings = {"areas": areas_seconds, **result["timings"]}
+    return Solution(
+        Surfels._from_core(result["surfels"]),
+        parents=result["parents"],
+        radiosity=result["radiosity"],
+        irradiance=result["irradiance"],
+        direct=result["direct"],
+        error=result["error"],
+        timings=timings,
+        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
+        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+        camera=scene.camera,
+    )
+
+
+def form_factors(
+    scene, visibility=True, *, rays=256, epsilon=0.8, seed=0, threads=None, progress=False, return_escape=False
+):
+    """Form factors between all surfels of a scene.
+
+    F[i, j] is the fraction of what surfel i emits that reaches surfel j: A_i F_ij = A_j F_ji to rounding. F[i, i] is
+    that of a concave piece onto itself. With visibility, each row plus what escapes plus what back faces absorb is 1,
+    by the symmetric diagonal scaling that `solve` uses.
+
+    Args:
+        scene: Scene of at most 20 000 surfels.
+        visibility: False takes every pair as free, and scales nothing.
+        rays, epsilon, seed, threads, progress: see `solve`.
+        return_escape: True returns (F, escape), escape (n,) being the share of each row that is not in F: what leaves
+            the scene and what ends on back faces. Needs visibility.
+
+    Returns:
+        (n, n) float64.
+
+    Raises:
+        ValueError: an argument out of range, by name; more than 20 000 surfels.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    >>> floor_and_ceiling = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3], [7, 6, 5, 4]]), patch_area=0.01)
+    >>> F = sf.form_factors(sf.Scene([floor_and_ceiling]))
+    >>> print(f"{F[:100, 100:].sum() / 100:.3f}")  # opposite faces of a cube: .1998
+    0.200
+    """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    count = sum(len(s) for s in scene.objects)
+    if count > 20_000:
+        raise ValueError(f"scene: wanted at most 20000 surfels for a dense matrix, got {count}")
+    _check.flag("visibility", visibility)
+    _check.flag("return_escape", return_escape)
+    if return_escape and not visibility:
+        raise ValueError("return_escape: wanted visibility=True with it, for what escapes is found by rays")
+    options = {
+        "rays": _check.count("rays", rays, 16),
+        "epsilon": _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
+        "seed": _check.seed("seed", seed),
+    }
+    with thread_limit(threads):
+        core = scene._to_core(progress=progress)
+        with stage_callback(progress) as callback:
+            factors, escape, absorbed, _ = _core.form_factors(core, visibility, **options, progress=callback)
+    return (factors, escape + absorbed) if return_escape else factors
