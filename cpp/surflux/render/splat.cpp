@@ -42,10 +42,10 @@ void store(float* to, const Vec3& from) {
     for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(from[axis]);
 }
 
-// The radius that a splat is drawn with. Disks that reach far stick out of silhouettes and creases; where areas are known,
-// 1.4 sqrt(S) closes the surface as well as R does: on random points of a sphere neither leaves a hole. A patch's own
-// radius reaches its farthest corner, which in a square is nearer than the next centre: there the kernel needs the
-// spacing of the patches, sqrt(S).
+// The radius that a splat is drawn with. Disks that reach far stick out of silhouettes and creases; where areas are
+// known, 1.4 sqrt(S) closes the surface as well as R does: on random points of a sphere neither leaves a hole. A
+// patch's own radius reaches its farthest corner, which in a square is nearer than the next centre: there the kernel
+// needs the spacing of the patches, sqrt(S).
 std::vector<double> splat_radii(const Surfels& surfels) {
     std::vector<double> patch(surfels.size(), 0.0), radii = surfels.radii;
     for (const Triangle& t : surfels.triangles) patch[t.surfel] += area_of(t);
