@@ -8,8 +8,9 @@ namespace surflux::bindings {
 void bind_area(py::module_& module) {
     module.def(
         "effective_areas",
-        [](const Surfels& surfels, double kappa, int resolution, double epsilon, const py::object& progress) {
-            const AreaOptions options{kappa, resolution, epsilon};
+        [](const Surfels& surfels, bool curved, double kappa, int resolution, double epsilon,
+           const py::object& progress) {
+            const AreaOptions options{curved ? AreaMethod::curved : AreaMethod::paper, kappa, resolution, epsilon};
             const Progress report = to_progress(progress);
             std::vector<double> areas;
             {
@@ -18,7 +19,7 @@ void bind_area(py::module_& module) {
             }
             return to_array(areas);
         },
-        py::arg("surfels"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
+        py::arg("surfels"), py::arg("curved"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
         py::arg("progress") = py::none());
     module.def("instruction_set", &instruction_set);
 }

@@ -70,7 +70,7 @@ def _parser():
     area = command("area", _area, "Effective areas of a point cloud.")
     area.add_argument("input", metavar="CLOUD")
     area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
-    area.add_argument("--method", default="paper", help='"paper": D04 eq. 9')
+    area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
     _common_options(area)
 
     render = command("render", _render, "Pictures of a solved file.")

@@ -59,6 +59,7 @@ TEST(EffectiveArea, TiltedNeighbourStretchesTheShare) {
     s = select(s, {0, 0});
     s.normals[1] = {std::sin(theta), 0.0, std::cos(theta)};
     AreaOptions options;
+    options.method = AreaMethod::paper;
     options.resolution = 512;
     const int steps = 2000;
     double expected = 0.0;
@@ -108,11 +109,45 @@ TEST(EffectiveArea, ScalesAndRotatesWithTheCloud) {
     EXPECT_NEAR(sum(effective_areas(t, {})), before, 1e-4 * before);
 }
 
+TEST(EffectiveArea, OfASphereIsRightToSecondOrder) {
+    // The paper's areas are off by O((R / r)^2), a quarter of that at half the spacing; curved ones are off by less
+    // than 0.1 % at either.
+    for (std::size_t n : {160u, 640u}) {
+        const Surfels s = shapes::sphere(n, 1.0, 1.0, 0.5, 0.0);
+        EXPECT_NEAR(sum(effective_areas(s, {})) / (4.0 * pi), 1.0, n == 160u ? 3e-3 : 1e-3);
+        AreaOptions paper;
+        paper.method = AreaMethod::paper;
+        EXPECT_GT(sum(effective_areas(s, paper)) / (4.0 * pi), n == 160u ? 1.06 : 1.015);
+    }
+}
+
+TEST(EffectiveArea, GoesToTheNearestHoweverTheRadiiVary) {
+    // A square lattice with radii of 0.15 and 0.3 by turns: each still has its cell.
+    Surfels s;
+    for (int x = 0; x < 11; ++x)
+        for (int y = 0; y < 11; ++y) {
+            s.positions.push_back({0.1 * x, 0.1 * y, 0.0});
+            s.normals.push_back({0, 0, 1});
+            s.radii.push_back((x + y) % 2 == 0 ? 0.15 : 0.3);
+        }
+    shapes::finish(s, 0.5, 0.0);
+    const std::vector<double> areas = effective_areas(s, {});
+    for (int k : {60, 61, 71, 72}) EXPECT_NEAR(areas[static_cast<std::size_t>(k)], 0.01, 5e-4);
+}
+
+TEST(EffectiveArea, StaysFiniteForAnyKappaAllowed) {
+    const Surfels s = shapes::sphere(200, 1.0, 1.0, 0.5, 0.0);
+    for (const auto& [method, kappa] : {std::pair(AreaMethod::paper, 80.0), std::pair(AreaMethod::curved, 8.0),
+                                        std::pair(AreaMethod::curved, 2.5), std::pair(AreaMethod::curved, 0.1)})
+        EXPECT_NEAR(sum(effective_areas(s, {method, kappa, 32, 0.8})) / (4.0 * pi), 1.0, 0.1) << kappa;
+}
+
 TEST(EffectiveArea, RefusesOptionsOutOfRange) {
     const Surfels s = shapes::disk({0, 0, 0}, {0, 0, 1}, 1.0);
-    EXPECT_THROW(effective_areas(s, {0.0, 32, 0.8}), ArgumentError);
-    EXPECT_THROW(effective_areas(s, {3.0, 3, 0.8}), ArgumentError);
-    EXPECT_THROW(effective_areas(s, {3.0, 32, 1.0}), ArgumentError);
+    EXPECT_THROW(effective_areas(s, {AreaMethod::paper, 0.0, 32, 0.8}), ArgumentError);
+    EXPECT_THROW(effective_areas(s, {AreaMethod::curved, 9.0, 32, 0.8}), ArgumentError);
+    EXPECT_THROW(effective_areas(s, {AreaMethod::paper, 3.0, 3, 0.8}), ArgumentError);
+    EXPECT_THROW(effective_areas(s, {AreaMethod::paper, 3.0, 32, 1.0}), ArgumentError);
 }
 
 }  // namespace

@@ -32,10 +32,46 @@ DiskTerm term_of(const Surfels& surfels, std::uint32_t i, const Frame& frame, st
     return term;
 }
 
+CurvedTerm curved_term_of(const Surfels& surfels, std::uint32_t i, const Frame& frame, std::uint32_t j) {
+    const double r_i = surfels.radii[i];
+    const Vec3 d = (surfels.positions[j] - surfels.positions[i]) / r_i;
+    const Vec3& n = surfels.normals[j];
+    const auto in_frame = [](double x) { return static_cast<float>(x); };
+    return {in_frame(dot(d, frame.u)),
+            in_frame(dot(d, frame.v)),
+            in_frame(dot(d, frame.n)),
+            in_frame(dot(n, frame.u)),
+            in_frame(dot(n, frame.v)),
+            in_frame(dot(n, frame.n)),
+            static_cast<float>(r_i / surfels.radii[j])};
+}
+
+// Disk i and those that share it: same surface, closer than their radii reach. i itself comes first.
+void sharing(const Surfels& surfels, const DiskIndex& index, const std::vector<std::uint32_t>& disks, std::uint32_t i,
+             double epsilon, std::vector<Neighbor>& near, std::vector<std::uint32_t>& out) {
+    near.clear();
+    index.reaching(surfels.positions[i], surfels.radii[i], near);
+    out.assign(1, i);
+    for (const Neighbor& n : near) {
+        const std::uint32_t j = disks[n.index];
+        if (j != i && dot(surfels.normals[i], surfels.normals[j]) > epsilon) out.push_back(j);
+    }
+}
+
+template <class Term, class MakeTerm, class Integrate>
+double area_over_disk(const std::vector<std::uint32_t>& members, std::vector<Term>& terms, const MakeTerm& make_term,
+                      const Integrate& integrate, const AreaOptions& options) {
+    terms.clear();
+    for (std::uint32_t j : members) terms.push_back(make_term(j));
+    return integrate(terms.data(), terms.size(), static_cast<float>(options.kappa), options.resolution);
+}
+
 }  // namespace
 
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
-    require(options.kappa > 0.0 && options.kappa <= 80.0, "kappa: wanted in (0, 80], got ", options.kappa);
+    const double steepest = options.method == AreaMethod::paper ? 80.0 : 8.0;  // beyond, floats overflow
+    require(options.kappa > 0.0 && options.kappa <= steepest, "kappa: wanted in (0, ", steepest, "], got ",
+            options.kappa);
     require(options.resolution >= 4 && options.resolution <= max_resolution, "resolution: wanted between 4 and ",
             max_resolution, ", got ", options.resolution);
     require(options.epsilon > 0.0 && options.epsilon < 1.0, "epsilon: wanted in (0, 1), got ", options.epsilon);
@@ -62,21 +98,22 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
         disks.size(), 64,
         [&](std::size_t begin, std::size_t end) {
             std::vector<Neighbor> near;
-            std::vector<DiskTerm> terms;
+            std::vector<std::uint32_t> members;
+            std::vector<DiskTerm> flat;
+            std::vector<CurvedTerm> curved;
             for (std::size_t k = begin; k < end; ++k) {
                 const std::uint32_t i = disks[k];
                 const Frame frame = frame_around(surfels.normals[i]);
-                near.clear();
-                index.reaching(surfels.positions[i], surfels.radii[i], near);
-                terms.assign(1, term_of(surfels, i, frame, i));
-                for (const Neighbor& n : near) {
-                    const std::uint32_t j = disks[n.index];
-                    if (j != i && dot(surfels.normals[i], surfels.normals[j]) > options.epsilon)
-                        terms.push_back(term_of(surfels, i, frame, j));
-                }
-                areas[i] =
-                    surfels.radii[i] * surfels.radii[i] *
-                    integrate_paper(terms.data(), terms.size(), static_cast<float>(options.kappa), options.resolution);
+                sharing(surfels, index, disks, i, options.epsilon, near, members);
+                const double share =
+                    options.method == AreaMethod::paper
+                        ? area_over_disk(
+                              members, flat, [&](std::uint32_t j) { return term_of(surfels, i, frame, j); },
+                              integrate_paper, options)
+                        : area_over_disk(
+                              members, curved, [&](std::uint32_t j) { return curved_term_of(surfels, i, frame, j); },
+                              integrate_curved, options);
+                areas[i] = surfels.radii[i] * surfels.radii[i] * share;
             }
         },
         progress);

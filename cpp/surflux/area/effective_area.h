@@ -8,14 +8,27 @@
 
 namespace surflux {
 
+enum class AreaMethod { paper, curved };
+
 struct AreaOptions {
-    double kappa = 3.0;    // how fast a surfel's influence falls across its disk, D04 eq. 6
+    AreaMethod method = AreaMethod::curved;
+    double kappa = 3.0;    // how fast a surfel's influence falls with distance (paper: exp(-kappa r / R), D04 eq. 6)
     int resolution = 32;   // pixels across a disk, n_x = n_y of D04 5.3
     double epsilon = 0.8;  // neighbours on the same surface have n_i . n_j above this, D04 eq. 10
 };
 
-// Effective areas of D04 eq. 4-9 (the area factor enters once, as in D03 eq. 9), by quadrature over each tangent disk.
-// Surfels with triangles have the exact area of their patch and take no part in the others' disks.
+// Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
+// take no part in the others' disks.
+//
+// paper: D04 eq. 4-9 (the area factor enters once, as in D03 eq. 9). All tangent planes lie outside a convex surface,
+// so that areas come out too large by O((R / r)^2).
+//
+// curved: second order. Weights are taken not on the disks but at an estimate of the surface point p over the pixel,
+// whose height is the mean of what the neighbours predict: the chord from x_j to p is normal to n_j + n, n the blended
+// normal there, which is exact on a sphere. The pixel's element is stretched by 1 / (n_i . n). The weight is
+// |p - x_j|^(-2 kappa) (1 - |p - x_j| / R_j): it depends on distance alone, not on distance over R_j, so that a piece
+// of surface goes to the nearest surfel however the radii vary (for large kappa the areas are those of Voronoi cells),
+// and it ends at the disk's rim without a step.
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress = {});
 
 }  // namespace surflux

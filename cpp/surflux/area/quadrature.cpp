@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 
 namespace surflux {
 
@@ -12,9 +13,10 @@ namespace {
 // It holds no Eigen types: their alignment would differ between the copies.
 #define SURFLUX_KERNEL [[gnu::always_inline]] inline
 
-// exp for x <= 0, relative error below 2e-7: 2^n p(f), n = round(x log2 e), p a polynomial on [-1/2, 1/2].
-SURFLUX_KERNEL float exp_negative(float x) {
-    const float y = x < -87.0f ? -125.5f : x * 1.44269504f;
+// exp, relative error below 2e-7 for |x| <= 80 and held there beyond: 2^n p(f), n = round(x log2 e), p a polynomial on
+// [-1/2, 1/2].
+SURFLUX_KERNEL float exp_bounded(float x) {
+    const float y = (x < -80.0f ? -80.0f : x > 80.0f ? 80.0f : x) * 1.44269504f;
     const float shifted = y + 12582912.0f;  // 1.5 * 2^23: rounds to an integer in the low bits
     const float f = y - (shifted - 12582912.0f);
     float p = 1.54035304e-4f;
@@ -32,18 +34,50 @@ SURFLUX_KERNEL float exp_negative(float x) {
     return p * scale;
 }
 
-SURFLUX_KERNEL double integrate(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {
+// Natural logarithm for x > 0, absolute error below 1e-6: exponent and mantissa in [sqrt 1/2, sqrt 2), and the series
+// of 2 atanh((m - 1) / (m + 1)).
+SURFLUX_KERNEL float fast_log(float x) {
+    std::int32_t bits;
+    std::memcpy(&bits, &x, 4);
+    const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
+    bits -= exponent << 23;
+    float m;
+    std::memcpy(&m, &bits, 4);
+    const float r = (m - 1.0f) / (m + 1.0f), r2 = r * r;
+    return 0.69314718f * static_cast<float>(exponent) +
+           2.0f * r * (1.0f + r2 * (1.0f / 3.0f + r2 * (0.2f + r2 * (1.0f / 7.0f))));
+}
+
+// The pixel centres of one row of the grid that lie inside the disk.
+struct Row {
+    int length;
+    float first_s;
+};
+
+SURFLUX_KERNEL Row row_of(float t, int resolution) {
+    const float step = 2.0f / static_cast<float>(resolution);
+    const float half = std::sqrt(1.0f - t * t);
+    const int first = static_cast<int>(std::ceil((1.0f - half) / step - 0.5f));
+    return {resolution - 2 * first, -1.0f + (static_cast<float>(first) + 0.5f) * step};
+}
+
+SURFLUX_KERNEL double sum_of(const float* values, int length) {
+    float lanes[16] = {};
+    for (int i = 0; i < length; ++i) lanes[i % 16] += values[i];
+    double sum = 0.0;
+    for (float part : lanes) sum += static_cast<double>(part);
+    return sum;
+}
+
+SURFLUX_KERNEL double paper_kernel(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {
     alignas(64) float own[max_resolution], weight[max_resolution], stretched[max_resolution];
     const float step = 2.0f / static_cast<float>(resolution);
     double sum = 0.0;
     for (int row = 0; row < resolution; ++row) {
         const float t = -1.0f + (static_cast<float>(row) + 0.5f) * step;
-        // Pixel centres of this row inside the disk.
-        const float half = std::sqrt(1.0f - t * t);
-        const int first = static_cast<int>(std::ceil((1.0f - half) / step - 0.5f));
-        const int length = resolution - 2 * first;
-        if (length <= 0) continue;
-        const float s0 = -1.0f + (static_cast<float>(first) + 0.5f) * step;
+        const Row inside = row_of(t, resolution);
+        const int length = inside.length;
+        const float s0 = inside.first_s;
         for (std::size_t k = 0; k < count; ++k) {
             const DiskTerm& d = terms[k];
             const float a = d.c00 + t * (d.c01 + t * d.c02), b = d.c10 + t * d.c11, c = d.c20;
@@ -52,7 +86,7 @@ SURFLUX_KERNEL double integrate(const DiskTerm* terms, std::size_t count, float 
             for (int i = 0; i < length; ++i) {
                 const float s = s0 + static_cast<float>(i) * step;
                 const float q = a + s * (b + s * c);
-                const float w = q <= 1.0f ? exp_negative(-kappa * std::sqrt(q < 0.0f ? 0.0f : q)) : 0.0f;
+                const float w = q <= 1.0f ? exp_bounded(-kappa * std::sqrt(q < 0.0f ? 0.0f : q)) : 0.0f;
                 if (k == 0) {
                     own[i] = weight[i] = w;
                     stretched[i] = w * d.stretch;
@@ -62,34 +96,109 @@ SURFLUX_KERNEL double integrate(const DiskTerm* terms, std::size_t count, float 
                 }
             }
         }
-        float row_sum[16] = {};
-        for (int i = 0; i < length; ++i) row_sum[i % 16] += own[i] * stretched[i] / (weight[i] * weight[i]);
-        for (float part : row_sum) sum += static_cast<double>(part);
+        for (int i = 0; i < length; ++i) own[i] = own[i] / weight[i] * (stretched[i] / weight[i]);
+        sum += sum_of(own, length);
     }
     return sum * static_cast<double>(step) * static_cast<double>(step);
 }
 
-using Kernel = double (*)(const DiskTerm*, std::size_t, float, int);
-
-double integrate_baseline(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {
-    return integrate(terms, count, kappa, resolution);
+// Weight of a neighbour at squared distance q: q^-kappa (1 - d / R_j), 0 from R_j on.
+SURFLUX_KERNEL float curved_weight(float q, float kappa, float inverse_radius) {
+    const float taper = 1.0f - std::sqrt(q) * inverse_radius;
+    const float inverse = 1.0f / (q < 1e-9f ? 1e-9f : q);
+    const float power = kappa == 3.0f ? inverse * inverse * inverse : exp_bounded(kappa * fast_log(inverse));
+    return taper > 0.0f ? power * taper : 0.0f;
 }
 
+SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) {
+    alignas(64) float weight[max_resolution], nx[max_resolution], ny[max_resolution], nz[max_resolution];
+    alignas(64) float height[max_resolution], own[max_resolution];
+    const float step = 2.0f / static_cast<float>(resolution);
+    double sum = 0.0;
+    for (int row = 0; row < resolution; ++row) {
+        const float t = -1.0f + (static_cast<float>(row) + 0.5f) * step;
+        const Row inside = row_of(t, resolution);
+        const int length = inside.length;
+        const auto clear = [length](float* values) {
+            for (int i = 0; i < length; ++i) values[i] = 0.0f;
+        };
+        if (length <= 0) continue;
+        // First guess: each neighbour's own plane over the pixel; from it the blended normal.
+        for (float* values : {weight, nx, ny, nz, height}) clear(values);
+        for (std::size_t k = 0; k < count; ++k) {
+            const CurvedTerm& d = terms[k];
+            const float flat = -1.0f / d.normal_z, dy = t - d.y;
+            for (int i = 0; i < length; ++i) {
+                const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
+                const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
+                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                weight[i] += w;
+                nx[i] += w * d.normal_x;
+                ny[i] += w * d.normal_y;
+                nz[i] += w * d.normal_z;
+            }
+        }
+        for (int i = 0; i < length; ++i) {
+            const float scale = 1.0f / std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]);
+            nx[i] *= scale;
+            ny[i] *= scale;
+            nz[i] *= scale;
+        }
+        // Where the surface is: every neighbour predicts it by the chord that is normal to n_j + n.
+        for (std::size_t k = 0; k < count; ++k) {
+            const CurvedTerm& d = terms[k];
+            const float flat = -1.0f / d.normal_z, dy = t - d.y;
+            for (int i = 0; i < length; ++i) {
+                const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
+                const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
+                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                const float chord = (dx * (d.normal_x + nx[i]) + dy * (d.normal_y + ny[i])) / (d.normal_z + nz[i]);
+                height[i] += w * (d.z - chord);
+            }
+        }
+        for (int i = 0; i < length; ++i) height[i] /= weight[i];
+        // Weights and normal at that point.
+        for (float* values : {weight, nx, ny, nz}) clear(values);
+        for (std::size_t k = 0; k < count; ++k) {
+            const CurvedTerm& d = terms[k];
+            const float dy = t - d.y;
+            for (int i = 0; i < length; ++i) {
+                const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
+                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                if (k == 0) own[i] = w;
+                weight[i] += w;
+                nx[i] += w * d.normal_x;
+                ny[i] += w * d.normal_y;
+                nz[i] += w * d.normal_z;
+            }
+        }
+        for (int i = 0; i < length; ++i) {
+            const float cosine_inverse = std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]) / nz[i];
+            own[i] = own[i] > 0.0f ? own[i] / weight[i] * cosine_inverse : 0.0f;
+        }
+        sum += sum_of(own, length);
+    }
+    return sum * static_cast<double>(step) * static_cast<double>(step);
+}
+
+#define SURFLUX_KERNELS(suffix, attribute)                                                                      \
+    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {    \
+        return paper_kernel(terms, count, kappa, resolution);                                                   \
+    }                                                                                                           \
+    attribute double curved_##suffix(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) { \
+        return curved_kernel(terms, count, kappa, resolution);                                                  \
+    }
+
+SURFLUX_KERNELS(baseline, )
 #if defined(__x86_64__)
-[[gnu::target("avx2,fma")]] double integrate_avx2(const DiskTerm* terms, std::size_t count, float kappa,
-                                                  int resolution) {
-    return integrate(terms, count, kappa, resolution);
-}
-
-[[gnu::target("avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,prefer-vector-width=512")]] double integrate_avx512(
-    const DiskTerm* terms, std::size_t count, float kappa, int resolution) {
-    return integrate(terms, count, kappa, resolution);
-}
+SURFLUX_KERNELS(avx2, [[gnu::target("avx2,fma")]])
+SURFLUX_KERNELS(avx512, [[gnu::target("avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,prefer-vector-width=512")]])
 #endif
 
 struct Dispatch {
-    Kernel kernel = integrate_baseline;
-    const char* name = "x86-64-v2";
+    double (*paper)(const DiskTerm*, std::size_t, float, int) = paper_baseline;
+    double (*curved)(const CurvedTerm*, std::size_t, float, int) = curved_baseline;
+    const char* name = "generic";
 };
 
 Dispatch choose() {
@@ -97,11 +206,11 @@ Dispatch choose() {
     __builtin_cpu_init();
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
         __builtin_cpu_supports("avx512bw"))
-        return {integrate_avx512, "avx512"};
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return {integrate_avx2, "avx2"};
-    return {};
+        return {paper_avx512, curved_avx512, "avx512"};
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return {paper_avx2, curved_avx2, "avx2"};
+    return {paper_baseline, curved_baseline, "x86-64-v2"};
 #else
-    return {integrate_baseline, "generic"};
+    return {};
 #endif
 }
 
@@ -113,7 +222,11 @@ const Dispatch& dispatch() {
 }  // namespace
 
 double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {
-    return dispatch().kernel(terms, count, kappa, resolution);
+    return dispatch().paper(terms, count, kappa, resolution);
+}
+
+double integrate_curved(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) {
+    return dispatch().curved(terms, count, kappa, resolution);
 }
 
 const char* instruction_set() { return dispatch().name; }

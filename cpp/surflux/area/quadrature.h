@@ -16,6 +16,16 @@ struct DiskTerm {
 // Uses AVX2 or AVX-512 where the processor has it.
 double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, int resolution);
 
+// Neighbour j in disk i's frame (u, v, n_i), in units of R_i: position, unit normal, 1 / R_j.
+struct CurvedTerm {
+    float x, y, z;
+    float normal_x, normal_y, normal_z;
+    float inverse_radius;
+};
+
+// The second-order method (see effective_area.h) over disk i, whose own term stands first, in units of R_i^2.
+double integrate_curved(const CurvedTerm* terms, std::size_t count, float kappa, int resolution);
+
 constexpr int max_resolution = 512;
 
 // "x86-64-v2", "avx2" or "avx512": what the kernels run with on this machine.
