@@ -122,7 +122,8 @@ TEST(EffectiveArea, OfASphereIsRightToSecondOrder) {
 }
 
 TEST(EffectiveArea, GoesToTheNearestHoweverTheRadiiVary) {
-    // A square lattice with radii of 0.15 and 0.3 by turns: each still has its cell.
+    // A square lattice with radii of 0.15 and 0.3 by turns: each still has its cell, but for the taper towards its own
+    // rim, some 6 %. By distance over R_j the larger ones would have almost all.
     Surfels s;
     for (int x = 0; x < 11; ++x)
         for (int y = 0; y < 11; ++y) {
@@ -132,7 +133,7 @@ TEST(EffectiveArea, GoesToTheNearestHoweverTheRadiiVary) {
         }
     shapes::finish(s, 0.5, 0.0);
     const std::vector<double> areas = effective_areas(s, {});
-    for (int k : {60, 61, 71, 72}) EXPECT_NEAR(areas[static_cast<std::size_t>(k)], 0.01, 5e-4);
+    for (int k : {60, 61, 71, 72}) EXPECT_NEAR(areas[static_cast<std::size_t>(k)], 0.01, 1e-3);
 }
 
 TEST(EffectiveArea, StaysFiniteForAnyKappaAllowed) {

@@ -103,13 +103,16 @@ SURFLUX_KERNEL double paper_kernel(const DiskTerm* terms, std::size_t count, flo
 }
 
 // Weight of a neighbour at squared distance q: q^-kappa (1 - d / R_j), 0 from R_j on.
+template <bool cubed>
 SURFLUX_KERNEL float curved_weight(float q, float kappa, float inverse_radius) {
     const float taper = 1.0f - std::sqrt(q) * inverse_radius;
     const float inverse = 1.0f / (q < 1e-9f ? 1e-9f : q);
-    const float power = kappa == 3.0f ? inverse * inverse * inverse : exp_bounded(kappa * fast_log(inverse));
+    const float power = cubed ? inverse * inverse * inverse : exp_bounded(kappa * fast_log(inverse));
     return taper > 0.0f ? power * taper : 0.0f;
 }
 
+// `cubed` where kappa is 3, the default: no logarithm then.
+template <bool cubed>
 SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) {
     alignas(64) float weight[max_resolution], nx[max_resolution], ny[max_resolution], nz[max_resolution];
     alignas(64) float height[max_resolution], own[max_resolution];
@@ -131,7 +134,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             for (int i = 0; i < length; ++i) {
                 const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
                 const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
-                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
                 weight[i] += w;
                 nx[i] += w * d.normal_x;
                 ny[i] += w * d.normal_y;
@@ -139,10 +142,12 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             }
         }
         for (int i = 0; i < length; ++i) {
-            const float scale = 1.0f / std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]);
-            nx[i] *= scale;
-            ny[i] *= scale;
-            nz[i] *= scale;
+            // Divided before it is squared: close to a surfel weights are large.
+            const float mean = 1.0f / weight[i], x = nx[i] * mean, y = ny[i] * mean, z = nz[i] * mean;
+            const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
+            nx[i] = x * scale;
+            ny[i] = y * scale;
+            nz[i] = z * scale;
         }
         // Where the surface is: every neighbour predicts it by the chord that is normal to n_j + n.
         for (std::size_t k = 0; k < count; ++k) {
@@ -151,7 +156,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             for (int i = 0; i < length; ++i) {
                 const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
                 const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
-                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
                 const float chord = (dx * (d.normal_x + nx[i]) + dy * (d.normal_y + ny[i])) / (d.normal_z + nz[i]);
                 height[i] += w * (d.z - chord);
             }
@@ -164,7 +169,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             const float dy = t - d.y;
             for (int i = 0; i < length; ++i) {
                 const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
-                const float w = curved_weight(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
                 if (k == 0) own[i] = w;
                 weight[i] += w;
                 nx[i] += w * d.normal_x;
@@ -173,8 +178,8 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             }
         }
         for (int i = 0; i < length; ++i) {
-            const float cosine_inverse = std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]) / nz[i];
-            own[i] = own[i] > 0.0f ? own[i] / weight[i] * cosine_inverse : 0.0f;
+            const float mean = 1.0f / weight[i], x = nx[i] * mean, y = ny[i] * mean, z = nz[i] * mean;
+            own[i] = own[i] > 0.0f ? own[i] * mean * (std::sqrt(x * x + y * y + z * z) / z) : 0.0f;
         }
         sum += sum_of(own, length);
     }
@@ -186,7 +191,8 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
         return paper_kernel(terms, count, kappa, resolution);                                                   \
     }                                                                                                           \
     attribute double curved_##suffix(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) { \
-        return curved_kernel(terms, count, kappa, resolution);                                                  \
+        return kappa == 3.0f ? curved_kernel<true>(terms, count, kappa, resolution)                             \
+                             : curved_kernel<false>(terms, count, kappa, resolution);                           \
     }
 
 SURFLUX_KERNELS(baseline, )
