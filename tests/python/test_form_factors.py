@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes import ball_inside, cube_inside, patch, surfels_of
 
 import surflux as sf
+from scenes import ball_inside, cube_inside, patch, surfels_of
 from surflux import shapes
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes import patch, surfels_of
 
 import surflux as sf
+from scenes import patch, surfels_of
 
 POINT = [0, 0, 0]
 
