@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from surflux import _check, _core
-from surflux._passes import progress_callback, thread_limit
+from surflux._passes import stage_callback, thread_limit
 from surflux.camera import Camera
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
@@ -85,7 +85,7 @@ def solve(
         raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
     with thread_limit(threads):
         areas_seconds, core = _timed(lambda: scene._to_core(progress=progress))
-        with _stage_callback(progress) as callback:
+        with stage_callback(progress) as callback:
             result = _core.solve(core, **options, progress=callback)
     timings = {"areas": areas_seconds, **result["timings"]}
     return Solution(
@@ -148,7 +148,7 @@ def form_factors(
     }
     with thread_limit(threads):
         core = scene._to_core(progress=progress)
-        with _stage_callback(progress) as callback:
+        with stage_callback(progress) as callback:
             factors, escape, absorbed, _ = _core.form_factors(core, visibility, **options, progress=callback)
     return (factors, escape + absorbed) if return_escape else factors
 
@@ -166,7 +166,8 @@ class Solution:
             solution once more. What the direct light is off by is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,
-            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual and
+            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
+            largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it),
             closure_applications, channels (1 where all is grey), applications of the operator, residual, error,
             power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all channels added up; a
             grey scene has its one three times), seconds.
@@ -368,33 +369,3 @@ def _timed(work):
 def _extremes(surfels):
     reach = surfels.radii[:, None]
     return np.concatenate([surfels.points - reach, surfels.points + reach])
-
-
-def _stage_callback(progress):
-    """For a pass of several stages, which the core names: one bar each, or the caller's own callback."""
-    from contextlib import contextmanager
-
-    @contextmanager
-    def stages():
-        if callable(progress):
-            yield lambda _, done, total: progress(done, total)
-            return
-        if not _check.flag("progress", progress):
-            yield None
-            return
-        from contextlib import ExitStack
-
-        current, bars = None, ExitStack()
-
-        def show(stage, done, total):
-            nonlocal current, bar
-            if stage != current:
-                bars.close()
-                bar, current = bars.enter_context(progress_callback(True, stage)), stage
-            return bar(done, total)
-
-        bar = None
-        with bars:
-            yield show
-
-    return stages()

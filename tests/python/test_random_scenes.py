@@ -3,9 +3,9 @@
 import hypothesis.strategies as st
 import numpy as np
 from hypothesis import HealthCheck, given, settings
-from scenes import cube_inside, patch
 
 import surflux as sf
+from scenes import cube_inside, patch
 
 
 @st.composite
@@ -23,7 +23,10 @@ def scenes(draw):
         radii = random.uniform(0.05, draw(st.sampled_from([0.1, 0.5, 2.0])), n)
         # Areas of the disks' size: the solver takes them as they are.
         areas = np.pi * radii**2 * random.uniform(0.3, 1.0, n)
-        rho, emission = random.uniform(0, 0.99, (n, 3)), random.uniform(0, 2, (n, 3)) * (random.uniform(size=(n, 1)) < 0.5)
+        rho, emission = (
+            random.uniform(0, 0.99, (n, 3)),
+            random.uniform(0, 2, (n, 3)) * (random.uniform(size=(n, 1)) < 0.5),
+        )
         two_sided = draw(st.booleans())
         objects.append(
             sf.Surfels(

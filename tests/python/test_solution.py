@@ -8,9 +8,9 @@ import threading
 
 import numpy as np
 import pytest
-from scenes import ball_inside, cube_inside, patch
 
 import surflux as sf
+from scenes import ball_inside, cube_inside, patch
 
 ARRAYS = ("radiosity", "irradiance", "direct")
 CAMERA = sf.Camera([0.5, 0.06, 0.5], [0.5, 1.0, 0.45], fov=80)
@@ -156,7 +156,7 @@ def test_damaged_files(damage, reason, tmp_path):
 
 
 def test_other_files(tmp_path):
-    with pytest.raises(sf.FileError, match="missing.ply"):
+    with pytest.raises(sf.FileError, match=r"missing\.ply"):
         sf.load_solution(tmp_path / "missing.ply")
     sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.1).save(tmp_path / "points.ply")
     with pytest.raises(sf.FileError, match=r"holds points but no solution; `surflux solve .*points.ply` makes one"):

@@ -219,7 +219,7 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
             outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
             row[i] = outflow[i] / area[i];
             // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange
-            // reaches) has nothing to scale.
+            // reaches) has nothing to scale; see below.
             if (row[i] > 0.0) closure.residual = std::max(closure.residual, std::abs(row[i] - 1.0));
         }
     };
@@ -248,6 +248,21 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
             scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
         measure();
     }
+    // No diagonal closes every exchange: where all that a large surfel sees is a small one, both cannot be whole. Then
+    // the rows that are too large shrink, symmetrically still, and what others lack is taken as absorbed.
+    if (closure.residual > tolerance) {
+        for (std::size_t i = 0; i < n; ++i)
+            if (row[i] > 1.0) scale[i] /= row[i];
+        measure();
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const double lacking = 1.0 - row[i];
+        if (lacking > tolerance) {
+            hemispheres.absorbed[i] += lacking / scale[i];
+            closure.largest_shortfall = std::max(closure.largest_shortfall, lacking);
+        }
+    }
+    if (closure.largest_shortfall > 0.0) measure();
     for (std::size_t i = 0; i < n; ++i) {
         closure.largest_correction = std::max(closure.largest_correction, std::abs(scale[i] - 1.0));
         hemispheres.escape[i] *= scale[i];

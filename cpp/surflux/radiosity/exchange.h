@@ -37,15 +37,18 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
 struct Closure {
     double largest_correction = 0.0;  // max_i |scale_i - 1|
     double residual = 0.0;            // max_i |row_i + escape_i + absorbed_i - 1| afterwards
+    double largest_shortfall = 0.0;   // max_i of what no diagonal could find for row_i, and counts as absorbed
     int rounds = 0;                   // Newton steps
     int applications = 0;             // of the exchange
 };
 
 // Closes the exchange: finds the diagonal with which every row, plus what `hemispheres` measured to escape and to be
 // absorbed, makes 1. Sky and back faces count as two more partners in the exchange, and so are scaled by the same
-// scale_i (D_i of the sky included): the condition scale_i (sum_j G_ij scale_j + g_i) = A_i has one solution, because
-// it is where the function 1/2 d'Gd + g'd - sum A_i log d_i, convex in log d, is least. A few rounds of the symmetric
-// Sinkhorn iteration (Knight, Ruiz and Ucar 2014), then Newton's method. No row is ever scaled by itself.
+// scale_i (D_i of the sky included): the condition scale_i (sum_j G_ij scale_j + g_i) = A_i has one solution at most,
+// because it is where the function 1/2 d'Gd + g'd - sum A_i log d_i, convex in log d, is least. A few rounds of the
+// symmetric Sinkhorn iteration (Knight, Ruiz and Ucar 2014), then Newton's method. No row is ever scaled by itself.
+// Where there is no solution (surfels shut in by others that are too small for them) rows are at most 1, and what they
+// lack counts as absorbed.
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7,
               int max_rounds = 20);
 

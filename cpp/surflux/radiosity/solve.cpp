@@ -157,6 +157,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
                     {"rays", static_cast<double>(exchange.rays + hemispheres.rays)},
                     {"largest_correction", closure.largest_correction},
                     {"closure_residual", closure.residual},
+                    {"largest_shortfall", closure.largest_shortfall},
                     {"closure_applications", static_cast<double>(closure.applications)},
                     {"channels", static_cast<double>(channels)},
                     {"applications", static_cast<double>(linear.applications)},
