@@ -63,11 +63,12 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
 py::tuple form_factors(const Scene& scene, bool visibility, int rays, double epsilon, std::uint64_t seed,
                        const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
-    const std::size_t n = scene.surfels.size();
-    std::vector<double> factors;
+    const auto side = static_cast<py::ssize_t>(scene.surfels.size());
+    py::array_t<double> matrix({side, side});
     Hemispheres hemispheres;
     Closure closure;
     {
+        double* factors = matrix.mutable_data();
         py::gil_scoped_release release;
         const Tracer tracer(scene);
         ExchangeOptions options;
@@ -78,15 +79,8 @@ py::tuple form_factors(const Scene& scene, bool visibility, int rays, double eps
             hemispheres = measure_hemispheres(scene, tracer, rays, seed, stages("hemispheres"));
             closure = close(exchange, hemispheres, stages("closure"));
         }
-        factors.resize(n * n);
-        for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t j = 0; j < n; ++j)
-                factors[i * n + j] = exchange.scale[i] * static_cast<double>(exchange.g[i * n + j]) *
-                                     exchange.scale[j] / exchange.areas[i];
+        exchange.form_factors(factors);
     }
-    const auto side = static_cast<py::ssize_t>(n);
-    py::array_t<double> matrix({side, side});
-    std::copy(factors.begin(), factors.end(), matrix.mutable_data());
     return py::make_tuple(matrix, to_array(hemispheres.escape), to_array(hemispheres.absorbed),
                           closure.largest_correction);
 }

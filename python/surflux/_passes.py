@@ -28,6 +28,28 @@ def progress_callback(progress, label):
 
 
 @contextlib.contextmanager
+def stage_callback(progress):
+    """For a pass of several stages, which the core names: one bar each, or the caller's own callback."""
+    if callable(progress):
+        yield lambda _, done, total: progress(done, total)
+        return
+    if not _check.flag("progress", progress):
+        yield None
+        return
+    current, bar = None, None
+    with contextlib.ExitStack() as bars:
+
+        def show(stage, done, total):
+            nonlocal current, bar
+            if stage != current:
+                bars.close()
+                bar, current = bars.enter_context(progress_callback(True, stage)), stage
+            return bar(done, total)
+
+        yield show
+
+
+@contextlib.contextmanager
 def thread_limit(threads):
     """At most that many threads while the block runs; None is all of them."""
     limit = None if threads is None else _core.ThreadLimit(_check.count("threads", threads))

@@ -25,7 +25,8 @@ class Solution:
             solution once more. What the direct light is off by is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,
-            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual and
+            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
+            largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it),
             closure_applications, channels (1 where all is grey), applications of the operator, residual, error,
             power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all channels added up; a
             grey scene has its one three times), seconds.

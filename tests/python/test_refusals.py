@@ -56,6 +56,14 @@ def picked(selection):
     return surfels()[selection]
 
 
+def solved(scene=None, **options):
+    return sf.solve(sf.Scene([surfels(areas=1.0)]) if scene is None else scene, **options)
+
+
+def factors(scene=None, **options):
+    return sf.form_factors(sf.Scene([surfels(areas=1.0)]) if scene is None else scene, **options)
+
+
 def scene(objects=None, lights=(), **options):
     return sf.Scene([surfels()] if objects is None else objects, lights, **options)
 
@@ -140,6 +148,27 @@ REFUSED = [
     (scene, "camera", [5, "front", (0, 0, 1)]),
     (scene, "name", [5, None]),
     (scene, "solve_options", [5, [("zeta", 1)], {1: 2}]),
+    (solved, "scene", [surfels(), [surfels()], "room.toml", 5]),
+    (solved, "zeta", [*NUMBERS, None, 0.0, -1]),
+    (solved, "insert", [1, 0, None, "yes"]),
+    (solved, "tolerance", [*NUMBERS, None, 0.0, 1.0, -1]),
+    (solved, "max_surfels", [v for v in COUNTS if v != 1] + [0]),
+    (solved, "rays", [*COUNTS, None, 15]),
+    (solved, "probes", [v for v in COUNTS if v != 1] + [None, 0]),
+    (solved, "shadow_rays", [*COUNTS, None, 0, 15]),
+    (solved, "epsilon", [*NUMBERS, None, 0.0, 1.0, -1]),
+    (solved, "max_memory", [*NUMBERS, 0.0, -1]),
+    (solved, "seed", [-1, 0.5, "0", True, None, 2**64]),
+    (solved, "threads", [0, -1, 1.5, True, "2"]),
+    (solved, "progress", [None, 1, "yes"]),
+    (factors, "scene", [surfels(), [surfels()], "room.toml", 5]),
+    (factors, "visibility", [1, 0, None, "yes"]),
+    (factors, "return_escape", [1, 0, None, "yes"]),
+    (factors, "rays", [*COUNTS, None, 15]),
+    (factors, "epsilon", [*NUMBERS, None, 0.0, 1.0, -1]),
+    (factors, "seed", [-1, 0.5, "0", True, None, 2**64]),
+    (factors, "threads", [0, -1, 1.5, True, "2"]),
+    (factors, "progress", [None, 1, "yes"]),
     (plotted, "color", ["level", "colour", None, 3]),
     (plotted, "size", [800, (800,), (0, 600), (800.0, 600.0), (800, 600, 3)]),
     (plotted, "screenshot", ["picture.tiff", "picture"]),
@@ -209,6 +238,21 @@ def test_messages_tell_what_came_and_what_was_wanted():
         areas_of(backend="gpu")
     with pytest.raises(ValueError, match=r"^n: wanted at most the 4 surfels there are, got 5$"):
         thinned(5)
+
+
+def test_what_does_not_go_together_in_a_solve():
+    with pytest.raises(ValueError, match=r"^shadow_rays: wanted at least the 100 probes, got 64$"):
+        solved(probes=100)
+    with pytest.raises(ValueError, match=r"^return_escape: wanted visibility=True with it"):
+        factors(visibility=False, return_escape=True)
+    # 4 surfels, 4 x 4 pairs of 4 bytes; 63 bytes hold sqrt(63 / 4) = 3.97.
+    with pytest.raises(ValueError, match=r"^scene: the exchange of all pairs of 4 .*at most 3 surfels fit"):
+        solved(max_memory=63)
+    assert len(solved(max_memory=64).surfels) == 4
+    with pytest.raises(ValueError, match=r"^areas: surfel 2 has area 0, wanted a positive number$"):
+        solved(sf.Scene([surfels(areas=[1, 1, 0, 1])]))
+    with pytest.raises(TypeError):
+        solved(bounces=3)
 
 
 def test_an_index_past_the_end_is_an_index_error():

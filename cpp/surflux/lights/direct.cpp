@@ -14,24 +14,43 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t light_stream = 16;
+constexpr int patch_points = 64;
 
-// Each light gives, for a point of the light (s, t): where it stands, and what arrives unoccluded at `point`; and for
-// the whole light the unoccluded irradiance at a point with a normal.
+// The surfel that is lit, as far as a light needs to know it.
+struct Receiver {
+    const SurfelPoints& points;
+    std::uint32_t surfel;
+    Vec3 center, normal;
+
+    bool is_patch() const { return points.is_patch(surfel); }
+    Vec3 at(double s, double t) const { return is_patch() ? points.at(surfel, s, t) : center; }
+};
+
+// What one point of a light sends to one point of a surfel.
 struct Arrival {
-    Vec3 from;            // where the shadow ray ends; a direction towards the light where `distant`
-    double weight = 0.0;  // irradiance per unit of `color`
+    Vec3 from;            // where the shadow ray ends; the direction to the light where it is distant
+    double kernel = 0.0;  // irradiance per unit of colour, unoccluded, from a light that shines alike everywhere
+    double share = 1.0;   // what a spot light leaves of it
 };
 
 struct Emitter {
     virtual ~Emitter() = default;
+    // From the light's point (s, t).
     virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
-    virtual double unoccluded(const Vec3& point, const Vec3& normal) const {
-        return arrival(point, normal, 0.5, 0.5).weight;
-    }
+    // Mean of the kernel over the light and over the receiver.
+    virtual double mean_kernel(const Receiver& receiver) const = 0;
     Rgb color;
     bool distant = false;
     bool extended = false;  // more than one point
 };
+
+// Solid angle of a triangle (Van Oosterom and Strackee 1983).
+double solid_angle(const Vec3& eye, const Triangle& t) {
+    const Vec3 a = t.a - eye, b = t.b - eye, c = t.c - eye;
+    const double la = length(a), lb = length(b), lc = length(c);
+    return 2.0 *
+           std::abs(std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb));
+}
 
 double smoothstep(double x) {
     x = std::clamp(x, 0.0, 1.0);
@@ -44,7 +63,18 @@ struct PointEmitter : Emitter {
         const Vec3 d = position - point;
         const double squared = length_squared(d);
         if (squared == 0.0) return {position, 0.0};
-        return {position, std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared)) * towards(-d)};
+        return {position, std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared)), towards(-d)};
+    }
+    // The integral of cos / r^2 over a patch is its solid angle.
+    double mean_kernel(const Receiver& r) const override {
+        if (!r.is_patch()) return arrival(r.center, r.normal, 0.5, 0.5).kernel;
+        if (dot(r.normal, position - r.center) <= 0.0) return 0.0;
+        double sum = 0.0, area = 0.0;
+        for (const Triangle* t = r.points.triangles_begin(r.surfel); t != r.points.triangles_end(r.surfel); ++t) {
+            sum += solid_angle(position, *t);
+            area += area_of(*t);
+        }
+        return sum / area;
     }
     virtual double towards(const Vec3&) const { return 1.0; }
     Vec3 position;
@@ -74,6 +104,7 @@ struct DirectionalEmitter final : Emitter {
     Arrival arrival(const Vec3&, const Vec3& normal, double, double) const override {
         return {towards_light, std::max(0.0, dot(normal, towards_light))};
     }
+    double mean_kernel(const Receiver& r) const override { return std::max(0.0, dot(r.normal, towards_light)); }
     Vec3 towards_light;
 };
 
@@ -87,10 +118,22 @@ struct AreaEmitter final : Emitter {
         const Vec3 d = from - point;
         const double squared = length_squared(d);
         if (squared == 0.0) return {from, 0.0};
-        const double weight = std::max(0.0, dot(normal, d)) * std::max(0.0, -dot(front_, d)) / (pi * squared * squared);
-        return {from, weight};
+        return {from, std::max(0.0, dot(normal, d)) * std::max(0.0, -dot(front_, d)) / (pi * squared * squared)};
     }
-    double unoccluded(const Vec3& point, const Vec3& normal) const override {
+    // In closed form over the light; over a patch by points, for which no ray is traced.
+    double mean_kernel(const Receiver& r) const override {
+        if (!r.is_patch()) return at_point(r.center, r.normal);
+        EvenPoints even(2, 0, r.surfel);
+        double sum = 0.0;
+        for (int k = 0; k < patch_points; ++k) {
+            const double* u = even.next();
+            sum += at_point(r.at(u[0], u[1]), r.normal);
+        }
+        return sum / patch_points;
+    }
+
+private:
+    double at_point(const Vec3& point, const Vec3& normal) const {
         if (dot(point - light_.corner, front_) <= 0.0) return 0.0;
         const Vec3 corners[4] = {light_.corner, light_.corner + light_.edge_u,
                                  light_.corner + light_.edge_u + light_.edge_v, light_.corner + light_.edge_v};
@@ -112,29 +155,33 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
     return out;
 }
 
-// Mean over the surfel of the irradiance from one light, per unit of its colour.
-double irradiance_from(const Emitter& light, const Tracer& tracer, const SurfelPoints& points, std::uint32_t i,
-                       const Vec3& center, const Vec3& normal, const DirectOptions& options, EvenPoints even) {
-    const bool one_ray = !light.extended && !points.is_patch(i);
-    double unoccluded = 0.0, reach = 0.0, visible = 0.0;
-    bool some_free = false, some_blocked = false;
+// Mean over the surfel of the irradiance from one light, per unit of its colour: the mean kernel times the share of it
+// that gets through, by rays that count as much as passes along them.
+double irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver,
+                       const DirectOptions& options, EvenPoints even) {
+    const double mean = light.mean_kernel(receiver);
+    if (mean <= 0.0) return 0.0;
+    double all = 0.0, passed = 0.0, least = 1.0, most = 0.0;
     int taken = 0;
     const auto take = [&](int count) {
         for (; taken < count; ++taken) {
             const double* u = even.next();
-            const Vec3 at = points.is_patch(i) ? points.at(i, u[2], u[3]) : center;
-            unoccluded += light.unoccluded(at, normal);
-            const Arrival arrival = light.arrival(at, normal, u[0], u[1]);
-            if (arrival.weight <= 0.0) continue;
-            const bool free = light.distant ? tracer.escapes(i, at, arrival.from) : tracer.visible(i, at, arrival.from);
-            (free ? some_free : some_blocked) = true;
-            reach += arrival.weight;
-            if (free) visible += arrival.weight;
+            const Vec3 at = receiver.at(u[2], u[3]);
+            const Arrival arrival = light.arrival(at, receiver.normal, u[0], u[1]);
+            if (arrival.kernel <= 0.0) continue;
+            const bool free =
+                arrival.share > 0.0 && (light.distant ? tracer.escapes(receiver.surfel, at, arrival.from)
+                                                      : tracer.visible(receiver.surfel, at, arrival.from));
+            const double through = free ? arrival.share : 0.0;
+            all += arrival.kernel;
+            passed += through * arrival.kernel;
+            least = std::min(least, through);
+            most = std::max(most, through);
         }
     };
-    take(one_ray ? 1 : options.probes);
-    if (some_free && some_blocked) take(options.rays);
-    return reach > 0.0 ? unoccluded / taken * (visible / reach) : 0.0;
+    take(light.extended || receiver.is_patch() ? options.probes : 1);
+    if (taken > 1 && most > least) take(options.rays);
+    return all > 0.0 ? mean * passed / all : 0.0;
 }
 
 }  // namespace
@@ -151,8 +198,9 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
                 const auto i = static_cast<std::uint32_t>(k);
+                const Receiver receiver{points, i, s.positions[i], s.normals[i]};
                 for (std::size_t l = 0; l < lights.size(); ++l)
-                    direct[i] += irradiance_from(*lights[l], tracer, points, i, s.positions[i], s.normals[i], options,
+                    direct[i] += irradiance_from(*lights[l], tracer, receiver, options,
                                                  EvenPoints(4, seed + light_stream + l, i)) *
                                  lights[l]->color;
             }

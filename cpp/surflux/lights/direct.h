@@ -15,7 +15,7 @@ struct DirectOptions {
 };
 
 // Irradiance of each surfel from every light but the Environments (see hemisphere.h), with shadows: the unoccluded
-// irradiance, in closed form for area lights, times the fraction that shadow rays find visible.
+// irradiance (in closed form for point lights, and over area lights) times the fraction that shadow rays find visible.
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress = {});
 

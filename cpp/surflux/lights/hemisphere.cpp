@@ -32,7 +32,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
     out.absorbed.assign(s.size(), 0.0);
     out.sky.assign(s.size(), {});
     out.rays = s.size() * static_cast<std::size_t>(rays) * (1 + images.size());
-    const double share = 1.0 / rays;
+    const double share = 1.0 / rays, contact = contact_distance(bounds_of(s));
 
     const auto measure = [&](std::uint32_t i) {
         const Frame frame = frame_around(s.normals[i]);
@@ -42,7 +42,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
             const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
             const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
             if (hit) {
-                if (!hit.front) out.absorbed[i] += share;
+                if (!hit.front || hit.distance <= contact) out.absorbed[i] += share;
                 continue;
             }
             out.escape[i] += share;

@@ -12,9 +12,10 @@ namespace surflux {
 
 // Where the hemisphere of each surfel ends, measured by cosine-distributed rays.
 struct Hemispheres {
-    std::vector<double> escape;    // fraction (of the cosine-weighted hemisphere) that leaves the scene
-    std::vector<double> absorbed;  // fraction that meets a back face, which is black
-    std::vector<Rgb> sky;          // irradiance from the scene's Environments
+    std::vector<double> escape;  // fraction (of the cosine-weighted hemisphere) that leaves the scene
+    std::vector<double>
+        absorbed;          // fraction that meets a back face, which is black, or leaves where something lies on it
+    std::vector<Rgb> sky;  // irradiance from the scene's Environments
     std::size_t rays = 0;
 };
 

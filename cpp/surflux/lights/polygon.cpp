@@ -8,8 +8,9 @@
 namespace surflux {
 
 double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* corners, std::size_t count) {
-    // Clip at the horizon (Sutherland and Hodgman): a convex polygon gains at most one corner.
-    Vec3 v[9];
+    // Clip at the horizon (Sutherland and Hodgman). A convex polygon gains one corner; one that lies in the horizon up
+    // to rounding may cross it at every edge.
+    Vec3 v[2 * max_polygon_corners];
     std::size_t n = 0;
     for (std::size_t k = 0; k < count; ++k) {
         const Vec3 a = corners[k] - point, b = corners[(k + 1) % count] - point;

@@ -6,9 +6,11 @@
 
 namespace surflux {
 
+constexpr std::size_t max_polygon_corners = 8;
+
 // Form factor from a differential element at `point` with unit `normal` to a convex polygon, as far as the polygon lies
 // above the element's horizon; whichever way the polygon faces. Lambert's formula:
-// 1 / (2 pi) sum_k angle(v_k, v_k+1) n . unit(v_k x v_k+1). At most 8 corners. In [0, 1].
+// 1 / (2 pi) sum_k angle(v_k, v_k+1) n . unit(v_k x v_k+1). In [0, 1].
 double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* corners, std::size_t count);
 
 }  // namespace surflux

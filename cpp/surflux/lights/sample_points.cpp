@@ -1,20 +1,69 @@
 #include "surflux/lights/sample_points.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "surflux/core/error.h"
 #include "surflux/core/sampling.h"
 
 namespace surflux {
 
+namespace {
+
+// How far apart two computations of one point may end up by the rounding of its coordinates, which in survey
+// coordinates is more than any fixed share of a patch.
+double rounding_at(const Vec3& p) {
+    return 8.0 * std::numeric_limits<double>::epsilon() * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+// Is a patch of two triangles that share a diagonal a parallelogram?
+bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::Parallelogram& out) {
+    if (end - begin != 2) return false;
+    const Vec3 p[3] = {begin[0].a, begin[0].b, begin[0].c}, q[3] = {begin[1].a, begin[1].b, begin[1].c};
+    for (int k = 0; k < 3; ++k) {
+        // p[k] stands opposite the diagonal p[k+1] p[k+2]; the other triangle's odd corner closes the parallelogram.
+        const Vec3 fourth = p[(k + 1) % 3] + p[(k + 2) % 3] - p[k];
+        int matched = 0;
+        bool odd = false;
+        for (const Vec3& corner_q : q) {
+            if (corner_q == p[(k + 1) % 3] || corner_q == p[(k + 2) % 3])
+                ++matched;
+            else
+                odd = length(corner_q - fourth) < 1e-9 * length(p[(k + 1) % 3] - p[(k + 2) % 3]) + rounding_at(fourth);
+        }
+        if (matched == 2 && odd) {
+            out = {p[k], p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]};
+            return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
 SurfelPoints::SurfelPoints(const Surfels& surfels)
-    : surfels_(surfels), begin_(triangle_ranges(surfels)), up_to_(surfels.triangles.size()) {
-    for (std::size_t i = 0; i < surfels.size(); ++i) {
+    : surfels_(surfels),
+      begin_(triangle_ranges(surfels)),
+      kind_(surfels.size(), none),
+      up_to_(surfels.triangles.size()) {
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) {
         double total = 0.0;
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] = total += area_of(surfels.triangles[t]);
+        if (!is_patch(i)) continue;
+        require(total > 0.0, "mesh: the patch of surfel ", i, " has no area");
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] /= total;
+        Parallelogram found;
+        if (as_parallelogram(triangles_begin(i), triangles_end(i), found)) {
+            kind_[i] = static_cast<std::uint32_t>(parallelograms_.size());
+            parallelograms_.push_back(found);
+        }
     }
 }
 
 Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
     if (!is_patch(i)) return surfels_.positions[i];
+    if (const Parallelogram* p = parallelogram(i)) return p->corner + s * p->u + t * p->v;
     std::uint32_t k = begin_[i];
     double below = 0.0;
     while (k + 1 < begin_[i + 1] && s >= up_to_[k]) below = up_to_[k++];

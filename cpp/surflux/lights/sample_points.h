@@ -14,6 +14,14 @@ class SurfelPoints {
 public:
     explicit SurfelPoints(const Surfels& surfels);
 
+    struct Parallelogram {
+        Vec3 corner, u, v;
+    };
+    // The patch as one, where it is: most patches are.
+    const Parallelogram* parallelogram(std::uint32_t i) const {
+        return kind_[i] == none ? nullptr : &parallelograms_[kind_[i]];
+    }
+
     bool is_patch(std::uint32_t i) const { return begin_[i] != begin_[i + 1]; }
     // Uniform over the patch for (s, t) uniform in the unit square.
     Vec3 at(std::uint32_t i, double s, double t) const;
@@ -21,8 +29,11 @@ public:
     const Triangle* triangles_end(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i + 1]; }
 
 private:
+    static constexpr std::uint32_t none = 0xffffffffu;
     const Surfels& surfels_;
     std::vector<std::uint32_t> begin_;
+    std::vector<std::uint32_t> kind_;  // index of the parallelogram, or none
+    std::vector<Parallelogram> parallelograms_;
     std::vector<double> up_to_;  // per triangle: share of its patch's area up to and with it
 };
 

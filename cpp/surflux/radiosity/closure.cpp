@@ -10,68 +10,117 @@ namespace surflux {
 
 namespace {
 
-constexpr int warm_up_rounds = 3, newton_applications = 60;
+constexpr double largest_scale = 2.0;
+constexpr int warm_up_rounds = 3, newton_rounds = 30, newton_applications = 60;
 constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
+
+// The state of the iteration: what leaves each surfel at the present scale, and what is known of the exchange.
+class Closing {
+public:
+    Closing(Exchange& exchange, const Hemispheres& hemispheres, const Progress& progress, Closure& closure)
+        : exchange_(exchange),
+          hemispheres_(hemispheres),
+          progress_(progress),
+          closure_(closure),
+          ones_(exchange.size, 1.0),
+          outflow_(exchange.size) {
+        exchange.scale.assign(exchange.size, 1.0);
+    }
+
+    double row(std::size_t i) const { return outflow_[i] / exchange_.areas[i]; }
+    // Held at the bound: its row lacks something, but its scale must not grow.
+    bool held(std::size_t i) const { return exchange_.scale[i] >= largest_scale && row(i) < 1.0; }
+
+    void measure() {
+        apply(ones_, product_);
+        closure_.residual = 0.0;
+        for (std::size_t i = 0; i < exchange_.size; ++i) {
+            const double lost = hemispheres_.escape[i] + hemispheres_.absorbed[i];
+            outflow_[i] = product_[i] + exchange_.scale[i] * exchange_.areas[i] * lost;
+            if (!held(i)) closure_.residual = std::max(closure_.residual, std::abs(row(i) - 1.0));
+        }
+    }
+
+    void sinkhorn_round() {
+        for (std::size_t i = 0; i < exchange_.size; ++i)
+            set_scale(i, row(i) > 0.0 ? exchange_.scale[i] / std::sqrt(row(i)) : largest_scale);
+    }
+
+    // In log scale: (DGD + diag(outflow)) step = A - outflow over the rows that are not held, with unit diagonal.
+    void newton_round() {
+        const std::size_t n = exchange_.size;
+        std::vector<double> weight(n), right(n), scaled(n), step(n, 0.0);
+        for (std::size_t i = 0; i < n; ++i) {
+            weight[i] = held(i) ? 0.0 : 1.0 / std::sqrt(outflow_[i]);
+            right[i] = weight[i] * (exchange_.areas[i] - outflow_[i]);
+        }
+        const LinearOperator hessian = [&](const std::vector<double>& x, std::vector<double>& out) {
+            for (std::size_t i = 0; i < n; ++i) scaled[i] = weight[i] * x[i];
+            apply(scaled, out);
+            for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weight[i] * out[i];
+        };
+        conjugate_gradients(hessian, right, 1, newton_tolerance, newton_applications, step);
+        for (std::size_t i = 0; i < n; ++i)
+            if (!held(i))
+                set_scale(i,
+                          exchange_.scale[i] * std::exp(std::clamp(weight[i] * step[i], -newton_limit, newton_limit)));
+    }
+
+    // What is left when Newton's method has not settled: symmetric still, and rows at most 1.
+    void shrink_rows_above_one() {
+        for (std::size_t i = 0; i < exchange_.size; ++i)
+            if (row(i) > 1.0) exchange_.scale[i] /= row(i);
+    }
+
+private:
+    void set_scale(std::size_t i, double value) { exchange_.scale[i] = std::min(value, largest_scale); }
+
+    void apply(const std::vector<double>& x, std::vector<double>& out) {
+        exchange_.apply(x, out, 1);
+        // How many it takes is not known: most scenes, 20 to 100.
+        const auto done = static_cast<std::size_t>(++closure_.applications);
+        report(progress_, done, std::max<std::size_t>(done, 100));
+    }
+
+    Exchange& exchange_;
+    const Hemispheres& hemispheres_;
+    const Progress& progress_;
+    Closure& closure_;
+    std::vector<double> ones_, product_, outflow_;
+};
 
 }  // namespace
 
-Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance,
-              int max_rounds) {
-    const std::size_t n = exchange.size;
-    const std::vector<double>& area = exchange.areas;
-    std::vector<double>& scale = exchange.scale;
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance) {
     Closure closure;
-    const std::vector<double> ones(n, 1.0);
-    std::vector<double> product, weighted(n), outflow(n), row(n), step;
-    scale.assign(n, 1.0);
-    const auto apply_exchange = [&](const std::vector<double>& x, std::vector<double>& out) {
-        exchange.apply(x, out, 1);
-        ++closure.applications;
-        // How many it takes is not known: most scenes, 20 to 100.
-        const auto done = static_cast<std::size_t>(closure.applications);
-        report(progress, done, std::max<std::size_t>(done, 100));
-    };
-    const auto measure = [&] {
-        apply_exchange(ones, product);
-        closure.residual = 0.0;
-        for (std::size_t i = 0; i < n; ++i) {
-            outflow[i] = product[i] + scale[i] * area[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]);
-            row[i] = outflow[i] / area[i];
-            // A surfel that neither sees anything nor loses anything (its rays all end on a face that no exchange
-            // reaches) has nothing to scale.
-            if (row[i] > 0.0) closure.residual = std::max(closure.residual, std::abs(row[i] - 1.0));
-        }
-    };
-    for (int round = 0; round < warm_up_rounds; ++round) {
-        measure();
-        if (closure.residual <= tolerance) break;
-        for (std::size_t i = 0; i < n; ++i)
-            if (row[i] > 0.0) scale[i] /= std::sqrt(row[i]);
+    Closing closing(exchange, hemispheres, progress, closure);
+    closing.measure();
+    for (int round = 0; round < warm_up_rounds && closure.residual > tolerance; ++round) {
+        closing.sinkhorn_round();
+        closing.measure();
     }
-    for (measure(); closure.residual > tolerance && closure.rounds < max_rounds; ++closure.rounds) {
-        // Newton in log scale: (DGD + diag(outflow)) step = A - outflow, made symmetric with unit diagonal.
-        std::vector<double> right(n);
-        for (std::size_t i = 0; i < n; ++i) {
-            weighted[i] = row[i] > 0.0 ? 1.0 / std::sqrt(outflow[i]) : 0.0;
-            right[i] = weighted[i] * (area[i] - outflow[i]);
-        }
-        std::vector<double> scaled(n);
-        const LinearOperator apply = [&](const std::vector<double>& x, std::vector<double>& out) {
-            for (std::size_t i = 0; i < n; ++i) scaled[i] = weighted[i] * x[i];
-            apply_exchange(scaled, out);
-            for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weighted[i] * out[i];
-        };
-        step.assign(n, 0.0);
-        conjugate_gradients(apply, right, 1, newton_tolerance, newton_applications, step);
-        for (std::size_t i = 0; i < n; ++i)
-            scale[i] *= std::exp(std::clamp(weighted[i] * step[i], -newton_limit, newton_limit));
-        measure();
+    for (; closure.rounds < newton_rounds && closure.residual > tolerance; ++closure.rounds) {
+        closing.newton_round();
+        closing.measure();
     }
-    for (std::size_t i = 0; i < n; ++i) {
-        closure.largest_correction = std::max(closure.largest_correction, std::abs(scale[i] - 1.0));
-        hemispheres.escape[i] *= scale[i];
-        hemispheres.absorbed[i] *= scale[i];
-        hemispheres.sky[i] *= scale[i];
+    if (closure.residual > tolerance) {
+        closing.shrink_rows_above_one();
+        closing.measure();
+    }
+    closure.residual = 0.0;
+    for (std::size_t i = 0; i < exchange.size; ++i) {
+        const double lacking = 1.0 - closing.row(i), scale = exchange.scale[i];
+        hemispheres.escape[i] *= scale;
+        hemispheres.absorbed[i] *= scale;
+        hemispheres.sky[i] *= scale;
+        if (lacking > tolerance) {
+            hemispheres.absorbed[i] += lacking;
+            closure.largest_shortfall = std::max(closure.largest_shortfall, lacking);
+            ++closure.short_rows;
+        } else {
+            closure.residual = std::max(closure.residual, -lacking);
+        }
+        closure.largest_correction = std::max(closure.largest_correction, std::abs(scale - 1.0));
     }
     return closure;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "surflux/core/progress.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/radiosity/exchange.h"
@@ -9,16 +11,21 @@ namespace surflux {
 struct Closure {
     double largest_correction = 0.0;  // max_i |scale_i - 1|
     double residual = 0.0;            // max_i |row_i + escape_i + absorbed_i - 1| afterwards
+    double largest_shortfall = 0.0;   // max_i of what row_i lacked at the largest scale, and counts as absorbed
+    std::size_t short_rows = 0;       // how many lacked anything
     int rounds = 0;                   // Newton steps
     int applications = 0;             // of the exchange
 };
 
 // Closes the exchange: finds the diagonal with which every row, plus what `hemispheres` measured to escape and to be
 // absorbed, makes 1. Sky and back faces count as two more partners in the exchange, and so are scaled by the same
-// scale_i (D_i of the sky included): the condition scale_i (sum_j G_ij scale_j + g_i) = A_i has one solution, because
-// it is where the function 1/2 d'Gd + g'd - sum A_i log d_i, convex in log d, is least. A few rounds of the symmetric
-// Sinkhorn iteration (Knight, Ruiz and Ucar 2014), then Newton's method. No row is ever scaled by itself.
-Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7,
-              int max_rounds = 20);
+// scale_i (D_i of the sky included). No row is ever scaled by itself.
+// With g_i = A_i (escape_i + absorbed_i) the diagonal d minimizes 1/2 d'Gd + g'd - sum A_i log d_i, which is convex in
+// log d: where its gradient d_i (Gd + g)_i - A_i is zero, row i makes 1. Not every exchange can be closed so (surfels
+// shut in by others that are too small for them, say), and where hardly anything was found for a row a large scale
+// would only magnify its error. So d_i is at most `largest_scale`: with the bound there is always exactly one minimum,
+// and no row is above 1 there. What rows at the bound still lack counts as absorbed. Symmetric Sinkhorn iteration
+// (Knight, Ruiz and Ucar 2014), then projected Newton steps.
+Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7);
 
 }  // namespace surflux

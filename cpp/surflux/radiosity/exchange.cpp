@@ -56,8 +56,8 @@ void require_memory(std::size_t n, double limit) {
             " surfels fit (Surfels.thinned gives fewer)");
 }
 
-// The same for a surfel j that fills much of the sky of a smaller one, i: in contact almost all of the exchange passes
-// where the two are closest, which points spread over both would miss. Rays leave i as its light does.
+// Share of the exchange that is free to pass between i and a surfel j that fills much of its sky: in contact almost all
+// of it passes where the two are closest, which points spread over both would miss. Rays leave i as its light does.
 double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
                                    std::uint64_t seed, std::size_t& rays) {
     const Frame frame = frame_around(pairs.normal(i));
@@ -75,7 +75,7 @@ double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pai
     return all > 0 ? static_cast<double>(free) / all : 0.0;
 }
 
-// Share of a pair's exchange that is free to pass. Rays are spread over both surfels as far as they are patches, or
+// The same for any pair. Rays are spread over both surfels as far as they are patches, or
 // near; each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
                      PairExchange::Range range, double factor, bool extended, std::uint64_t seed, std::size_t& rays) {
@@ -99,6 +99,26 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     return all > 0.0 ? free / all : 0.0;
 }
 
+// G_ii, from the disks that overlap i.
+void add_self_exchange(const Scene& scene, const PairExchange& pairs, Exchange& out) {
+    const Surfels& s = scene.surfels;
+    const DiskIndex disks(s.positions, s.radii);
+    parallel_blocks(s.size(), 256, [&](std::size_t begin, std::size_t end) {
+        std::vector<Neighbor> near;
+        std::vector<std::uint32_t> overlapping;
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto i = static_cast<std::uint32_t>(k);
+            if (pairs.is_patch(i)) continue;  // flat
+            near.clear();
+            overlapping.clear();
+            disks.reaching(s.positions[i], s.radii[i], near);
+            for (const Neighbor& found : near) overlapping.push_back(found.index);
+            std::sort(overlapping.begin(), overlapping.end());
+            out.g[k * s.size() + k] = static_cast<float>(pairs.self(i, overlapping));
+        }
+    });
+}
+
 }  // namespace
 
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
@@ -108,8 +128,6 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     require_memory(n, options.max_memory);
     const PairExchange pairs(scene, options.epsilon);
     const std::vector<std::uint32_t> order = morton_order(s);
-    const std::vector<std::uint32_t> triangles = triangle_ranges(s);
-    const auto is_patch = [&](std::uint32_t i) { return triangles[i] != triangles[i + 1]; };
 
     Exchange out;
     out.size = n;
@@ -129,7 +147,7 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
                 double g = pair.exchange;
                 if (tracer)
                     g *= visible_share(*tracer, pairs, i, j, pair.range, g / std::min(s.areas[i], s.areas[j]),
-                                       is_patch(i) || is_patch(j), seed, tile_rays);
+                                       pairs.is_patch(i) || pairs.is_patch(j), seed, tile_rays);
                 if (g <= 0.0) continue;
                 ++tile_links;
                 out.g[i * n + j] = out.g[j * n + i] = static_cast<float>(g);
@@ -150,24 +168,17 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
         },
         progress);
 
-    const DiskIndex disks(s.positions, s.radii);
-    parallel_blocks(n, 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        std::vector<std::uint32_t> overlapping;
-        for (std::size_t k = begin; k < end; ++k) {
-            const auto i = static_cast<std::uint32_t>(k);
-            if (is_patch(i)) continue;
-            near.clear();
-            overlapping.clear();
-            disks.reaching(s.positions[i], s.radii[i], near);
-            for (const Neighbor& found : near) overlapping.push_back(found.index);
-            std::sort(overlapping.begin(), overlapping.end());
-            out.g[k * n + k] = static_cast<float>(pairs.self(i, overlapping));
-        }
-    });
+    add_self_exchange(scene, pairs, out);
     out.links = links;
     out.rays = rays;
     return out;
+}
+
+void Exchange::form_factors(double* out) const {
+    parallel_for(size, 8, [&](std::size_t i) {
+        for (std::size_t j = 0; j < size; ++j)
+            out[i * size + j] = scale[i] * static_cast<double>(g[i * size + j]) * scale[j] / areas[i];
+    });
 }
 
 void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const {

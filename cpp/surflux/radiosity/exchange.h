@@ -28,6 +28,9 @@ struct Exchange {
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.
     void apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const;
+
+    // F_ij = scale_i G_ij scale_j / A_i into size x size doubles, row-major.
+    void form_factors(double* out) const;
 };
 
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,

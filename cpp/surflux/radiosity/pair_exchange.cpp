@@ -14,46 +14,18 @@ namespace {
 constexpr double far_ratio = 10.0, mid_ratio = 3.5;
 constexpr int near_grid = 4;  // points across, for the outer integral of the near range
 
-// How far apart two computations of one point may end up by the rounding of its coordinates, which in survey
-// coordinates is more than any fixed share of a patch.
-double rounding_at(const Vec3& p) {
-    return 8.0 * std::numeric_limits<double>::epsilon() * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-}
-
-// A patch of two triangles that share a diagonal as (corner, u, v), where it is a parallelogram.
-bool as_parallelogram(const Triangle* begin, const Triangle* end, Vec3& corner, Vec3& u, Vec3& v) {
-    if (end - begin != 2) return false;
-    const Vec3 p[3] = {begin[0].a, begin[0].b, begin[0].c}, q[3] = {begin[1].a, begin[1].b, begin[1].c};
-    for (int k = 0; k < 3; ++k) {
-        // p[k] stands opposite the diagonal p[k+1] p[k+2]; the other triangle's odd corner closes the parallelogram.
-        const Vec3 fourth = p[(k + 1) % 3] + p[(k + 2) % 3] - p[k];
-        int matched = 0;
-        bool odd = false;
-        for (const Vec3& corner_q : q) {
-            if (corner_q == p[(k + 1) % 3] || corner_q == p[(k + 2) % 3])
-                ++matched;
-            else
-                odd = length(corner_q - fourth) < 1e-9 * length(p[(k + 1) % 3] - p[(k + 2) % 3]) + rounding_at(fourth);
-        }
-        if (matched == 2 && odd) {
-            corner = p[k];
-            u = p[(k + 1) % 3] - p[k];
-            v = p[(k + 2) % 3] - p[k];
-            return true;
-        }
-    }
-    return false;
-}
-
 }  // namespace
 
 PairExchange::PairExchange(const Scene& scene, double epsilon)
-    : scene_(scene), epsilon_(epsilon), points_(scene.surfels), extent_(scene.surfels.size()) {
+    : scene_(scene),
+      epsilon_(epsilon),
+      points_(scene.surfels),
+      contact_(contact_distance(bounds_of(scene.surfels))),
+      extent_(scene.surfels.size()) {
     const Surfels& s = scene.surfels;
     node_begin_.push_back(0);
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const Triangle *begin = points_.triangles_begin(i), *end = points_.triangles_end(i);
-        Vec3 corner, u, v;
         if (begin == end) {
             extent_[i] = std::sqrt(s.areas[i] / pi);
             // Degree 3 on the disk of area S (four points at 1/sqrt 2 of its radius).
@@ -64,14 +36,10 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
             extent_[i] = 0.0;
             for (const Triangle* t = begin; t != end; ++t)
                 for (const Vec3& p : {t->a, t->b, t->c}) extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
-            if (as_parallelogram(begin, end, corner, u, v)) {
-                const double g = 0.5 - std::sqrt(1.0 / 12.0);  // 2 x 2 Gauss-Legendre
-                for (double a : {g, 1.0 - g})
-                    for (double b : {g, 1.0 - g}) nodes_.push_back(corner + a * u + b * v);
-            } else {
-                for (int a = 0; a < 2; ++a)
-                    for (int b = 0; b < 2; ++b) nodes_.push_back(points_.at(i, 0.25 + 0.5 * a, 0.25 + 0.5 * b));
-            }
+            // 2 x 2 Gauss-Legendre on parallelograms, midpoints of four pieces on others.
+            const double g = points_.parallelogram(i) ? 0.5 - std::sqrt(1.0 / 12.0) : 0.25;
+            for (double a : {g, 1.0 - g})
+                for (double b : {g, 1.0 - g}) nodes_.push_back(points_.at(i, a, b));
         }
         node_begin_.push_back(static_cast<std::uint32_t>(nodes_.size()));
     }
@@ -92,24 +60,23 @@ bool PairExchange::same_surface(std::uint32_t i, std::uint32_t j, double squared
            !points_.is_patch(j) && dot(s.normals[i], s.normals[j]) > epsilon_;
 }
 
-PairExchange::Polygon PairExchange::disk_polygon(std::uint32_t i) const {
+PairExchange::Octagon PairExchange::octagon_of_disk(std::uint32_t i) const {
     const Frame frame = frame_around(scene_.surfels.normals[i]);
     // The regular octagon of area S: 2 sqrt(2) rho^2.
     const double rho = std::sqrt(scene_.surfels.areas[i] / (2.0 * std::sqrt(2.0)));
-    Polygon out;
-    out.count = max_corners;
-    for (std::size_t k = 0; k < max_corners; ++k) {
+    Octagon out;
+    for (std::size_t k = 0; k < out.size(); ++k) {
         const double angle = pi / 4.0 * static_cast<double>(k);
-        out.corners[k] = scene_.surfels.positions[i] + rho * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
+        out[k] = scene_.surfels.positions[i] + rho * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
     }
     return out;
 }
 
 double PairExchange::to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const {
-    if (dot(scene_.surfels.normals[j], point - scene_.surfels.positions[j]) <= 0.0) return 0.0;
+    if (dot(scene_.surfels.normals[j], point - scene_.surfels.positions[j]) <= contact_) return 0.0;
     if (!points_.is_patch(j)) {
-        const Polygon p = disk_polygon(j);
-        return element_to_polygon(point, normal, p.corners.data(), p.count);
+        const Octagon octagon = octagon_of_disk(j);
+        return element_to_polygon(point, normal, octagon.data(), octagon.size());
     }
     double sum = 0.0;
     for (const Triangle* t = points_.triangles_begin(j); t != points_.triangles_end(j); ++t) {
@@ -172,8 +139,7 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     // Neither reaches above the other's plane, coplanar neighbours above all: nothing to integrate.
     const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
     const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
-    const double nothing = 1e-9 * extent + rounding_at(s.positions[i]);
-    if (above_i <= nothing || above_j <= nothing) return {};
+    if (above_i <= contact_ || above_j <= contact_) return {};
     // The outer integral belongs over the smaller surfel: the grid on a much larger one would step over the smaller.
     const double over_i = extent_[i] > 2.0 * extent_[j] ? 0.0 : extent_[j] > 2.0 * extent_[i] ? 1.0 : 0.5;
     double g = 0.0;

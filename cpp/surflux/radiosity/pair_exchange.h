@@ -36,6 +36,7 @@ public:
     // Where a ray from in front of surfel j meets its patch, or the disk of its area.
     bool meets(std::uint32_t j, const Vec3& from, const Vec3& direction, Vec3& at) const;
 
+    bool is_patch(std::uint32_t i) const { return points_.is_patch(i); }
     const Vec3& normal(std::uint32_t i) const { return scene_.surfels.normals[i]; }
     double extent(std::uint32_t i) const { return extent_[i]; }
 
@@ -43,21 +44,18 @@ public:
     Vec3 ray_point(std::uint32_t i, Range range, double s, double t) const;
 
 private:
-    static constexpr std::size_t max_corners = 8;
-    struct Polygon {
-        std::array<Vec3, max_corners> corners;
-        std::size_t count;
-    };
+    using Octagon = std::array<Vec3, 8>;
 
     double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
     double near_factor(std::uint32_t i, std::uint32_t j) const;
     double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
-    Polygon disk_polygon(std::uint32_t i) const;
+    Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;
 
     const Scene& scene_;
     double epsilon_;
     SurfelPoints points_;
+    double contact_;  // what is closer than this to a surfel's plane covers it instead of exchanging light with it
     std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;
     std::vector<Vec3> nodes_;  // quadrature of the mid range, equal weights

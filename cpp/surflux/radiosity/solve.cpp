@@ -158,6 +158,8 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
                     {"rays", static_cast<double>(exchange.rays + hemispheres.rays)},
                     {"largest_correction", closure.largest_correction},
                     {"closure_residual", closure.residual},
+                    {"largest_shortfall", closure.largest_shortfall},
+                    {"short_rows", static_cast<double>(closure.short_rows)},
                     {"closure_applications", static_cast<double>(closure.applications)},
                     {"channels", static_cast<double>(channels)},
                     {"applications", static_cast<double>(linear.applications)},

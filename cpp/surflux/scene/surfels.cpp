@@ -56,4 +56,6 @@ Box bounds_of(const Surfels& surfels) {
     return box;
 }
 
+double contact_distance(const Box& box) { return 1e-6 * box.diagonal(); }
+
 }  // namespace surflux

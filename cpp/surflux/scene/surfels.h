@@ -50,4 +50,7 @@ struct Box {
 // Of the positions and, where there are any, the triangles.
 Box bounds_of(const Surfels& surfels);
 
+// Surfaces no farther apart than this touch: the float coordinates in which rays are traced cannot tell them apart.
+double contact_distance(const Box& box);
+
 }  // namespace surflux

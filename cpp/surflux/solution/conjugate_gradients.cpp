@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/error.h"
+
 namespace surflux {
 
 namespace {
@@ -39,6 +41,10 @@ LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<
         double largest = 0.0;
         for (std::size_t c = 0; c < channels; ++c)
             if (scale[c] > 0.0) largest = std::max(largest, std::sqrt(squared[c] / scale[c]));
+        for (std::size_t c = 0; c < channels; ++c)
+            require(std::isfinite(squared[c]) && std::isfinite(scale[c]),
+                    "scene: its light is too strong, or too weak, to compute with: the linear system left the range of "
+                    "float64");
         return largest;
     };
 

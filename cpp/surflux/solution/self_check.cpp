@@ -39,9 +39,10 @@ double gathering_error(const Scene& scene, const Tracer& tracer, const Solution&
         squared[k] = s.areas[i] * dot(difference(0), difference(1));
         reference[k] = s.areas[i] * dot(solution.irradiance[i], solution.irradiance[i]);
     });
-    double off = 0.0, all = 0.0;
-    for (std::size_t k = 0; k < checked; ++k) off += squared[k], all += reference[k];
-    return all > 0.0 ? std::sqrt(std::max(0.0, off) / all) : 0.0;
+    double off = 0.0, all = 0.0, spread = 0.0;
+    for (std::size_t k = 0; k < checked; ++k) off += squared[k], all += reference[k], spread += squared[k] * squared[k];
+    // Below the standard error of the sum nothing is known: that is the least it claims.
+    return all > 0.0 ? std::sqrt(std::max(off, std::sqrt(spread)) / all) : 0.0;
 }
 
 }  // namespace surflux

@@ -78,6 +78,7 @@ struct Tracer::Impl {
     std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
     Vec3 origin;
+    double diagonal = 0.0;  // of the scene, disks included
     Device device;
     EmbreeScene scene;
 
@@ -94,9 +95,8 @@ struct Tracer::Impl {
     bool stands_off(std::uint32_t a, std::uint32_t k, const float (&direction)[3], bool leaving) const {
         const Disk &p = disks[a], &q = disks[k];
         if (p.object != q.object) return false;
-        // The larger of R_a + R_k (they overlap) and 2 R_k: so far a disk tangent to a sphere can rise above the
-        // horizon of another point of it.
-        const float reach = q.radius + std::max(p.radius, q.radius);
+        // So far a disk tangent to a sphere can rise above the horizon of another point of it.
+        const float reach = 2.0f * q.radius;
         float squared = 0.0f, cosine = 0.0f, along = 0.0f;
         for (int axis = 0; axis < 3; ++axis) {
             const float d = p.position[axis] - q.position[axis];
@@ -148,6 +148,8 @@ struct Tracer::Impl {
         ray.time = 0.0f, ray.mask = embree::mask_all, ray.id = 0, ray.flags = 0;
         return ray;
     }
+
+    RTCRay segment(const Vec3& from, const Vec3& to) const;
 
     bool free(std::uint32_t i, std::uint32_t j, RTCRay ray) const {
         Query query{{}, this, i, j};
@@ -203,12 +205,25 @@ struct Tracer::Impl {
     }
 };
 
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+// Embree takes no coordinates beyond 1.8e18; their squares, too, must stay floats.
+constexpr double largest_extent = 1e15;
+
+}  // namespace
+
 Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     const Surfels& s = scene.surfels;
     const std::vector<std::uint32_t> twin = find_twins(scene);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     const Box box = bounds_of(s);
     impl_->origin = box.center();
+    impl_->diagonal = box.diagonal();
+    for (double radius : s.radii) impl_->diagonal = std::max(impl_->diagonal, box.diagonal() + 2.0 * radius);
+    require(impl_->diagonal < largest_extent, "scene: it is ", impl_->diagonal, " across, wanted less than ",
+            largest_extent);
     impl_->disks.resize(s.size());
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         Disk& d = impl_->disks[i];
@@ -233,20 +248,21 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
 
 Tracer::~Tracer() = default;
 
-namespace {
-
-// Short of the far end by a hair: what lies on the target's own plane does not block.
-constexpr float segment_end = 1.0f - 1e-5f;
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
-}  // namespace
+// A ray of unit direction that ends short of the target by a hair: what lies on the target's own plane does not block.
+// A target far outside the scene is as good as one at its edge.
+RTCRay Tracer::Impl::segment(const Vec3& from, const Vec3& to) const {
+    const Vec3 d = to - from;
+    const double distance = length(d);
+    if (!(distance > 0.0)) return ray_from(from, {0, 0, 1}, 0.0f);
+    return ray_from(from, d / distance, static_cast<float>(std::min(distance * (1.0 - 1e-5), 4.0 * diagonal)));
+}
 
 bool Tracer::visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const {
-    return impl_->free(i, j, impl_->ray_from(from, to - from, segment_end));
+    return impl_->free(i, j, impl_->segment(from, to));
 }
 
 bool Tracer::visible(std::uint32_t i, const Vec3& from, const Vec3& to) const {
-    return impl_->free(i, no_surfel, impl_->ray_from(from, to - from, segment_end));
+    return impl_->free(i, no_surfel, impl_->segment(from, to));
 }
 
 bool Tracer::escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const {
@@ -264,13 +280,14 @@ Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) co
     Hit found;
     found.surfel =
         hit.hit.geomID == disk_geometry ? impl_->disk_surfel[hit.hit.primID] : impl_->triangle_surfel[hit.hit.primID];
+    found.distance = static_cast<double>(hit.ray.tfar);
     const auto faces = [&](std::uint32_t k) {
         const float* n = impl_->disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;
     };
     found.front = faces(found.surfel);
     const std::uint32_t twin = impl_->disks[found.surfel].twin;
-    if (!found.front && twin != no_surfel) return {twin, faces(twin)};
+    if (!found.front && twin != no_surfel) return {twin, faces(twin), found.distance};
     return found;
 }
 

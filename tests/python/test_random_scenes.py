@@ -1,0 +1,89 @@
+"""What holds for every scene whatever: random small ones, of disks anywhere and meshes between them."""
+
+import hypothesis.strategies as st
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+
+import surflux as sf
+from scenes import cube_inside, patch
+
+
+@st.composite
+def scenes(draw):
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    objects = []
+    for _ in range(draw(st.integers(1, 2))):
+        n = draw(st.integers(1, 20))
+        points = random.uniform(-1, 1, size=(n, 3))
+        if draw(st.booleans()):  # on few places, so that disks touch, coincide and turn their backs on each other
+            points = np.round(2 * points) / 2
+        normals = random.normal(size=(n, 3))
+        if draw(st.booleans()):
+            normals = np.eye(3)[random.integers(3, size=n)] * random.choice([-1, 1], size=(n, 1))
+        radii = random.uniform(0.05, draw(st.sampled_from([0.1, 0.5, 2.0])), n)
+        # Areas of the disks' size: the solver takes them as they are.
+        areas = np.pi * radii**2 * random.uniform(0.3, 1.0, n)
+        rho, emission = (
+            random.uniform(0, 0.99, (n, 3)),
+            random.uniform(0, 2, (n, 3)) * (random.uniform(size=(n, 1)) < 0.5),
+        )
+        two_sided = draw(st.booleans())
+        objects.append(
+            sf.Surfels(
+                points, normals, radii=radii, areas=areas, reflectance=rho, emission=emission, two_sided=two_sided
+            )
+        )
+    if draw(st.booleans()):
+        corner, u, w = random.uniform(-1, 1, size=(3, 3))
+        objects.append(patch(corner, u, np.cross(u, w), rho=random.uniform(0, 0.99, 3), patch_area=draw(st.just(0.2))))
+    if draw(st.booleans()):
+        objects.append(cube_inside(draw(st.integers(1, 3)), random.uniform(0, 0.99, 3)))
+    lights = [
+        sf.PointLight(random.uniform(-1, 1, 3), random.uniform(0, 5, 3)),
+        sf.DirectionalLight(random.normal(size=3), random.uniform(0, 5, 3)),
+        sf.Environment(random.uniform(0, 2, 3)),
+        sf.AreaLight(random.uniform(-1, 1, 3), [0.5, 0, 0], [0, 0.5, 0], random.uniform(0, 5, 3)),
+    ]
+    kept = draw(st.lists(st.sampled_from(range(4)), unique=True))
+    return sf.Scene(objects, [lights[k] for k in kept])
+
+
+SETTINGS = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+
+
+@SETTINGS
+@given(scenes(), st.booleans())
+def test_the_exchange_is_reciprocal_and_closed(scene, visibility):
+    areas = np.concatenate([s.areas for s in scene.objects])
+    if not visibility:
+        factors = sf.form_factors(scene, visibility=False)
+        escape = None
+    else:
+        factors, escape = sf.form_factors(scene, return_escape=True)
+    assert np.all(np.isfinite(factors))
+    assert factors.min() >= 0.0
+    exchange = areas[:, None] * factors
+    np.testing.assert_allclose(exchange, exchange.T, rtol=1e-15, atol=0)
+    if visibility:
+        rows = factors.sum(axis=1) + escape
+        assert escape.min() >= 0.0
+        # A surfel shut in by front faces that it has no exchange with has nothing to close.
+        closed = rows > 0
+        np.testing.assert_allclose(rows[closed], 1.0, rtol=0, atol=1e-6)
+
+
+@SETTINGS
+@given(scenes())
+def test_light_is_neither_made_nor_lost(scene):
+    solution = sf.solve(scene)
+    s = solution.surfels
+    for values in (solution.radiosity, solution.irradiance, solution.direct):
+        assert np.all(np.isfinite(values))
+    assert np.isfinite(solution.error)
+    assert np.all(solution.direct >= 0)
+    top = solution.irradiance.max()
+    assert np.all(solution.irradiance >= solution.direct - 1e-3 * top)
+    assert np.all(solution.radiosity >= s.emission - 1e-3 * top)
+    figures = solution.history[0]
+    ends = figures["power_absorbed"] + figures["power_escaped"] + figures["power_into_backs"]
+    assert abs(figures["power_in"] - ends) <= 1e-3 * figures["power_in"]
