@@ -230,7 +230,7 @@ def test_plot_shows_what_was_solved(solved, tmp_path):
 
     above = sf.Camera([0.5, 0.5, 3.0], [0.5, 0.5, 0.0], up=(0, 1, 0), fov=30)
     shown = {}
-    for color in ("radiosity", "irradiance", "direct", "area"):
+    for color in ("radiosity", "irradiance", "direct", "area", "radius", "level"):
         path = tmp_path / f"{color}.png"
         assert str(solved.plot(color, screenshot=path, camera=above, size=(200, 200))) == str(path)
         shown[color] = np.asarray(Image.open(path).convert("RGB")).astype(float)
@@ -243,7 +243,7 @@ def test_plot_shows_what_was_solved(solved, tmp_path):
     assert green - max(red, blue) > 20
     assert np.all(shown["radiosity"][2, 2] == 255)
     with pytest.raises(ValueError, match=r"^color: wanted one of .*direct.*irradiance.*radiosity"):
-        solved.plot("level", screenshot=tmp_path / "level.png")
+        solved.plot("taste", screenshot=tmp_path / "taste.png")
 
 
 def scene_of_some_time():

@@ -225,10 +225,11 @@ def test_survey_coordinates_cost_nothing(offset):
 
 
 def test_turning_the_scene():
-    """Where all see each other only rounding differs; past a ball other rays go, as with another seed."""
+    """Where all see each other hardly anything differs; past a ball other rays go, as with another seed."""
     before = sf.solve(furnished(ball=False), tolerance=1e-8)
     after = sf.solve(furnished(random_rotation(1), ball=False), tolerance=1e-8)
-    np.testing.assert_allclose(after.irradiance, before.irradiance, rtol=1e-6)
+    # Points of a patch keep off its rim by 1e-6 of the scene's bounds, which turn to another size.
+    np.testing.assert_allclose(after.irradiance, before.irradiance, rtol=1e-4)
     before, after = sf.solve(furnished()), sf.solve(furnished(random_rotation(2)))
     np.testing.assert_allclose(after.direct, before.direct, rtol=1e-6)
     difference = rms(after.irradiance, before.irradiance, before.surfels.areas)

@@ -42,7 +42,9 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
             const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
             const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
             if (hit) {
-                if (!hit.front || hit.distance <= contact) out.absorbed[i] += share;
+                // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
+                const bool covered = hit.distance <= contact && dot(frame.n, s.normals[hit.surfel]) < -0.5;
+                if (!hit.front || covered) out.absorbed[i] += share;
                 continue;
             }
             out.escape[i] += share;

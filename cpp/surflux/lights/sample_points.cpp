@@ -46,13 +46,16 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
     : surfels_(surfels),
       begin_(triangle_ranges(surfels)),
       kind_(surfels.size(), none),
-      up_to_(surfels.triangles.size()) {
+      up_to_(surfels.triangles.size()),
+      inset_(surfels.size(), 0.0) {
+    const double contact = contact_distance(bounds_of(surfels));
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
         double total = 0.0;
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] = total += area_of(surfels.triangles[t]);
         if (!is_patch(i)) continue;
         require(total > 0.0, "mesh: the patch of surfel ", i, " has no area");
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] /= total;
+        inset_[i] = std::min(0.1, 2.0 * contact / std::sqrt(total));
         Parallelogram found;
         if (as_parallelogram(triangles_begin(i), triangles_end(i), found)) {
             kind_[i] = static_cast<std::uint32_t>(parallelograms_.size());
@@ -63,13 +66,14 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
 
 Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
     if (!is_patch(i)) return surfels_.positions[i];
-    if (const Parallelogram* p = parallelogram(i)) return p->corner + s * p->u + t * p->v;
+    const auto inset = [&](const Vec3& p) { return p + inset_[i] * (surfels_.positions[i] - p); };
+    if (const Parallelogram* p = parallelogram(i)) return inset(p->corner + s * p->u + t * p->v);
     std::uint32_t k = begin_[i];
     double below = 0.0;
     while (k + 1 < begin_[i + 1] && s >= up_to_[k]) below = up_to_[k++];
     const Triangle& triangle = surfels_.triangles[k];
     const Vec3 w = square_to_triangle((s - below) / (up_to_[k] - below), t);
-    return w.x * triangle.a + w.y * triangle.b + w.z * triangle.c;
+    return inset(w.x * triangle.a + w.y * triangle.b + w.z * triangle.c);
 }
 
 }  // namespace surflux

@@ -35,6 +35,9 @@ private:
     std::vector<std::uint32_t> kind_;  // index of the parallelogram, or none
     std::vector<Parallelogram> parallelograms_;
     std::vector<double> up_to_;  // per triangle: share of its patch's area up to and with it
+    // By how much points are drawn in from the rim of the patch: on it, float rounding would put some of them behind
+    // the next wall.
+    std::vector<double> inset_;
 };
 
 }  // namespace surflux
