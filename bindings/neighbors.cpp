@@ -30,16 +30,17 @@ void bind_neighbors(py::module_& module) {
         py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("progress") = py::none());
     module.def(
         "estimate_radii",
-        [](const Doubles& points, std::size_t neighbors) {
+        [](const Doubles& points, std::size_t neighbors, const py::object& progress) {
             const std::vector<Vec3> p = to_vec3s(points, "points");
+            const Progress report = to_progress(progress);
             std::vector<double> radii;
             {
                 py::gil_scoped_release release;
-                radii = estimate_radii(p, neighbors);
+                radii = estimate_radii(p, neighbors, report);
             }
             return to_array(radii);
         },
-        py::arg("points"), py::arg("neighbors"));
+        py::arg("points"), py::arg("neighbors"), py::arg("progress") = py::none());
     module.def(
         "eliminate_samples",
         [](const Doubles& points, std::size_t count, double area, std::uint64_t seed, const py::object& progress) {
@@ -57,12 +58,14 @@ void bind_neighbors(py::module_& module) {
         require(triangles.size() % 9 == 0, "triangles: wanted shape (t, 3, 3)");
         std::vector<std::array<Vec3, 3>> t(static_cast<std::size_t>(triangles.size()) / 9);
         if (!t.empty()) std::memcpy(static_cast<void*>(t.data()), triangles.data(), t.size() * sizeof(t[0]));
-        const std::vector<SurfacePoint> samples = sample_triangles(t, count, seed);
         std::vector<Vec3> positions;
         std::vector<std::uint32_t> indices;
-        for (const SurfacePoint& s : samples) {
-            positions.push_back(s.position);
-            indices.push_back(s.triangle);
+        {
+            py::gil_scoped_release release;
+            for (const SurfacePoint& s : sample_triangles(t, count, seed)) {
+                positions.push_back(s.position);
+                indices.push_back(s.triangle);
+            }
         }
         return py::make_tuple(to_array(positions), to_array(indices));
     });

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
+#include <string>
 
 #include "shapes.h"
 #include "surflux/core/error.h"
 #include "surflux/core/random.h"
 #include "surflux/neighbors/disk_index.h"
+#include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/normals.h"
 #include "surflux/neighbors/point_index.h"
 #include "surflux/neighbors/radii.h"
@@ -23,10 +26,34 @@ std::vector<Vec3> random_points(std::size_t n, std::uint64_t seed, const Vec3& o
     return points;
 }
 
+template <class Call>
+std::string refusal(const Call& call) {
+    try {
+        call();
+    } catch (const ArgumentError& error) {
+        return error.what();
+    }
+    return "none";
+}
+
+TEST(DistinctPlaces, StandInTheOrderOfTheirFirstPoints) {
+    const DistinctPlaces d = distinct_places({{1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-0.0, 0, 0}, {1, 0, 0}});
+    EXPECT_EQ(d.places, (std::vector<Vec3>{{1, 0, 0}, {0, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(d.of_point, (std::vector<std::uint32_t>{0, 1, 0, 2, 1, 0}));
+    EXPECT_TRUE(distinct_places({}).places.empty());
+}
+
+TEST(DistinctPlaces, RefuseWhatCannotBeSorted) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(refusal([&] { distinct_places({{0, 0, 0}, {0, nan, 0}}); }),
+              "points: wanted finite coordinates, got others at index 1");
+}
+
 TEST(PointIndex, AgreesWithBruteForce) {
-    // The same far from the origin: coordinates are recentred before they become floats.
-    for (const Vec3& offset : {Vec3{}, Vec3{5e6, -5e6, 5e6}}) {
-        const std::vector<Vec3> points = random_points(500, 1, offset);
+    // The same far from the origin, and with one point far from the others.
+    for (const Vec3& offset : {Vec3{}, Vec3{5e6, -5e6, 5e6}, Vec3{1e-3, 0.0, 0.0}}) {
+        std::vector<Vec3> points = random_points(500, 1, offset);
+        if (offset.x == 1e-3) points.push_back({1e12, -1e12, 1e12});
         const PointIndex index(points);
         std::vector<Neighbor> found;
         for (std::size_t q = 0; q < 50; ++q) {
@@ -41,6 +68,9 @@ TEST(PointIndex, AgreesWithBruteForce) {
             }
             found.clear();
             index.within(points[q], 0.25, found);
+            std::vector<Neighbor> nearest_inside;
+            index.nearest(points[q], 1000, nearest_inside, 0.25);
+            EXPECT_EQ(nearest_inside.size(), found.size());
             const auto inside = std::count_if(all.begin(), all.end(), [](const auto& a) { return a.first <= 0.25; });
             EXPECT_EQ(static_cast<long>(found.size()), inside);
         }
@@ -118,8 +148,46 @@ TEST(Radii, OfAnOutlierFollowThoseOfItsNeighbours) {
 }
 
 TEST(Radii, RefuseWhatHasNoNeighbours) {
-    EXPECT_THROW(estimate_radii({{0, 0, 0}}), ArgumentError);
-    EXPECT_THROW(estimate_radii({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}), ArgumentError);
+    EXPECT_EQ(refusal([] { estimate_radii({{0, 0, 0}}); }),
+              "radii: wanted at least 2 points to estimate them from, got 1; give radii");
+    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}); }),
+              "radii: all points coincide; give radii");
+    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {2, 1, 1}}, 0); }), "neighbors: wanted at least 1");
+}
+
+TEST(Radii, OfTwoPlacesReachEachOther) {
+    EXPECT_EQ(estimate_radii({{1, 0, 0}, {3, 0, 0}, {1, 0, 0}}, 6), (std::vector<double>{2.0, 2.0, 2.0}));
+}
+
+TEST(Radii, CanBeCancelled) {
+    EXPECT_THROW(estimate_radii(random_points(100, 9), 6, [](std::size_t, std::size_t) { return false; }), Cancelled);
+}
+
+// What a search past all of them takes grows with the cube of their number: this would not end.
+TEST(Estimates, DoNotSeeAPileOfCopies) {
+    std::vector<Vec3> points = shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0).positions;
+    const std::vector<Vec3> normals = estimate_normals(points, {});
+    const std::vector<double> radii = estimate_radii(points);
+    points.insert(points.end(), 20000, points[77]);
+    const std::vector<Vec3> piled_normals = estimate_normals(points, {});
+    const std::vector<double> piled_radii = estimate_radii(points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_EQ(piled_normals[i], normals[i < 2000 ? i : 77]);
+        EXPECT_EQ(piled_radii[i], radii[i < 2000 ? i : 77]);
+    }
+}
+
+TEST(Estimates, DoNotSeeAnOutlier) {
+    Surfels s = shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0);
+    const std::vector<double> radii = estimate_radii(s.positions);
+    s.positions.push_back({1e7, 3e6, -2e6});
+    const std::vector<Vec3> normals = estimate_normals(s.positions, {});
+    const std::vector<double> with_outlier = estimate_radii(s.positions);
+    for (std::size_t i = 0; i < 2000; ++i) {
+        EXPECT_GT(dot(normals[i], s.normals[i]), std::cos(0.09));
+        EXPECT_NEAR(with_outlier[i], radii[i], 1e-6 * radii[i]);
+    }
+    EXPECT_NEAR(length(normals[2000]), 1.0, 1e-12);
 }
 
 TEST(Normals, PointOutOfASphereAndTowardsAViewpoint) {
@@ -142,9 +210,40 @@ TEST(Normals, OrientSeparateComponentsEachOutwards) {
     for (std::size_t i = 0; i < a.size(); ++i) EXPECT_GT(dot(normals[i], a.normals[i]), 0.9);
 }
 
+TEST(Normals, OfALongLineAreThoseOfTheNearestSurface) {
+    // A wire, 20 000 points in line, stands on a floor. Far up it, no neighbourhood worth looking at spans a plane.
+    std::vector<Vec3> points;
+    for (int x = -10; x <= 10; ++x)
+        for (int y = -10; y <= 10; ++y) points.push_back({0.1 * x, 0.1 * y, 0.0});
+    const std::size_t floor = points.size();
+    for (int k = 1; k <= 20000; ++k) points.push_back({0.0, 0.0, 0.01 * k});
+    NormalOptions options;
+    options.viewpoint = Vec3{50.0, 0.0, 50.0};
+    for (const auto& view : {std::optional<Vec3>{}, options.viewpoint}) {
+        options.viewpoint = view;
+        const std::vector<Vec3> normals = estimate_normals(points, options);
+        for (const Vec3& n : normals) EXPECT_NEAR(length(n), 1.0, 1e-12);
+        EXPECT_NEAR(std::abs(normals[0].z), 1.0, 1e-9);
+        for (std::size_t i = floor + 1000; i < points.size(); ++i)
+            EXPECT_NEAR(std::abs(dot(normals[i], normals[floor + 1000])), 1.0, 1e-9);
+    }
+}
+
+TEST(Normals, OfALineAndOnePointFarOffAreThoseOfTheirPlane) {
+    std::vector<Vec3> points;
+    for (int k = 0; k < 2000; ++k) points.push_back({double(k), 0.0, 0.0});
+    points.push_back({1000.0, 1e5, 0.0});
+    NormalOptions options;
+    options.viewpoint = Vec3{0.0, 0.0, 1e6};
+    for (const Vec3& n : estimate_normals(points, options)) EXPECT_NEAR(n.z, 1.0, 1e-9);
+}
+
 TEST(Normals, RefuseALineAndTooFewPoints) {
-    EXPECT_THROW(estimate_normals({{0, 0, 0}, {1, 0, 0}}, {}), ArgumentError);
-    EXPECT_THROW(estimate_normals({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}}, {}), ArgumentError);
+    EXPECT_EQ(refusal([] { estimate_normals({{0, 0, 0}, {1, 0, 0}}, {}); }),
+              "normals: wanted at least 3 points to estimate them from, got 2; give normals");
+    const std::string line = "normals: the points lie on a line or coincide, so no surface can be fitted; give normals";
+    EXPECT_EQ(refusal([] { estimate_normals({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}}, {}); }), line);
+    EXPECT_EQ(refusal([] { estimate_normals({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1, 0}}, {}); }), line);
 }
 
 TEST(SampleElimination, KeepsAnEvenSubset) {
@@ -169,6 +268,69 @@ TEST(SampleElimination, KeepsAnEvenSubset) {
     EXPECT_GT(smallest, 0.5 * 2.0 * r_max);
     EXPECT_LE(smallest, 2.0 * r_max);
     EXPECT_EQ(kept, eliminate_samples(points, 1000, 1.0, 7));
+}
+
+// The floor around a scanner: its density falls with the square of the distance, from 0.1 to 100 m.
+std::vector<Vec3> floor_scan(std::size_t n) {
+    Random random(11);
+    std::vector<Vec3> points(n);
+    for (Vec3& p : points) {
+        const double r = 0.1 * std::pow(1000.0, random.uniform()), phi = 2.0 * pi * random.uniform();
+        p = {r * std::cos(phi), r * std::sin(phi), 0.0};
+    }
+    return points;
+}
+
+TEST(SampleElimination, EvensOutAScan) {
+    const std::vector<Vec3> points = floor_scan(20000);
+    const double area = pi * 1e4;
+    const std::vector<std::uint32_t> kept = eliminate_samples(points, 1000, area, 3);
+    ASSERT_EQ(kept.size(), 1000u);
+    EXPECT_EQ(kept, eliminate_samples(points, 1000, area, 3));
+    EXPECT_NE(kept, eliminate_samples(points, 1000, area, 4));
+    std::vector<Vec3> samples;
+    for (std::uint32_t i : kept) samples.push_back(points[i]);
+    const PointIndex index(samples);
+    std::vector<Neighbor> near;
+    double smallest = 1e9;
+    for (const Vec3& p : samples) {
+        index.nearest(p, 2, near);
+        smallest = std::min(smallest, near[1].distance);
+    }
+    const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * 1000.0));
+    EXPECT_GT(smallest, 0.5 * 2.0 * r_max);
+}
+
+// Seven of eight are to stay, most of which share a few cells of side r_max: all pairs of them are some 10^8.
+TEST(SampleElimination, GivesTheExactCountWhereMostMustStay) {
+    const std::vector<Vec3> points = floor_scan(40000);
+    for (const std::size_t count : {35000u, 39999u, 40000u}) {
+        const std::vector<std::uint32_t> kept = eliminate_samples(points, count, pi * 1e4, 3);
+        EXPECT_EQ(kept.size(), count);
+        EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+        EXPECT_EQ(std::adjacent_find(kept.begin(), kept.end()), kept.end());
+    }
+    const std::vector<Vec3> pile(20000, Vec3{1.0, 2.0, 3.0});
+    EXPECT_EQ(eliminate_samples(pile, 15000, 1.0, 3).size(), 15000u);
+}
+
+TEST(SampleElimination, ReportsAndCanBeCancelledToTheEnd) {
+    const std::vector<Vec3> points = floor_scan(20000);
+    const std::size_t n = 20000, count = 10000;
+    std::size_t last = 0, total = 0, calls = 0;
+    eliminate_samples(points, count, pi * 1e4, 0, [&](std::size_t done, std::size_t all) {
+        EXPECT_GE(done, last);
+        EXPECT_LE(done, all);
+        EXPECT_TRUE(total == 0 || all == total);
+        last = done, total = all, ++calls;
+        return true;
+    });
+    EXPECT_GT(last, total - 2 * 4096);
+    EXPECT_LE(total, 2 * n - count);
+    std::size_t seen = 0;
+    const Progress stop_at_last = [&](std::size_t done, std::size_t) { return ++seen, done < last; };
+    EXPECT_THROW(eliminate_samples(points, count, pi * 1e4, 0, stop_at_last), Cancelled);
+    EXPECT_GT(calls, 1u);
 }
 
 TEST(SampleElimination, RefusesWhatItCannotGive) {

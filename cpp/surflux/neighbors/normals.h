@@ -16,7 +16,9 @@ struct NormalOptions {
 
 // Unit normals by a local plane fit. Towards the viewpoint where one is given; else oriented consistently along a
 // minimum spanning tree of the neighbour graph (Hoppe et al. 1992, sec. 3.3), each component outwards: the sum of
-// (x - mean) . n over it is positive. Needs three points that do not lie on a line.
+// d . n over it is positive, d the direction from its median. (On a closed surface the integral is that of
+// div d = 2 / distance over the volume.) Points that coincide count once. A point that even many neighbours are in line
+// with takes the normal of the nearest that has one. Needs three points that do not lie on a line.
 std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const NormalOptions& options,
                                    const Progress& progress = {});
 

@@ -18,17 +18,21 @@ namespace surflux {
 
 namespace {
 
-using Tree = flann::KDTreeSingleIndex<flann::L2_3D<float>>;
+using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
+
+// worstDist is compared strictly: the next number up lets a point at exactly `radius` in.
+double strict_bound(double radius) { return std::nextafter(radius * radius, std::numeric_limits<double>::infinity()); }
 
 // Keeps the k nearest in a sorted array: k is small.
-class NearestSet final : public flann::ResultSet<float> {
+class NearestSet final : public flann::ResultSet<double> {
 public:
-    NearestSet(std::size_t k, std::vector<Neighbor>& out) : k_(k), out_(out) { out_.clear(); }
-    bool full() const override { return out_.size() == k_; }
-    float worstDist() const override {
-        return full() ? static_cast<float>(out_.back().distance) : std::numeric_limits<float>::max();
+    NearestSet(std::size_t k, double radius, std::vector<Neighbor>& out)
+        : k_(k), bound_(strict_bound(radius)), out_(out) {
+        out_.clear();
     }
-    void addPoint(float squared, std::size_t index) override {
+    bool full() const override { return out_.size() == k_; }
+    double worstDist() const override { return full() ? out_.back().distance : bound_; }
+    void addPoint(double squared, std::size_t index) override {
         const Neighbor found{static_cast<std::uint32_t>(index), squared};
         const auto before = [](const Neighbor& a, const Neighbor& b) {
             return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
@@ -42,54 +46,53 @@ public:
 
 private:
     std::size_t k_;
+    double bound_;
     std::vector<Neighbor>& out_;
 };
 
-class WithinSet final : public flann::ResultSet<float> {
+class WithinSet final : public flann::ResultSet<double> {
 public:
-    WithinSet(double radius, std::vector<Neighbor>& out)
-        // worstDist is compared strictly: the next float up lets a point at exactly `radius` in.
-        : squared_(std::nextafter(static_cast<float>(radius * radius), std::numeric_limits<float>::infinity())),
-          out_(out) {}
+    WithinSet(double radius, std::vector<Neighbor>& out) : bound_(strict_bound(radius)), out_(out) {}
     bool full() const override { return true; }
-    float worstDist() const override { return squared_; }
-    void addPoint(float squared, std::size_t index) override {
-        if (squared < squared_) out_.push_back({static_cast<std::uint32_t>(index), std::sqrt(double{squared})});
+    double worstDist() const override { return bound_; }
+    void addPoint(double squared, std::size_t index) override {
+        if (squared < bound_) out_.push_back({static_cast<std::uint32_t>(index), std::sqrt(squared)});
     }
 
 private:
-    float squared_;
+    double bound_;
     std::vector<Neighbor>& out_;
 };
 
 }  // namespace
 
 struct PointIndex::Impl {
-    std::vector<float> coordinates;  // recentred
+    std::vector<double> coordinates;  // recentred
     Vec3 origin;
     std::unique_ptr<Tree> tree;
 
-    void query(const Vec3& p, float (&q)[3]) const {
-        for (int axis = 0; axis < 3; ++axis) q[axis] = static_cast<float>(p[axis] - origin[axis]);
+    void query(const Vec3& p, double (&q)[3]) const {
+        for (int axis = 0; axis < 3; ++axis) q[axis] = p[axis] - origin[axis];
     }
 };
 
 PointIndex::PointIndex(const std::vector<Vec3>& points) : impl_(std::make_unique<Impl>()) {
     require(!points.empty(), "points: there are none to search");
-    Vec3 low = points[0], high = points[0];
-    for (const Vec3& p : points)
-        for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], p[axis]);
-            high[axis] = std::max(high[axis], p[axis]);
-        }
-    impl_->origin = 0.5 * (low + high);
+    // The median, not the centre of the bounding box: one outlier must not cost the other points their last digits.
+    std::vector<double> values(points.size());
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::transform(points.begin(), points.end(), values.begin(), [axis](const Vec3& p) { return p[axis]; });
+        std::nth_element(values.begin(), middle, values.end());
+        impl_->origin[axis] = *middle;
+    }
     impl_->coordinates.reserve(3 * points.size());
     for (const Vec3& p : points) {
-        float q[3];
+        double q[3];
         impl_->query(p, q);
         impl_->coordinates.insert(impl_->coordinates.end(), q, q + 3);
     }
-    const flann::Matrix<float> matrix(impl_->coordinates.data(), points.size(), 3);
+    const flann::Matrix<double> matrix(impl_->coordinates.data(), points.size(), 3);
     impl_->tree = std::make_unique<Tree>(matrix, flann::KDTreeSingleIndexParams(12));
     impl_->tree->buildIndex();
 }
@@ -98,16 +101,16 @@ PointIndex::~PointIndex() = default;
 PointIndex::PointIndex(PointIndex&&) noexcept = default;
 PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
 
-void PointIndex::nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& out) const {
-    float q[3];
+void PointIndex::nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& out, double radius) const {
+    double q[3];
     impl_->query(query, q);
-    NearestSet set(std::min(k, size()), out);
+    NearestSet set(std::min(k, size()), radius, out);
     impl_->tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
     for (Neighbor& n : out) n.distance = std::sqrt(n.distance);
 }
 
 void PointIndex::within(const Vec3& query, double radius, std::vector<Neighbor>& out) const {
-    float q[3];
+    double q[3];
     impl_->query(query, q);
     WithinSet set(radius, out);
     impl_->tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,8 +24,10 @@ public:
     PointIndex(PointIndex&&) noexcept;
     PointIndex& operator=(PointIndex&&) noexcept;
 
-    // The min(k, size) nearest, nearest first; ties by index. A query at a point of the index finds that point too.
-    void nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& out) const;
+    // The min(k, size) nearest, or fewer where fewer are at most `radius` away; nearest first, ties by index.
+    // A query at a point of the index finds that point too.
+    void nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>& out,
+                 double radius = std::numeric_limits<double>::infinity()) const;
     // All at most `radius` away, in no particular order, appended to `out`.
     void within(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
 

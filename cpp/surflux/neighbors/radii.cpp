@@ -6,6 +6,7 @@
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/plane_fit.h"
 #include "surflux/neighbors/point_index.h"
 
@@ -15,25 +16,6 @@ namespace {
 
 constexpr double open_angle = 2.0 * pi / 3.0;
 constexpr double outlier_ratio = 2.0;
-
-// The nearest `count` neighbours of point i that are at places of their own, nearest first; fewer where there are none.
-void distinct_neighbors(const PointIndex& index, const std::vector<Vec3>& points, std::size_t i, std::size_t count,
-                        std::vector<Neighbor>& out) {
-    std::vector<Neighbor> near;
-    for (std::size_t k = count + 3;; k *= 2) {
-        index.nearest(points[i], k, near);
-        out.clear();
-        for (const Neighbor& n : near) {
-            const Vec3& p = points[n.index];
-            const bool known = p == points[i] || std::any_of(out.begin(), out.end(), [&](const Neighbor& other) {
-                                   return points[other.index] == p;
-                               });
-            if (!known) out.push_back(n);
-            if (out.size() == count) return;
-        }
-        if (k >= points.size()) return;
-    }
-}
 
 // Do the directions to the first `count` neighbours, seen along `normal`, leave no angle open?
 bool surrounded(const std::vector<Vec3>& points, std::size_t i, const std::vector<Neighbor>& near, std::size_t count,
@@ -49,34 +31,30 @@ bool surrounded(const std::vector<Vec3>& points, std::size_t i, const std::vecto
     return widest <= open_angle;
 }
 
-}  // namespace
-
-std::vector<double> estimate_radii(const std::vector<Vec3>& points, std::size_t neighbors) {
-    require(points.size() >= 2, "radii: wanted at least 2 points to estimate them from, got ", points.size(),
-            "; give radii");
-    require(neighbors >= 1, "neighbors: wanted at least 1");
+// Of points no two of which coincide; 1 <= neighbors < points.size().
+std::vector<double> radii_of(const std::vector<Vec3>& points, std::size_t neighbors, const Progress& progress) {
     const PointIndex index(points);
-    std::vector<double> reach(points.size(), 0.0);
-    std::vector<std::uint32_t> around(points.size() * neighbors);  // the neighbours; oneself where there are too few
-    parallel_blocks(points.size(), 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t i = begin; i < end; ++i) {
-            distinct_neighbors(index, points, i, 3 * neighbors, near);
-            if (near.empty()) continue;
-            const std::size_t first = std::min(neighbors, near.size());
-            std::size_t taken = first;
-            const Vec3 normal = plane_normal(points, near);
-            if (length_squared(normal) > 0.0) {
-                const Frame frame = frame_around(normal);
-                while (taken <= near.size() && !surrounded(points, i, near, taken, frame)) ++taken;
-                if (taken > near.size()) taken = first;
+    std::vector<double> reach(points.size());
+    std::vector<std::uint32_t> around(points.size() * neighbors);
+    parallel_blocks(
+        points.size(), 256,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Neighbor> near;
+            for (std::size_t i = begin; i < end; ++i) {
+                index.nearest(points[i], 3 * neighbors + 1, near);
+                near.erase(std::find_if(near.begin(), near.end(), [i](const Neighbor& n) { return n.index == i; }));
+                std::size_t taken = neighbors;
+                const Vec3 normal = plane_normal(points, near);
+                if (length_squared(normal) > 0.0) {
+                    const Frame frame = frame_around(normal);
+                    while (taken <= near.size() && !surrounded(points, i, near, taken, frame)) ++taken;
+                    if (taken > near.size()) taken = neighbors;
+                }
+                reach[i] = length(points[near[taken - 1].index] - points[i]);
+                for (std::size_t k = 0; k < neighbors; ++k) around[i * neighbors + k] = near[k].index;
             }
-            reach[i] = length(points[near[taken - 1].index] - points[i]);
-            for (std::size_t k = 0; k < neighbors; ++k)
-                around[i * neighbors + k] = k < near.size() ? near[k].index : static_cast<std::uint32_t>(i);
-        }
-    });
-    require(*std::max_element(reach.begin(), reach.end()) > 0.0, "radii: all points coincide; give radii");
+        },
+        progress);
     std::vector<double> radii(points.size());
     parallel_blocks(points.size(), 1024, [&](std::size_t begin, std::size_t end) {
         std::vector<double> theirs(neighbors);
@@ -88,6 +66,21 @@ std::vector<double> estimate_radii(const std::vector<Vec3>& points, std::size_t 
         }
     });
     return radii;
+}
+
+}  // namespace
+
+std::vector<double> estimate_radii(const std::vector<Vec3>& points, std::size_t neighbors, const Progress& progress) {
+    require(points.size() >= 2, "radii: wanted at least 2 points to estimate them from, got ", points.size(),
+            "; give radii");
+    require(neighbors >= 1, "neighbors: wanted at least 1");
+    const auto [places, of_point] = distinct_places(points);
+    require(places.size() >= 2, "radii: all points coincide; give radii");
+    neighbors = std::min(neighbors, places.size() - 1);
+    const std::vector<double> radii = radii_of(places, neighbors, progress);
+    std::vector<double> out(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = radii[of_point[i]];
+    return out;
 }
 
 }  // namespace surflux

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -14,6 +15,7 @@ namespace surflux {
 // for a border, beyond which there is nothing to cover. Duplicates count once, and a point never counts as its own
 // neighbour. A point far off all others, such as scans have, would get a disk that hides them: no radius is more than
 // twice the median of its neighbours'.
-std::vector<double> estimate_radii(const std::vector<Vec3>& points, std::size_t neighbors = 6);
+std::vector<double> estimate_radii(const std::vector<Vec3>& points, std::size_t neighbors = 6,
+                                   const Progress& progress = {});
 
 }  // namespace surflux

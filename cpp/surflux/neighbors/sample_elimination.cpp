@@ -2,68 +2,126 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <queue>
 #include <tuple>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
+#include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/point_index.h"
 
 namespace surflux {
 
+namespace {
+
+// Five candidates for each sample are 1.4 to 2 in a cell of side r_max, where the limit does not bite.
+constexpr std::uint32_t cell_limit = 8;
+// A disk of radius 2 r_max touches some 20 such cells. Only where the limit had to be raised are there more around.
+constexpr std::size_t crowd_limit = 256;
+constexpr std::size_t steps_per_report = 4096;
+
+// Where points stand far closer than r_max, as near the scanner of a scan, all would crowd each other: squares of
+// their number in time and memory. At most a few at random from each cubic cell of side r_max stand for election,
+// but at least `count` in all. Ascending.
+std::vector<std::uint32_t> candidates(const std::vector<Vec3>& points, std::size_t count, double r_max,
+                                      const std::vector<std::uint64_t>& lots) {
+    std::vector<Vec3> corners(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis) corners[i][axis] = std::floor(points[i][axis] / r_max);
+    const DistinctPlaces cells = distinct_places(corners);
+    std::vector<std::uint32_t> order(points.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t i, std::uint32_t j) { return lots[i] != lots[j] ? lots[i] < lots[j] : i < j; });
+    std::vector<std::uint32_t> taken(cells.places.size(), 0);
+    std::vector<std::uint32_t> rank(points.size());  // in its cell
+    for (std::uint32_t i : order) rank[i] = taken[cells.of_point[i]]++;
+
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t limit = cell_limit; out.size() < count; limit *= 2) {
+        out.clear();
+        for (std::uint32_t i = 0; i < points.size(); ++i)
+            if (rank[i] < limit) out.push_back(i);
+    }
+    return out;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, std::size_t count, double area,
                                              std::uint64_t seed, const Progress& progress) {
-    const std::size_t n = points.size();
-    require(count >= 1 && count <= n, "n: wanted between 1 and ", n, " samples, got ", count);
+    require(count >= 1 && count <= points.size(), "n: wanted between 1 and ", points.size(), " samples, got ", count);
     require(area > 0.0 && std::isfinite(area), "area: wanted a positive number, got ", area);
-    const double wanted = static_cast<double>(count), given = static_cast<double>(n);
-    const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * wanted));
-    const double r_min = r_max * (1.0 - std::pow(wanted / given, 1.5)) * 0.65;
-    const auto weight = [&](double distance) {
-        const double d = std::max(distance, 2.0 * r_min) / (2.0 * r_max);
-        return d >= 1.0 ? 0.0 : std::pow(1.0 - d, 8.0);
-    };
+    std::vector<std::uint64_t> lots(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) lots[i] = Random(seed, i).bits();
+    const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * static_cast<double>(count)));
+    const std::vector<std::uint32_t> stand = candidates(points, count, r_max, lots);
+    const std::size_t n = stand.size();
+    std::vector<Vec3> places(n);
+    for (std::size_t i = 0; i < n; ++i) places[i] = points[stand[i]];
 
-    const PointIndex index(points);
-    std::vector<std::vector<Neighbor>> crowd(n);
-    std::vector<double> crowding(n, 0.0);
+    const double ratio = static_cast<double>(count) / static_cast<double>(n);
+    const double r_min = r_max * (1.0 - std::pow(ratio, 1.5)) * 0.65;
+    const auto weight = [&](std::size_t i, std::size_t j) {
+        const double w = 1.0 - std::max(length(places[i] - places[j]), 2.0 * r_min) / (2.0 * r_max);
+        if (w <= 0.0) return 0.0;
+        const double w2 = w * w, w4 = w2 * w2;  // std::pow costs as much as all the rest
+        return w4 * w4;
+    };
+    const std::size_t steps = n - count;
+    const Progress gathering = [&](std::size_t done, std::size_t) { return progress(done, n + steps); };
+    const PointIndex index(places);
+    std::vector<std::vector<std::uint32_t>> crowd(n);
+    std::vector<std::size_t> own(n);
     parallel_blocks(
         n, 256,
         [&](std::size_t begin, std::size_t end) {
+            std::vector<Neighbor> near;
             for (std::size_t i = begin; i < end; ++i) {
-                index.within(points[i], 2.0 * r_max, crowd[i]);
-                crowd[i].erase(
-                    std::remove_if(crowd[i].begin(), crowd[i].end(), [i](const Neighbor& c) { return c.index == i; }),
-                    crowd[i].end());
-                for (const Neighbor& c : crowd[i]) crowding[i] += weight(c.distance);
+                index.nearest(places[i], crowd_limit, near, 2.0 * r_max);
+                for (const Neighbor& c : near)
+                    if (c.index != i) crowd[i].push_back(c.index);
+                std::sort(crowd[i].begin(), crowd[i].end());
+                own[i] = crowd[i].size();
             }
         },
-        progress);
+        progress ? gathering : progress);
+    // Who is not among the nearest of one that is among its own nearest still crowds it.
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < own[i]; ++k) {
+            const std::uint32_t j = crowd[i][k];
+            const auto end = crowd[j].begin() + static_cast<std::ptrdiff_t>(own[j]);
+            if (!std::binary_search(crowd[j].begin(), end, i)) crowd[j].push_back(i);
+        }
+    std::vector<double> crowding(n, 0.0);
+    parallel_for(n, 256, [&](std::size_t i) {
+        for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
+    });
 
-    // A lazy heap: an entry counts only while it holds the point's present crowding.
+    // Crowding only ever falls: an entry holds at least the candidate's present one, and goes back in where it is less.
     using Entry = std::tuple<double, std::uint64_t, std::uint32_t>;
     std::vector<Entry> entries(n);
-    for (std::size_t i = 0; i < n; ++i)
-        entries[i] = {crowding[i], Random(seed, i).bits(), static_cast<std::uint32_t>(i)};
+    for (std::uint32_t i = 0; i < n; ++i) entries[i] = {crowding[i], lots[stand[i]], i};
     std::priority_queue<Entry> heap(std::less<Entry>(), std::move(entries));
     std::vector<bool> gone(n, false);
-    for (std::size_t left = n; left > count;) {
-        const auto [w, tie, i] = heap.top();
+    for (std::size_t step = 0; step < steps;) {
+        const auto [w, lot, i] = heap.top();
         heap.pop();
-        if (gone[i] || w != crowding[i]) continue;
-        gone[i] = true;
-        --left;
-        for (const Neighbor& c : crowd[i]) {
-            if (gone[c.index]) continue;
-            crowding[c.index] -= weight(c.distance);
-            heap.push({crowding[c.index], Random(seed, c.index).bits(), c.index});
+        if (w != crowding[i]) {
+            heap.push({crowding[i], lot, i});
+            continue;
         }
+        gone[i] = true;
+        for (std::uint32_t j : crowd[i])
+            if (!gone[j]) crowding[j] -= weight(i, j);
+        if (++step % steps_per_report == 0) report(progress, n + step, n + steps);
     }
     std::vector<std::uint32_t> kept;
     kept.reserve(count);
     for (std::size_t i = 0; i < n; ++i)
-        if (!gone[i]) kept.push_back(static_cast<std::uint32_t>(i));
+        if (!gone[i]) kept.push_back(stand[i]);
     return kept;
 }
 
