@@ -57,25 +57,3 @@ def thread_limit(threads):
         yield
     finally:
         del limit
-
-
-@contextlib.contextmanager
-def stage_callback(progress):
-    """The callback (stage, done, total) -> bool of a pass of several stages: one bar each, or the caller's own."""
-    if callable(progress):
-        yield lambda _, done, total: progress(done, total)
-        return
-    if not _check.flag("progress", progress):
-        yield None
-        return
-    current, bar = None, None
-    with contextlib.ExitStack() as bars:
-
-        def show(stage, done, total):
-            nonlocal current, bar
-            if stage != current:
-                bars.close()
-                bar, current = bars.enter_context(progress_callback(True, stage)), stage
-            return bar(done, total)
-
-        yield show
