@@ -49,6 +49,7 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
     for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
     py::dict out;
     out["parents"] = to_array(solution.parents);
+    out["objects"] = to_array(scene.object);
     out["radiosity"] = to_array(solution.radiosity);
     out["irradiance"] = to_array(solution.irradiance);
     out["direct"] = to_array(solution.direct);
@@ -88,6 +89,7 @@ py::tuple form_factors(const Scene& scene, bool visibility, int rays, double eps
 }  // namespace
 
 void bind_radiosity(py::module_& module) {
+    module.def("require_memory_for_pairs", &require_memory_for_pairs, py::arg("surfels"), py::arg("limit"));
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
                py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
                py::arg("progress") = py::none());

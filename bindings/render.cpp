@@ -22,7 +22,8 @@ py::array_t<T> pixels(const std::vector<T>& values, const SplatImage& image, py:
 
 py::dict render_splats(const Surfels& surfels, const Doubles& radiance, const std::vector<EmitterArrays>& emitters,
                        const CameraArrays& camera, std::size_t width, std::size_t height, const Doubles& background,
-                       double footprint, int samples) {
+                       double footprint, int samples,
+                       const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects) {
     const std::vector<Rgb> colors = to_vec3s(radiance, "radiance");
     std::vector<VisibleEmitter> lamps;
     for (const auto& [corner, u, v, value] : emitters) {
@@ -31,7 +32,7 @@ py::dict render_splats(const Surfels& surfels, const Doubles& radiance, const st
     }
     const auto& [eye, target, up, fov] = camera;
     const Camera view{to_vec3(eye, "eye"), to_vec3(target, "target"), to_vec3(up, "up"), fov};
-    const SplatOptions options{to_vec3(background, "background"), footprint, samples};
+    const SplatOptions options{to_vec3(background, "background"), footprint, samples, to_vector(objects)};
     SplatImage image;
     {
         py::gil_scoped_release release;
@@ -65,7 +66,7 @@ py::dict gl_info() {
 void bind_render(py::module_& module) {
     module.def("render_splats", &render_splats, py::arg("surfels"), py::arg("radiance"), py::arg("emitters"),
                py::arg("camera"), py::arg("width"), py::arg("height"), py::arg("background"), py::arg("footprint"),
-               py::arg("samples"));
+               py::arg("samples"), py::arg("objects") = py::array_t<std::int32_t>(0));
     module.def("gl_info", &gl_info);
 }
 

@@ -18,6 +18,7 @@ class Solution:
     Attributes:
         surfels: Surfels of the solution, with areas.
         parents: (n,) index of each surfel in scene.surfels.
+        objects: (n,) index of the object in scene.objects that each surfel belongs to.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
         irradiance: (n, 3) H, direct light included.
         direct: (n, 3) the part of H that comes from lights and Environments.
@@ -38,6 +39,7 @@ class Solution:
         surfels,
         *,
         parents,
+        objects,
         radiosity,
         irradiance,
         direct,
@@ -49,6 +51,7 @@ class Solution:
     ):
         self.surfels = surfels
         self.parents = _frozen(parents)
+        self.objects = _frozen(objects)
         self.radiosity = _frozen(radiosity)
         self.irradiance = _frozen(irradiance)
         self.direct = _frozen(direct)
@@ -103,6 +106,7 @@ class Solution:
                 background,
                 FOOTPRINT,
                 samples,
+                self.objects,
             )
 
         picture = draw(self.radiosity, self._lamps)
@@ -149,7 +153,7 @@ class Solution:
             radiosity=self.radiosity,
             irradiance=self.irradiance,
             direct=self.direct,
-            columns={"parent": self.parents},
+            columns={"parent": self.parents, "object": self.objects},
             comments=pack_comments(about),
         )
 
@@ -195,7 +199,8 @@ def load_solution(path):
         raise file_error(path, str(fault)) from fault
     return Solution(
         Surfels._from_core(core),
-        parents=_parents(path, arrays["columns"].get("parent")),
+        parents=_indices(path, arrays["columns"], "parent", "a surfel"),
+        objects=_indices(path, arrays["columns"], "object", "an object"),
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
         direct=arrays["direct"],
@@ -207,14 +212,15 @@ def load_solution(path):
     )
 
 
-def _parents(path, column):
-    if column is None:
-        raise file_error(path, "its surfels have no parent, which a solution has")
+def _indices(path, columns, name, what):
+    if name not in columns:
+        raise file_error(path, f"its surfels have no {name}, which a solution has")
+    column = columns[name]
     with np.errstate(invalid="ignore"):
-        bad = ~((column >= 0) & (column < 2**32) & (column == np.floor(column)))
+        bad = ~((column >= 0) & (column < 2**31) & (column == np.floor(column)))
     if np.any(bad):
         row = int(np.argmax(bad))
-        raise file_error(path, f"vertex {row}: parent is {column[row]:g}; wanted the index of a surfel")
+        raise file_error(path, f"vertex {row}: {name} is {column[row]:g}; wanted the index of {what}")
     return column.astype(np.uint32)
 
 

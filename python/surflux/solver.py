@@ -1,6 +1,9 @@
 """Solving a scene: radiosity per surfel, and form factors."""
 
+import warnings
 from time import perf_counter
+
+import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import stage_callback, thread_limit
@@ -79,16 +82,23 @@ def solve(
     }
     if options["shadow_rays"] < options["probes"]:
         raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
+    _core.require_memory_for_pairs(sum(len(s) for s in scene.objects), options["max_memory"])
+    if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
+        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=2)
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = _core.solve(core, **options, progress=callback)
+    residual = result["history"][-1]["residual"]
+    if residual > options["tolerance"]:
+        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=2)
     timings = {"areas": areas_seconds, **result["timings"]}
     return Solution(
         Surfels._from_core(result["surfels"]),
         parents=result["parents"],
+        objects=result["objects"],
         radiosity=result["radiosity"],
         irradiance=result["irradiance"],
         direct=result["direct"],
@@ -101,7 +111,7 @@ def solve(
 
 
 def form_factors(
-    scene, visibility=True, *, rays=256, epsilon=0.8, seed=0, threads=None, progress=False, return_escape=False
+    scene, visibility=True, *, rays=1024, epsilon=0.8, seed=0, threads=None, progress=False, return_escape=False
 ):
     """Form factors between all surfels of a scene.
 

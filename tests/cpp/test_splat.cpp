@@ -289,6 +289,24 @@ TEST_P(Splat, EmitterInThePlaneOfACeilingIsInFrontOfIt) {
     EXPECT_EQ(image.normal[3 * (60 * 120 + 60) + 1], -1.0f);
 }
 
+// A lamp close under a ceiling that faces the same way: near enough to blend, but another object.
+TEST_P(Splat, ColoursStayWithinTheirObject) {
+    Surfels s;
+    add_disk(s, {0, 1, 0}, {0, -1, 0}, 4.0);
+    add_disk(s, {0, 0.9, 0}, {0, -1, 0}, 0.5);
+    SplatOptions options;
+    const auto brightest_beside = [&](const SplatOptions& o) {
+        const SplatImage image = splat_image(s, {{1, 1, 1}, {9, 9, 9}}, {}, front, 120, 120, o, GetParam());
+        float brightest = 0.0f;
+        for (std::size_t p = 0; p < image.index.size(); ++p)
+            if (image.index[p] == 0) brightest = std::max(brightest, image.radiance[3 * p]);
+        return brightest;
+    };
+    EXPECT_GT(brightest_beside(options), 1.5f);  // as one object they blend
+    options.objects = {0, 1};
+    EXPECT_NEAR(brightest_beside(options), 1.0f, 1e-5f);
+}
+
 // Known areas allow smaller disks: S = pi/4 gives 1.4 sqrt(S) = 1.0635 instead of R = 2.
 TEST_P(Splat, KnownAreasBoundTheDisks) {
     Surfels s;

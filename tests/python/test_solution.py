@@ -32,6 +32,7 @@ def test_all_of_it_comes_back(solved, tmp_path):
         np.testing.assert_allclose(getattr(back, name), getattr(solved, name), rtol=6e-8, atol=1e-30)
     assert back.parents.dtype == solved.parents.dtype
     assert np.array_equal(back.parents, solved.parents)
+    assert np.array_equal(back.objects, solved.objects)
     for name in ("points", "radii", "areas", "triangles", "triangle_surfel"):
         assert np.array_equal(getattr(back.surfels, name), getattr(solved.surfels, name)), name
     for name in ("normals", "reflectance", "emission"):
@@ -49,7 +50,8 @@ def test_all_of_it_comes_back(solved, tmp_path):
 
 def test_an_error_that_was_not_estimated_comes_back(solved, tmp_path):
     s = solved.surfels
-    bare = sf.solution.Solution(s, parents=solved.parents, **{name: getattr(solved, name) for name in ARRAYS})
+    indices = {"parents": solved.parents, "objects": solved.objects}
+    bare = sf.solution.Solution(s, **indices, **{name: getattr(solved, name) for name in ARRAYS})
     bare.save(tmp_path / "bare.ply")
     back = sf.load_solution(tmp_path / "bare.ply")
     assert math.isnan(back.error)
@@ -67,8 +69,9 @@ PROPERTIES = [
     *("x", "y", "z", "nx", "ny", "nz", "radius", "area"),
     *(f"{name}_{c}" for name in ("reflectance", "emission", *ARRAYS) for c in "rgb"),
     "parent",
+    "object",
 ]
-ROWS = [[*(0, 0, 0, 0, 0, 1, 0.1, 0.03), *[0.5] * 3, *[0] * 3, *[0.5] * 9, k] for k in range(3)]
+ROWS = [[*(0, 0, 0, 0, 0, 1, 0.1, 0.03), *[0.5] * 3, *[0] * 3, *[0.5] * 9, k, 0] for k in range(3)]
 ABOUT = '{"solution":1,"error":null,"timings":{},"history":[],"camera":null,"lamps":[]}'
 
 
@@ -100,6 +103,8 @@ def about(**changes):
 
 DAMAGED = [
     ({"without": ["parent"]}, "no parent"),
+    ({"without": ["object"]}, "no object"),
+    ({"change": {"object": -1}}, "vertex 1: object is -1; wanted the index of an object"),
     ({"without": ["nx", "ny", "nz"]}, "no normals"),
     ({"without": ["nx"]}, "but no nx"),
     ({"without": ["radius"]}, "no radii"),

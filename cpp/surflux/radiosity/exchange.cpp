@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t tile = 32;
 constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not the two surfels
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
+constexpr int most_rays = 64, emitter_rays = 16;
+constexpr double rays_per_factor = 256.0;
 
 // Surfels along a Morton curve: rays of a tile then start and end close together, which Embree rewards.
 std::vector<std::uint32_t> morton_order(const Surfels& s) {
@@ -47,7 +49,9 @@ std::vector<std::uint32_t> morton_order(const Surfels& s) {
     return order;
 }
 
-void require_memory(std::size_t n, double limit) {
+}  // namespace
+
+void require_memory_for_pairs(std::size_t n, double limit) {
     if (limit <= 0.0)
         limit = 0.75 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
     const double wanted = 4.0 * static_cast<double>(n) * static_cast<double>(n);
@@ -55,6 +59,8 @@ void require_memory(std::size_t n, double limit) {
             " GB and there are ", limit / 1e9, " GB for it; at most ", static_cast<std::size_t>(std::sqrt(limit / 4.0)),
             " surfels fit (Surfels.thinned gives fewer)");
 }
+
+namespace {
 
 // Share of the exchange that is free to pass between i and a surfel j that fills much of its sky: in contact almost all
 // of it passes where the two are closest, which points spread over both would miss. Rays leave i as its light does.
@@ -84,7 +90,10 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     if (range == Range::near && pairs.extent(j) < pairs.extent(i)) std::swap(i, j);
     if (range == Range::near && factor > large_factor)
         return visible_share_of_hemisphere(tracer, pairs, i, j, seed, rays);
-    const int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
+    int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
+    // A pair that matters more than others is looked at more closely: a large one, or one that carries a lamp's light.
+    count = std::max(count, std::min(most_rays, static_cast<int>(rays_per_factor * factor)));
+    if (pairs.emits(i) || pairs.emits(j)) count = std::max(count, emitter_rays);
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     double all = 0.0, free = 0.0;
     for (int k = 0; k < count; ++k) {
@@ -125,7 +134,7 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
                                std::uint64_t seed, const Progress& progress) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
-    require_memory(n, options.max_memory);
+    require_memory_for_pairs(n, options.max_memory);
     const PairExchange pairs(scene, options.epsilon);
     const std::vector<std::uint32_t> order = morton_order(s);
 

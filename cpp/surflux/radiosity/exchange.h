@@ -33,6 +33,9 @@ struct Exchange {
     void form_factors(double* out) const;
 };
 
+// Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
+void require_memory_for_pairs(std::size_t n, double limit);
+
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress = {});
 

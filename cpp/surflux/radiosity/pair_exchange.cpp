@@ -12,7 +12,6 @@ namespace surflux {
 namespace {
 
 constexpr double far_ratio = 10.0, mid_ratio = 3.5;
-constexpr int near_grid = 4;  // points across, for the outer integral of the near range
 
 }  // namespace
 
@@ -90,23 +89,28 @@ double PairExchange::kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, 
     return kernel(at_i, scene_.surfels.normals[i], at_j, scene_.surfels.normals[j]);
 }
 
-// F_ij: the closed form at points spread over i.
+// F_ij: the closed form at points spread over i, by Gauss-Legendre on parallelograms and by midpoints on others.
 double PairExchange::near_factor(std::uint32_t i, std::uint32_t j) const {
+    static constexpr double gauss_at[4] = {0.0694318442029737, 0.3300094782075719, 0.6699905217924281,
+                                           0.9305681557970263};
+    static constexpr double gauss_weight[4] = {0.1739274225687269, 0.3260725774312731, 0.3260725774312731,
+                                               0.1739274225687269};
     const Surfels& s = scene_.surfels;
     const Frame frame = frame_around(s.normals[i]);
+    const bool gauss = points_.parallelogram(i) != nullptr;
     double sum = 0.0;
-    for (int a = 0; a < near_grid; ++a)
-        for (int b = 0; b < near_grid; ++b) {
-            const double u = (a + 0.5) / near_grid, v = (b + 0.5) / near_grid;
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) {
+            const double u = gauss ? gauss_at[a] : (a + 0.5) / 4.0, v = gauss ? gauss_at[b] : (b + 0.5) / 4.0;
             Vec3 at = points_.at(i, u, v);
             if (!points_.is_patch(i)) {
                 double x, y;
                 square_to_disk(u, v, x, y);
                 at += extent_[i] * (x * frame.u + y * frame.v);
             }
-            sum += to_polygons(at, s.normals[i], j);
+            sum += (gauss ? gauss_weight[a] * gauss_weight[b] : 1.0 / 16.0) * to_polygons(at, s.normals[i], j);
         }
-    return sum / (near_grid * near_grid);
+    return sum;
 }
 
 PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) const {

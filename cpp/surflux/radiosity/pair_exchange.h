@@ -37,6 +37,7 @@ public:
     bool meets(std::uint32_t j, const Vec3& from, const Vec3& direction, Vec3& at) const;
 
     bool is_patch(std::uint32_t i) const { return points_.is_patch(i); }
+    bool emits(std::uint32_t i) const { return !(scene_.surfels.emission[i] == Rgb{}); }
     const Vec3& normal(std::uint32_t i) const { return scene_.surfels.normals[i]; }
     double extent(std::uint32_t i) const { return extent_[i]; }
 

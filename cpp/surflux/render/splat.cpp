@@ -139,11 +139,14 @@ void check_size(const gl::Functions& gl, GLsizei width, GLsizei height) {
     require(width <= std::min(largest, viewport[0]) && height <= std::min(largest, viewport[1]), "size: this GL device",
             " draws at most ", std::min({largest, viewport[0], viewport[1]}), " pixels a side, subpixels counted, got ",
             width, " x ", height);
-    gl.GetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &blocks);
-    if (blocks < 1) throw DeviceError("the driver has no storage buffers in vertex shaders");
+    for (GLenum stage : {GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS}) {
+        gl.GetIntegerv(stage, &blocks);
+        if (blocks < 2) throw DeviceError("the driver has no storage buffers in vertex and fragment shaders");
+    }
 }
 
-Raw draw(const gl::Functions& gl, const Geometry& geometry, double tan_half, GLsizei width, GLsizei height) {
+Raw draw(const gl::Functions& gl, const Geometry& geometry, const std::vector<std::int32_t>& objects, double tan_half,
+         GLsizei width, GLsizei height) {
     check_size(gl, width, height);
     const auto far_depth = static_cast<float>(1.001 * geometry.far_depth);
     const float near_depth = 1e-6f * far_depth;
@@ -155,6 +158,7 @@ Raw draw(const gl::Functions& gl, const Geometry& geometry, double tan_half, GLs
     const gl::Framebuffer visibility(gl, {&surface, &seen}, &depth), blended(gl, {&sum});
     const Batches<Splat> splats(gl, geometry.splats);
     const Batches<FlatTriangle> triangles(gl, geometry.triangles);
+    const gl::Buffer object_buffer(gl, objects);
     const gl::Program triangle_program(gl, splat_shaders::triangle_vertex, splat_shaders::surface_fragment);
     const gl::Program disk_program(gl, splat_shaders::disk_vertex, splat_shaders::surface_fragment);
     const gl::Program blend_program(gl, splat_shaders::blend_vertex, splat_shaders::blend_fragment);
@@ -191,6 +195,8 @@ Raw draw(const gl::Functions& gl, const Geometry& geometry, double tan_half, GLs
     gl.Enable(GL_BLEND);
     gl.BlendFunc(GL_ONE, GL_ONE);
     surface.bind(0);
+    seen.bind(1);
+    object_buffer.bind(1);
     use(blend_program);
     splats.draw(6);
 
@@ -273,7 +279,11 @@ SplatImage splat_image(const Surfels& surfels, const std::vector<Rgb>& radiance,
     require(options.footprint >= 1.0 && options.footprint <= 10.0, "footprint: wanted 1 to 10, got ",
             options.footprint);
     require(options.samples >= 1 && options.samples <= 16, "samples: wanted 1 to 16, got ", options.samples);
+    require(options.objects.empty() || options.objects.size() == surfels.size(), "objects: wanted one for each of ",
+            surfels.size(), " surfels, got ", options.objects.size());
     const CameraFrame frame = frame_of(camera);
+    std::vector<std::int32_t> objects = options.objects;
+    objects.resize(std::max<std::size_t>(surfels.size(), 1), 0);
 
     Geometry geometry;
     add_splats(geometry, surfels, radiance, frame, options.footprint);
@@ -290,7 +300,7 @@ SplatImage splat_image(const Surfels& surfels, const std::vector<Rgb>& radiance,
     Raw raw;
     gl::run_pass(
         [&](const gl::Context& context) {
-            raw = draw(context.gl, geometry, frame.tan_half, static_cast<GLsizei>(width) * options.samples,
+            raw = draw(context.gl, geometry, objects, frame.tan_half, static_cast<GLsizei>(width) * options.samples,
                        static_cast<GLsizei>(height) * options.samples);
         },
         api);

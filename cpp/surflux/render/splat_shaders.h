@@ -92,6 +92,7 @@ uniform float thickness;
 flat out vec4 center_kernel;
 flat out vec3 normal;
 flat out vec3 radiance;
+flat out int index;
 
 // Bounds of x / z over a box around `c`; what reaches behind the eye is bounded on one side only, or not at all.
 vec2 bounds(float c, float half_size, float z_low, float z_high) {
@@ -105,6 +106,7 @@ void main() {
     center_kernel = splat.center_kernel;
     normal = splat.normal_disk.xyz;
     radiance = splat.radiance_index.xyz;
+    index = floatBitsToInt(splat.radiance_index.w);
     vec3 squared = normal * normal;
     vec3 size = center_kernel.w * sqrt(max(vec3(0), 1.0 - squared + thickness * thickness * squared));
     vec3 c = center_kernel.xyz;
@@ -117,9 +119,13 @@ void main() {
 
 // The weight depends on the point of the surface that the pixel sees, not on where a ray meets the splat's plane: it is
 // the same from every eye and needs no care at grazing angles. Where the normals differ it fades, so that nothing
-// bleeds across a crease. Emitters and the background have normal 0 and take nothing.
+// bleeds across a crease, and one object takes nothing from another, however near. Emitters and the background take
+// nothing at all.
 constexpr const char* blend_fragment = R"(#version 430
 layout(binding = 0) uniform sampler2D surface;
+layout(binding = 1) uniform isampler2D seen;
+layout(std430, binding = 1) readonly buffer Objects { int objects[]; };
+flat in int index;
 uniform vec4 ray;
 uniform float thickness;
 flat in vec4 center_kernel;
@@ -130,7 +136,8 @@ layout(location = 0) out vec4 sum;
 void main() {
     vec4 depth_normal = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
     float agreement = smoothstep(0.5, 0.95, dot(depth_normal.yzw, normal));
-    if (agreement <= 0.0) discard;
+    int there = texelFetch(seen, ivec2(gl_FragCoord.xy), 0).r;
+    if (agreement <= 0.0 || there < 0 || objects[there] != objects[index]) discard;
     vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_kernel.xyz;
     float height = dot(d, normal);
     float raised = height / thickness;
