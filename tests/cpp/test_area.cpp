@@ -136,6 +136,30 @@ TEST(EffectiveArea, GoesToTheNearestHoweverTheRadiiVary) {
     for (int k : {60, 61, 71, 72}) EXPECT_NEAR(areas[static_cast<std::size_t>(k)], 0.01, 1e-3);
 }
 
+TEST(EffectiveArea, DisksDoNotCountTwiceWhatTheyOverhang) {
+    // Two sheets of a lattice that meet at a right angle, the first row of each half a cell off the edge. Alone, each
+    // row along the edge also has what its disks overhang; beside the other sheet's rows, shares of it go there.
+    const auto sheet = [](bool upright) {
+        Surfels s;
+        for (int x = 0; x < 11; ++x)
+            for (int y = 0; y < 11; ++y) {
+                const double d = 0.1 * x + 0.05;
+                s.positions.push_back(upright ? Vec3{0.0, 0.1 * y, -d} : Vec3{d, 0.1 * y, 0.0});
+                s.normals.push_back(upright ? Vec3{-1, 0, 0} : Vec3{0, 0, 1});
+            }
+        s.radii.assign(s.positions.size(), 0.15);
+        shapes::finish(s, 0.5, 0.0);
+        return s;
+    };
+    Scene scene;
+    append(scene, sheet(false));
+    const double alone = effective_areas(scene.surfels, {})[5];
+    append(scene, sheet(true));
+    const double creased = effective_areas(scene.surfels, {})[5];
+    EXPECT_GT(alone, 0.013);
+    EXPECT_NEAR(creased, 0.01, 1e-3);
+}
+
 TEST(EffectiveArea, StaysFiniteForAnyKappaAllowed) {
     const Surfels s = shapes::sphere(200, 1.0, 1.0, 0.5, 0.0);
     for (const auto& [method, kappa] : {std::pair(AreaMethod::paper, 80.0), std::pair(AreaMethod::curved, 8.0),

@@ -9,6 +9,10 @@ namespace surflux {
 
 namespace {
 
+// Cosine between the normals on either side of the sharpest crease over which surfels share their surroundings;
+// excludes the far side of a thin sheet.
+constexpr double sharpest_crease = -0.5;
+
 // The geometry of D04 fig. 3b: over y_i = x_i + R_i (s u + t v), y_j = y_i + h n_i with h chosen on disk j's plane.
 DiskTerm term_of(const Surfels& surfels, std::uint32_t i, const Frame& frame, std::uint32_t j) {
     const Vec3& n_i = surfels.normals[i];
@@ -46,24 +50,24 @@ CurvedTerm curved_term_of(const Surfels& surfels, std::uint32_t i, const Frame& 
             static_cast<float>(r_i / surfels.radii[j])};
 }
 
-// Disk i and those that share it: same surface, closer than their radii reach. i itself comes first.
-void sharing(const Surfels& surfels, const DiskIndex& index, const std::vector<std::uint32_t>& disks, std::uint32_t i,
-             double epsilon, std::vector<Neighbor>& near, std::vector<std::uint32_t>& out) {
+// Disk i and those that share it, closer than their radii reach: i itself, then its neighbours on the same surface
+// (n_i . n_j > epsilon), whose number with i is returned; then those around a crease.
+std::size_t sharing(const Surfels& surfels, const DiskIndex& index, const std::vector<std::uint32_t>& disks,
+                    std::uint32_t i, double epsilon, std::vector<Neighbor>& near, std::vector<std::uint32_t>& out) {
     near.clear();
     index.reaching(surfels.positions[i], surfels.radii[i], near);
     out.assign(1, i);
-    for (const Neighbor& n : near) {
-        const std::uint32_t j = disks[n.index];
-        if (j != i && dot(surfels.normals[i], surfels.normals[j]) > epsilon) out.push_back(j);
-    }
-}
-
-template <class Term, class MakeTerm, class Integrate>
-double area_over_disk(const std::vector<std::uint32_t>& members, std::vector<Term>& terms, const MakeTerm& make_term,
-                      const Integrate& integrate, const AreaOptions& options) {
-    terms.clear();
-    for (std::uint32_t j : members) terms.push_back(make_term(j));
-    return integrate(terms.data(), terms.size(), static_cast<float>(options.kappa), options.resolution);
+    const auto take = [&](double above, double up_to) {
+        for (const Neighbor& n : near) {
+            const std::uint32_t j = disks[n.index];
+            const double cosine = dot(surfels.normals[i], surfels.normals[j]);
+            if (j != i && cosine > above && cosine <= up_to) out.push_back(j);
+        }
+    };
+    take(epsilon, 2.0);
+    const std::size_t surface = out.size();
+    take(sharpest_crease, epsilon);
+    return surface;
 }
 
 }  // namespace
@@ -104,15 +108,18 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
             for (std::size_t k = begin; k < end; ++k) {
                 const std::uint32_t i = disks[k];
                 const Frame frame = frame_around(surfels.normals[i]);
-                sharing(surfels, index, disks, i, options.epsilon, near, members);
-                const double share =
-                    options.method == AreaMethod::paper
-                        ? area_over_disk(
-                              members, flat, [&](std::uint32_t j) { return term_of(surfels, i, frame, j); },
-                              integrate_paper, options)
-                        : area_over_disk(
-                              members, curved, [&](std::uint32_t j) { return curved_term_of(surfels, i, frame, j); },
-                              integrate_curved, options);
+                const std::size_t surface = sharing(surfels, index, disks, i, options.epsilon, near, members);
+                const auto kappa = static_cast<float>(options.kappa);
+                double share = 0.0;
+                if (options.method == AreaMethod::paper) {
+                    flat.clear();
+                    for (std::size_t m = 0; m < surface; ++m) flat.push_back(term_of(surfels, i, frame, members[m]));
+                    share = integrate_paper(flat.data(), surface, kappa, options.resolution);
+                } else {
+                    curved.clear();
+                    for (std::uint32_t j : members) curved.push_back(curved_term_of(surfels, i, frame, j));
+                    share = integrate_curved(curved.data(), surface, curved.size(), kappa, options.resolution);
+                }
                 areas[i] = surfels.radii[i] * surfels.radii[i] * share;
             }
         },

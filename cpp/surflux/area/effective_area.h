@@ -28,7 +28,8 @@ struct AreaOptions {
 // normal there, which is exact on a sphere. The pixel's element is stretched by 1 / (n_i . n). The weight is
 // |p - x_j|^(-2 kappa) (1 - |p - x_j| / R_j): it depends on distance alone, not on distance over R_j, so that a piece
 // of surface goes to the nearest surfel however the radii vary (for large kappa the areas are those of Voronoi cells),
-// and it ends at the disk's rim without a step.
+// and it ends at the disk's rim without a step. Surfels around a crease (n_i . n_j <= epsilon) take no part in
+// predicting the surface, but their share of it: so a disk does not count twice what it overhangs.
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress = {});
 
 }  // namespace surflux

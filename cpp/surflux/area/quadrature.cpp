@@ -113,7 +113,8 @@ SURFLUX_KERNEL float curved_weight(float q, float kappa, float inverse_radius) {
 
 // `cubed` where kappa is 3, the default: no logarithm then.
 template <bool cubed>
-SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) {
+SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa,
+                                    int resolution) {
     alignas(64) float weight[max_resolution], nx[max_resolution], ny[max_resolution], nz[max_resolution];
     alignas(64) float height[max_resolution], own[max_resolution];
     const float step = 2.0f / static_cast<float>(resolution);
@@ -128,7 +129,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
         if (length <= 0) continue;
         // First guess: each neighbour's own plane over the pixel; from it the blended normal.
         for (float* values : {weight, nx, ny, nz, height}) clear(values);
-        for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t k = 0; k < surface; ++k) {
             const CurvedTerm& d = terms[k];
             const float flat = -1.0f / d.normal_z, dy = t - d.y;
             for (int i = 0; i < length; ++i) {
@@ -150,7 +151,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
             nz[i] = z * scale;
         }
         // Where the surface is: every neighbour predicts it by the chord that is normal to n_j + n.
-        for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t k = 0; k < surface; ++k) {
             const CurvedTerm& d = terms[k];
             const float flat = -1.0f / d.normal_z, dy = t - d.y;
             for (int i = 0; i < length; ++i) {
@@ -164,7 +165,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
         for (int i = 0; i < length; ++i) height[i] /= weight[i];
         // Weights and normal at that point.
         for (float* values : {weight, nx, ny, nz}) clear(values);
-        for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t k = 0; k < surface; ++k) {
             const CurvedTerm& d = terms[k];
             const float dy = t - d.y;
             for (int i = 0; i < length; ++i) {
@@ -179,20 +180,30 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t count, 
         }
         for (int i = 0; i < length; ++i) {
             const float mean = 1.0f / weight[i], x = nx[i] * mean, y = ny[i] * mean, z = nz[i] * mean;
-            own[i] = own[i] > 0.0f ? own[i] * mean * (std::sqrt(x * x + y * y + z * z) / z) : 0.0f;
+            own[i] = own[i] > 0.0f ? own[i] * (std::sqrt(x * x + y * y + z * z) / z) : 0.0f;
         }
+        for (std::size_t k = surface; k < count; ++k) {
+            const CurvedTerm& d = terms[k];
+            const float dy = t - d.y;
+            for (int i = 0; i < length; ++i) {
+                const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
+                weight[i] += curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
+            }
+        }
+        for (int i = 0; i < length; ++i) own[i] = own[i] > 0.0f ? own[i] / weight[i] : 0.0f;
         sum += sum_of(own, length);
     }
     return sum * static_cast<double>(step) * static_cast<double>(step);
 }
 
-#define SURFLUX_KERNELS(suffix, attribute)                                                                      \
-    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {    \
-        return paper_kernel(terms, count, kappa, resolution);                                                   \
-    }                                                                                                           \
-    attribute double curved_##suffix(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) { \
-        return kappa == 3.0f ? curved_kernel<true>(terms, count, kappa, resolution)                             \
-                             : curved_kernel<false>(terms, count, kappa, resolution);                           \
+#define SURFLUX_KERNELS(suffix, attribute)                                                                         \
+    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {       \
+        return paper_kernel(terms, count, kappa, resolution);                                                      \
+    }                                                                                                              \
+    attribute double curved_##suffix(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, \
+                                     int resolution) {                                                             \
+        return kappa == 3.0f ? curved_kernel<true>(terms, surface, count, kappa, resolution)                       \
+                             : curved_kernel<false>(terms, surface, count, kappa, resolution);                     \
     }
 
 SURFLUX_KERNELS(baseline, )
@@ -203,7 +214,7 @@ SURFLUX_KERNELS(avx512, [[gnu::target("avx512f,avx512dq,avx512vl,avx512bw,avx2,f
 
 struct Dispatch {
     double (*paper)(const DiskTerm*, std::size_t, float, int) = paper_baseline;
-    double (*curved)(const CurvedTerm*, std::size_t, float, int) = curved_baseline;
+    double (*curved)(const CurvedTerm*, std::size_t, std::size_t, float, int) = curved_baseline;
     const char* name = "generic";
 };
 
@@ -231,8 +242,8 @@ double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, in
     return dispatch().paper(terms, count, kappa, resolution);
 }
 
-double integrate_curved(const CurvedTerm* terms, std::size_t count, float kappa, int resolution) {
-    return dispatch().curved(terms, count, kappa, resolution);
+double integrate_curved(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, int resolution) {
+    return dispatch().curved(terms, surface, count, kappa, resolution);
 }
 
 const char* instruction_set() { return dispatch().name; }

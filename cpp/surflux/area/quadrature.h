@@ -23,8 +23,9 @@ struct CurvedTerm {
     float inverse_radius;
 };
 
-// The second-order method (see effective_area.h) over disk i, whose own term stands first, in units of R_i^2.
-double integrate_curved(const CurvedTerm* terms, std::size_t count, float kappa, int resolution);
+// The second-order method (see effective_area.h) over disk i, whose own term stands first, in units of R_i^2. The first
+// `surface` terms predict the surface and share it; those after them, around a crease, only share it.
+double integrate_curved(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, int resolution);
 
 constexpr int max_resolution = 512;
 
