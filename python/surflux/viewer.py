@@ -194,5 +194,7 @@ def _picture(path):
 def _per_surfel(name, value, n):
     array = _check.numeric(name, value)
     if array.ndim not in (1, 2) or len(array) != n:
-        raise ValueError(f"{name}: wanted shape ({n},) or ({n}, 3) for {n} surfels, got {array.shape}")
+        raise ValueError(
+            f"{name}: wanted shape ({n},) or ({n}, 3) for {_check.counted(n, 'surfel')}, got {array.shape}"
+        )
     return array
