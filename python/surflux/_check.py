@@ -173,3 +173,28 @@ def choice(name, value, choices):
     if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name}: wanted one of {', '.join(map(repr, choices))}, got {value!r}")
     return value
+
+
+def selection(name, value, n):
+    """Indices (m,) uint32, m >= 1, of what a mask (n,), indices or a slice choose out of n surfels."""
+    if isinstance(value, slice):
+        indices = np.arange(n)[value]
+    else:
+        array = np.asarray(value)
+        if array.dtype == bool and array.shape == (n,):
+            indices = np.flatnonzero(array)
+        elif array.dtype.kind in "iu" and array.ndim <= 1:
+            indices = np.atleast_1d(array)
+            outside = (indices < -n) | (indices >= n)
+            if outside.any():
+                raise IndexError(f"{name}: index {indices[outside][0]} is out of range for {counted(n, 'surfel')}")
+            indices = indices % n
+        elif array.size:
+            raise ValueError(
+                f"{name}: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
+            )
+        else:
+            indices = np.zeros(0)
+    if not len(indices):
+        raise ValueError(f"{name}: chooses no surfel")
+    return indices.astype(np.uint32)

@@ -43,7 +43,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
-        text = f"mesh: {counted(dropped, 'degenerate face')} without area dropped"
+        text = f"mesh: {counted(dropped, 'degenerate face')} dropped (no area)"
         warnings.warn(text, UserWarning, stacklevel=4)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
     if not any(len(face) for face, _ in rings):

@@ -224,7 +224,7 @@ class Surfels:
 
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
         """
-        return Surfels._from_core(self._core.select(_chosen(selection, len(self))))
+        return Surfels._from_core(self._core.select(_check.selection("selection", selection, len(self))))
 
     def thinned(self, n, seed=0):
         """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
@@ -371,29 +371,3 @@ def _estimated_radii(points):
             f"{'coincides' if len(flat) == 1 else 'coincide'} with all of the nearest neighbours; got None"
         )
     return radii
-
-
-def _chosen(selection, n):
-    if isinstance(selection, slice):
-        indices = np.arange(n)[selection]
-    else:
-        array = np.asarray(selection)
-        if array.dtype == bool and array.shape == (n,):
-            indices = np.flatnonzero(array)
-        elif array.dtype.kind in "iu" and array.ndim <= 1:
-            indices = np.atleast_1d(array)
-            outside = (indices < -n) | (indices >= n)
-            if outside.any():
-                raise IndexError(
-                    f"selection: index {indices[outside][0]} is out of range for {_check.counted(n, 'surfel')}"
-                )
-            indices = indices % n
-        elif array.size:
-            raise ValueError(
-                f"selection: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
-            )
-        else:
-            indices = np.zeros(0)
-    if not len(indices):
-        raise ValueError("selection: chooses no surfel")
-    return indices.astype(np.uint32)
