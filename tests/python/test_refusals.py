@@ -281,9 +281,10 @@ def test_what_is_no_path(name, value):
         PATHS[name](value)
 
 
-@pytest.mark.parametrize(
-    ("name", "suffix"), [("read", "ply"), ("load_scene", "toml"), ("load_solution", "ply"), ("read_image", "png")]
-)
+SUFFIXES = {"read": "ply", "load_scene": "toml", "load_solution": "ply", "read_image": "exr"}
+
+
+@pytest.mark.parametrize(("name", "suffix"), SUFFIXES.items())
 def test_a_missing_file_has_the_same_words_everywhere(name, suffix, tmp_path):
     path = tmp_path / f"none.{suffix}"
     for given in (path, str(path), bytes(path)):
