@@ -1,9 +1,12 @@
 """A scene: objects made of surfels, and lights."""
 
+from functools import partial
+
 import numpy as np
 
 from surflux import _core
 from surflux._check import counted
+from surflux._passes import stage_callback
 from surflux.lights import LIGHTS
 from surflux.solve_options import check_options
 from surflux.surfels import Surfels
@@ -93,13 +96,15 @@ class Scene:
         from surflux.areas import effective_areas
 
         cores = []
-        for index, s in enumerate(self._objects):
-            if s.areas is not None:
-                cores.append(s._core)
-                continue
-            if index not in self._computed_areas:
-                self._computed_areas[index] = effective_areas(s, threads=threads, progress=progress)
-            cores.append(_with_areas(s._core, self._computed_areas[index]))
+        with stage_callback(progress) as show:  # one stage, however many objects
+            callback = False if show is None else partial(show, "areas")
+            for index, s in enumerate(self._objects):
+                if s.areas is not None:
+                    cores.append(s._core)
+                    continue
+                if index not in self._computed_areas:
+                    self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
+                cores.append(_with_areas(s._core, self._computed_areas[index]))
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
 

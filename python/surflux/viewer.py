@@ -183,7 +183,7 @@ def _window(size):
 def _picture(path):
     from surflux._core import FileError
 
-    path = Path(path)
+    path = Path(_check.path("screenshot", path))
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
     if not path.parent.is_dir():

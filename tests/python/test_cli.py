@@ -190,6 +190,14 @@ def test_without_a_terminal_each_stage_is_one_line(ball, run):
     assert len(err) == len({*err})
 
 
+def test_areas_are_one_stage_however_many_objects(here, run):
+    ball = '[[object]]\nshape = "sphere"\npoints = 42\nradius = 0.1\ntranslate = [0.5, 0.5, 0.5]\n'
+    Path("balls.toml").write_text(ball * 3 + ROOM)
+    status, _, err = run("solve", "balls.toml", "--size", "8x6")
+    assert status == 0
+    assert err.splitlines().count("surflux: areas") == 1
+
+
 def test_view_of_scenes_clouds_and_solutions(ball, run):
     status, out, _ = run("view", "room.toml", "--screenshot", "room.png", "--size", "100x80", "--color", "normal")
     assert (status, out) == (0, "picture: room.png\n")

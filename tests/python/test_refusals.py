@@ -171,7 +171,7 @@ REFUSED = [
     (factors, "progress", [None, 1, "yes"]),
     (plotted, "color", ["level", "colour", None, 3]),
     (plotted, "size", [800, (800,), (0, 600), (800.0, 600.0), (800, 600, 3)]),
-    (plotted, "screenshot", ["picture.tiff", "picture"]),
+    (plotted, "screenshot", ["picture.tiff", "picture", 3]),
 ]
 
 
