@@ -5,7 +5,7 @@
 ['AreaLight', 'Camera', 'Cancelled']
 """
 
-from importlib import import_module
+from importlib import import_module as _import_module
 
 from surflux._core import Cancelled as Cancelled
 from surflux._core import DeviceError as DeviceError
@@ -32,17 +32,26 @@ _HOME = {
     "read": "files",
     "read_image": "images",
     "solve": "solver",
+    "tone_map": "images",
     "write_image": "images",
 }
 
 __all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError", "info"])
 __version__ = "0.1.0"
 
+# The core's own exceptions come without words.
+FileError.__doc__ = """A file that cannot be read or written, an OSError: "path (place): reason".
+
+The place is the line, byte, or table and key, where there is one.
+"""
+Cancelled.__doc__ = "A progress callback returned False, or Ctrl-C was pressed: the pass has stopped without a result."
+DeviceError.__doc__ = "There is no OpenGL to draw with, a RuntimeError: says what was tried."
+
 
 def __getattr__(name):
     if name not in _HOME:
         raise AttributeError(f"module 'surflux' has no attribute {name!r}")
-    value = getattr(import_module(f"surflux.{_HOME[name]}"), name)
+    value = getattr(_import_module(f"surflux.{_HOME[name]}"), name)
     globals()[name] = value
     return value
 

@@ -2,8 +2,21 @@
 
 import math
 import numbers
+import os
 
 import numpy as np
+
+
+def counted(n, what):
+    """ "1 surfel", "2 surfels": a number with its noun."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def path(name, value):
+    """value as a str, if it is a path: str, bytes or os.PathLike."""
+    if not isinstance(value, (str, bytes, os.PathLike)):
+        raise ValueError(f"{name}: wanted a path, got {type(value).__name__}")
+    return os.fsdecode(value)
 
 
 def _shape_text(shape):
@@ -96,7 +109,7 @@ def rgb(name, value, low=0.0, high=math.inf, *, high_open=False):
     return in_range(name, array, low, high, high_open=high_open)
 
 
-def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, what="surfels"):
+def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, what="surfel"):
     """(n, 3) from a number, RGB (3,), one number each (n,) or one RGB each (n, 3). With n = 3, (3,) is one RGB."""
     array = numeric(name, value)
     if array.ndim == 0 or array.shape == (3,):
@@ -106,7 +119,7 @@ def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, w
     elif array.shape == (n, 3):
         array = finite_array(name, array, (n, 3))
     else:
-        raise ValueError(f"{name}: wanted shape (), (3,), ({n},) or ({n}, 3) for {n} {what}, got {array.shape}")
+        raise ValueError(f"{name}: wanted shape (), (3,), ({n},) or ({n}, 3) for {counted(n, what)}, got {array.shape}")
     return in_range(name, array, low, high, high_open=high_open)
 
 
@@ -118,7 +131,7 @@ def per_surfel(name, value, n, low=0.0, *, low_open=False):
     elif array.shape == (n,):
         array = finite_array(name, array, (n,))
     else:
-        raise ValueError(f"{name}: wanted shape () or ({n},) for {n} surfels, got {array.shape}")
+        raise ValueError(f"{name}: wanted shape () or ({n},) for {counted(n, 'surfel')}, got {array.shape}")
     return in_range(name, array, low, low_open=low_open)
 
 
@@ -160,3 +173,28 @@ def choice(name, value, choices):
     if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name}: wanted one of {', '.join(map(repr, choices))}, got {value!r}")
     return value
+
+
+def selection(name, value, n):
+    """Indices (m,) uint32, m >= 1, of what a mask (n,), indices or a slice choose out of n surfels."""
+    if isinstance(value, slice):
+        indices = np.arange(n)[value]
+    else:
+        array = np.asarray(value)
+        if array.dtype == bool and array.shape == (n,):
+            indices = np.flatnonzero(array)
+        elif array.dtype.kind in "iu" and array.ndim <= 1:
+            indices = np.atleast_1d(array)
+            outside = (indices < -n) | (indices >= n)
+            if outside.any():
+                raise IndexError(f"{name}: index {indices[outside][0]} is out of range for {counted(n, 'surfel')}")
+            indices = indices % n
+        elif array.size:
+            raise ValueError(
+                f"{name}: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
+            )
+        else:
+            indices = np.zeros(0)
+    if not len(indices):
+        raise ValueError(f"{name}: chooses no surfel")
+    return indices.astype(np.uint32)

@@ -8,14 +8,20 @@ from surflux import _check, _core
 
 @contextlib.contextmanager
 def progress_callback(progress, label):
-    """The callback (done, total) -> bool of one pass: None, the caller's own, or a tqdm bar on stderr."""
+    """The callback (done, total) -> bool of one pass: None, the caller's own, or a tqdm bar on stderr.
+
+    Where stderr is no terminal, a log is not filled with bars: one line says which pass begins.
+    """
     if callable(progress):
         yield progress
     elif _check.flag("progress", progress):
+        if not sys.stderr.isatty():
+            print(f"surflux: {label}", file=sys.stderr, flush=True)
+            yield lambda done, total: True
+            return
         from tqdm import tqdm
 
-        interval = 0.1 if sys.stderr.isatty() else 10.0  # a log is not filled with bars
-        with tqdm(desc=label, unit_scale=True, leave=False, mininterval=interval) as bar:
+        with tqdm(desc=label, unit_scale=True, leave=False) as bar:
 
             def show(done, total):
                 bar.total = total

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux._check import finite_array, number, vector3
+from surflux._check import finite_array, number, unit_vectors, vector3
 
 
 class Camera:
@@ -52,12 +52,14 @@ class Camera:
     fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
 
     @classmethod
-    def fit(cls, points, direction=(-0.6, 1.0, -0.45), up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0):
+    def fit(cls, points, direction=None, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0):
         """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
 
         Args:
             points: (n, 3), n >= 1; for bounds, give their corners.
-            direction: (3,), from the camera towards the points.
+            direction: (3,), from the camera towards the points; None for three quarters from slightly above: for
+                up = +z that is (-0.6, 1, -0.45), for any other `up` the same, turned by the shortest rotation that
+                takes +z to `up` (for -z by 180 degrees about x).
             up, fov: as of the camera.
             aspect: width of the picture over its height.
 
@@ -67,7 +69,7 @@ class Camera:
         points = finite_array("points", points, (None, 3))
         if len(points) == 0:
             raise ValueError("points: wanted at least one")
-        direction = vector3("direction", direction)
+        direction = _from_above(up) if direction is None else vector3("direction", direction)
         size = np.linalg.norm(direction)
         if size == 0.0:
             raise ValueError("direction: wanted a direction, got zero")
@@ -125,7 +127,17 @@ class Camera:
         return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"
 
 
-def framing(surfels, size):
-    """A Camera that has all surfels, whole disks, in a picture of size (width, height)."""
+def _from_above(up):
+    """The direction to look in by default, for that up."""
+    x, y, z = unit_vectors("up", vector3("up", up)[None, :])[0]
+    seen = np.array([-0.6, 1.0, -0.45])
+    if z < -1.0 + 1e-9:
+        return seen * [1.0, -1.0, -1.0]
+    axis = np.array([-y, x, 0.0])  # +z cross up, of length sine; Rodrigues' formula, free of the sine's division
+    return z * seen + np.cross(axis, seen) + axis * (axis @ seen) / (1.0 + z)
+
+
+def framing(surfels, size, up=(0, 0, 1)):
+    """A Camera that has all surfels, whole disks, in a picture of size (width, height), from slightly above."""
     reach = surfels.radii[:, None]
-    return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), aspect=size[0] / size[1])
+    return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), up=up, aspect=size[0] / size[1])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import surflux as sf
+from surflux import _check
 from surflux.camera import framing
 
 # A solver of all pairs takes n^2 / 2 exchanges: a scan goes in by this many of its points.
@@ -27,6 +28,7 @@ def main(arguments=None):
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+            _check_options(options)
             status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
         return status
@@ -107,7 +109,12 @@ def _image_options(parser):
 def _camera_options(parser):
     parser.add_argument("--eye", type=_vector, metavar="X,Y,Z", help="where the camera stands")
     parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
-    parser.add_argument("--up", type=_vector, metavar="X,Y,Z", help="default: 0,0,1")
+    parser.add_argument(
+        "--up",
+        type=_vector,
+        metavar="X,Y,Z",
+        help="what is up in the picture; the default camera turns with it (default: 0,0,1)",
+    )
     parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
 
 
@@ -129,6 +136,29 @@ def _size(text):
 
 def _say(text):
     print(f"surflux: {text}", file=sys.stderr)
+
+
+def _check_options(options):
+    """Refuses, before any work, what would only be found out after it."""
+    given = {name: value for name, value in vars(options).items() if value is not None}
+    checks = {
+        "thin": lambda name, value: _check.count(name, value, 2),
+        "threads": _check.count,
+        "seed": _check.seed,
+        "tolerance": lambda name, value: _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
+        "zeta": lambda name, value: _check.number(name, value, 0.0, low_open=True),
+    }
+    for name, check in checks.items():
+        if name in given:
+            check(f"--{name}", given[name])
+    for side in given.get("size", ()):
+        _check.count("--size", side, 1, 16384)
+    if "output" in given:
+        output = Path(given["output"])
+        if output.suffix.lower() != ".ply":
+            raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
+        if not output.parent.is_dir():
+            raise sf.FileError(f"{output}: cannot be written: there is no folder {output.parent}")
 
 
 def _solve(options):
@@ -156,7 +186,9 @@ def _solve(options):
     if options.json:
         return _print_json(result)
     rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
-    print(f"{result['surfels']} surfels, area {result['area']:.6g}, mean radiosity {rgb}")
+    print(f"{_check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
+    if math.isfinite(solution.error):
+        print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
     for stage, seconds in solution.timings.items():
         print(f"  {stage:<16} {seconds:8.3f} s")
     print(f"solved surfels: {output}")
@@ -206,7 +238,7 @@ def _area(options):
     }
     if options.json:
         return _print_json(result)
-    print(f"{len(cloud)} surfels, area {result['area']:.6g}")
+    print(f"{_check.counted(len(cloud), 'surfel')}, area {result['area']:.6g}")
     print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
     if options.output:
         print(f"surfels with areas: {options.output}")
@@ -247,7 +279,7 @@ def _write_images(solution, camera, size, images):
 def _camera(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
     if default is None:
-        default = framing(surfels, options.size)
+        default = framing(surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from surflux import _core
+from surflux import _check, _core
 from surflux._color import reflectance_of_colors
 from surflux.meshes import Mesh, read_mesh
 from surflux.saving import COLOR_NAMES, CORNER_NAMES, file_error, pack_comments, save_surfels, unpack_comments
@@ -47,6 +47,7 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
     """
     from surflux.surfels import Surfels
 
+    path = _check.path("path", path)
     arrays = load_arrays(path, format)
     if reflectance is None:
         reflectance = 0.5 if arrays["reflectance"] is None else arrays["reflectance"]

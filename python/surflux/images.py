@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from surflux import _core
+from surflux import _check, _core
 from surflux._check import number
 
 
@@ -33,7 +33,7 @@ def write_image(path, image, *, exposure=None, **layers):
     >>> import surflux as sf
     >>> sf.write_image("grey.exr", np.full((2, 4, 3), 0.25), depth=np.ones((2, 4)))
     """
-    path = Path(path)
+    path = Path(_check.path("path", path))
     image = _picture("image", image)
     if image.shape[2:] != (3,):
         raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
@@ -68,6 +68,7 @@ def read_image(path, layer=None):
         one channel.
 
     Raises:
+        ValueError: path is none.
         FileError: the path and the reason: no such file, an unknown suffix, broken content, no such layer.
 
     >>> import numpy as np
@@ -76,7 +77,8 @@ def read_image(path, layer=None):
     >>> sf.read_image("ramp.exr", layer="depth")[0]
     array([1., 2., 3., 4.], dtype=float32)
     """
-    names, pixels = _core.read_image(str(path))
+    path = _check.path("path", path)
+    names, pixels = _core.read_image(path)
     single = {None: "Y", "depth": "Z"}.get(layer, layer)
     triple = [c if layer is None else f"{layer}.{c}" for c in "RGB"]
     if all(name in names for name in triple):
@@ -103,6 +105,11 @@ def tone_map(image, *, exposure=None, filmic=True):
 
     Raises:
         ValueError: an argument, by name.
+
+    >>> import numpy as np
+    >>> import surflux as sf
+    >>> sf.tone_map(np.full((1, 1, 3), 0.5), exposure=1.0, filmic=False).round(3)
+    array([[[0.735, 0.735, 0.735]]], dtype=float32)
     """
     image = _picture("image", image)
     if image.shape[2:] != (3,):

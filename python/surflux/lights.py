@@ -22,6 +22,9 @@ class PointLight:
     Args:
         position: (3,).
         intensity: radiant intensity in W/sr, scalar or RGB, at least 0; the power of the light is 4 pi times this.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range.
     """
 
     position: tuple
@@ -49,6 +52,10 @@ class SpotLight:
         cone: full angle in degrees outside of which there is no light, in (0, 360].
         penumbra: full angle in degrees, in [0, cone]: the intensity is full within cone - penumbra and falls as a
             smoothstep of the angle to 0 at cone.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, a direction of
+            zero length.
     """
 
     position: tuple
@@ -81,6 +88,10 @@ class AreaLight:
         corner: (3,).
         edge_u, edge_v: (3,) each, perpendicular, from the corner.
         exitance: W/m2, scalar or RGB, at least 0; the radiance is exitance / pi.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, edges that are not
+            perpendicular.
     """
 
     corner: tuple
@@ -113,6 +124,10 @@ class DirectionalLight:
     Args:
         direction: (3,), the direction of travel, of any length but 0.
         irradiance: W/m2 on a plane that faces the light, scalar or RGB, at least 0.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, a direction of
+            zero length.
     """
 
     direction: tuple
@@ -145,7 +160,7 @@ class Environment:
         up: (3,), where row 0 of the image lies; of any length but 0.
 
     Raises:
-        ValueError: an argument, by name.
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or below 0, an up of zero length.
         FileError: an image that cannot be read.
     """
 

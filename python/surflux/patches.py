@@ -5,10 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from surflux._check import counted
+
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
 _DEGENERATE = 1e-12
 # Sines and cosines below this are rounding: single-precision files place corners of a flat wall this badly.
 _FLAT = 1e-4
+# More are a slip in patch_area: they would take gigabytes before anything could be said about them.
+_MOST = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,8 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
-        warnings.warn(f"mesh: {dropped} degenerate faces dropped (they have no area)", UserWarning, stacklevel=4)
+        text = f"mesh: {counted(dropped, 'degenerate face')} dropped (no area)"
+        warnings.warn(text, UserWarning, stacklevel=4)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
     if not any(len(face) for face, _ in rings):
         raise ValueError("mesh: wanted faces with an area, got none")
@@ -49,10 +54,8 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
     others = [ring for ring in rings if ring[1].shape[1] > 3]
     if triangles:
         others, triangles = _pair_triangles(triangles, others, material)
-    pieces = []
-    for face, corners in triangles + others:
-        pieces += [(face, corners)] if patch_area is None else _cut(face, corners, patch_area)
-    return _assemble(pieces)
+    rings = triangles + others
+    return _assemble(rings if patch_area is None else _cut(rings, patch_area))
 
 
 def _rings(vertices, offsets, indices):
@@ -191,13 +194,28 @@ def _best_pairs(a, b, cost, count):
     return np.sort(np.concatenate(chosen)) if chosen else np.zeros(0, np.int64)
 
 
-def _cut(face, corners, patch_area):
+def _cut(rings, patch_area):
     """Pieces of at most patch_area: a list of (face, corners) rings."""
+    rings = [part for ring in rings for part in _fanned(*ring, patch_area)]
+    cells = [_cells(corners, patch_area) for _, corners in rings]
+    total = sum(float((m * n).sum()) for m, n in cells)
+    if not total <= _MOST:
+        many = f"{total:.0f}" if total < 1e15 else f"{total:.3g}"
+        raise ValueError(f"patch_area: wanted at most {_MOST} patches, got {many} with {patch_area:g}")
+    cut = {3: _cut_triangles, 4: _cut_quads}
+    return [
+        cut[corners.shape[1]](face, corners, m.astype(np.int64), n.astype(np.int64))
+        if corners.shape[1] in cut
+        else (face, corners)
+        for (face, corners), (m, n) in zip(rings, cells, strict=True)
+    ]
+
+
+def _fanned(face, corners, patch_area):
+    """A ring as rings; polygons of 5 corners or more that are larger than patch_area become fans of triangles."""
     k = corners.shape[1]
-    if k == 3:
-        return [_cut_triangles(face, corners, patch_area)]
-    if k == 4:
-        return [_cut_quads(face, corners, patch_area)]
+    if k <= 4:
+        return [(face, corners)]
     large = np.linalg.norm(_vector_areas(corners), axis=1) > patch_area * (1 + 1e-9)
     pieces = [(face[~large], corners[~large])] if not large.all() else []
     if large.any():
@@ -205,8 +223,29 @@ def _cut(face, corners, patch_area):
         fan = np.stack([some[:, :1].repeat(k - 2, axis=1), some[:, 1:-1], some[:, 2:]], axis=2).reshape(-1, 3, 3)
         fan_face = face[large].repeat(k - 2)
         keep = ~_degenerate(fan)  # a corner of 180 degrees beside the fan's first
-        pieces.append(_cut_triangles(fan_face[keep], fan[keep], patch_area))
+        pieces.append((fan_face[keep], fan[keep]))
     return pieces
+
+
+def _cells(corners, patch_area):
+    """How often each face of a ring is cut along its two directions, as floats, which hold any number."""
+    k = corners.shape[1]
+    if k > 4:
+        return np.ones(len(corners)), np.ones(len(corners))
+    with np.errstate(over="ignore"):
+        if k == 3:
+            area = np.linalg.norm(_vector_areas(corners), axis=1)
+            m = np.maximum(np.ceil(np.sqrt(area / patch_area) * (1 - 1e-9)), 1)
+            return m, m
+        # The bilinear map stretches area most at a corner, so this many cells keep each of them below patch_area.
+        forward, backward = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+        largest = np.linalg.norm(np.cross(forward, backward), axis=2).max(axis=1)
+        cells = np.clip(largest / patch_area * (1 - 1e-9), 1e-9, 1e300)
+    p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
+    u = 0.5 * (np.linalg.norm(p1 - p0, axis=1) + np.linalg.norm(p2 - p3, axis=1))
+    v = 0.5 * (np.linalg.norm(p3 - p0, axis=1) + np.linalg.norm(p2 - p1, axis=1))
+    m = np.maximum(np.round(np.sqrt(cells * (u / v))), 1)
+    return m, np.ceil(cells / m)
 
 
 def _numbered(repeats):
@@ -215,16 +254,7 @@ def _numbered(repeats):
     return run, np.arange(len(run)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
 
 
-def _cut_quads(face, corners, patch_area):
-    p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
-    u = 0.5 * (np.linalg.norm(p1 - p0, axis=1) + np.linalg.norm(p2 - p3, axis=1))
-    v = 0.5 * (np.linalg.norm(p3 - p0, axis=1) + np.linalg.norm(p2 - p1, axis=1))
-    # The bilinear map stretches area most at a corner, so this many cells keep each of them below patch_area.
-    forward, backward = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    largest = np.linalg.norm(np.cross(forward, backward), axis=2).max(axis=1)
-    cells = np.maximum(largest / patch_area * (1 - 1e-9), 1e-9)
-    m = np.maximum(np.round(np.sqrt(cells * u / v)), 1).astype(np.int64)
-    n = np.ceil(cells / m).astype(np.int64)
+def _cut_quads(face, corners, m, n):
     run, number = _numbered(m * n)
     i, j = number // n[run], number % n[run]
 
@@ -236,9 +266,7 @@ def _cut_quads(face, corners, patch_area):
     return face[run], np.stack([point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)], axis=1)
 
 
-def _cut_triangles(face, corners, patch_area):
-    area = np.linalg.norm(_vector_areas(corners), axis=1)
-    k = np.maximum(np.ceil(np.sqrt(area / patch_area) * (1 - 1e-9)), 1).astype(np.int64)
+def _cut_triangles(face, corners, k, _):
     run, number = _numbered(k * k)
     # Row r, counted from the first corner, holds 2 r + 1 triangles, which stand upright and upside down in turn.
     row = np.floor(np.sqrt(number)).astype(np.int64)

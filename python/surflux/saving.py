@@ -2,15 +2,23 @@
 
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 
-from surflux import _core
+from surflux import _check, _core
 from surflux._color import WHITE, display_bytes, tone_mapped_bytes
 
 COLOR_NAMES = ("red", "green", "blue")
 CORNER_NAMES = tuple(f"{axis}{corner}" for corner in range(3) for axis in "xyz")
 COMMENT_KEY = "surflux "
+
+
+def ply_path(path):
+    """path, if PLY can be written under that name."""
+    if Path(_check.path("path", path)).suffix.lower() != ".ply":
+        raise ValueError(f"path: wanted a name ending in .ply, got {os.fsdecode(path)!r}")
+    return path
 
 
 def file_error(path, reason):

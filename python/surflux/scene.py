@@ -1,9 +1,14 @@
 """A scene: objects made of surfels, and lights."""
 
+from functools import partial
+
 import numpy as np
 
 from surflux import _core
+from surflux._check import counted
+from surflux._passes import stage_callback
 from surflux.lights import LIGHTS
+from surflux.solve_options import check_options
 from surflux.surfels import Surfels
 
 
@@ -17,10 +22,17 @@ class Scene:
             surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.
         name: text for titles and messages.
-        solve_options: dict of defaults for solve(), by its own names.
+        solve_options: dict of options for solve() by its own names, all but threads and progress. The command line
+            uses them as its defaults; sf.solve(scene) by itself does not, sf.solve(scene, **scene.solve_options) does.
+
+    Attributes:
+        objects, lights: as handed in, as tuples.
+        surfels: all surfels in one.
+        camera, name: as handed in. Both can be set: a solution takes the scene's camera along for its pictures.
+        solve_options: a dict of its own, empty where none were given.
 
     Raises:
-        ValueError: names the argument and the entry.
+        ValueError: names the argument and the entry; an option that solve() does not have or would not take.
 
     >>> import surflux as sf
     >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.25)
@@ -44,6 +56,10 @@ class Scene:
             isinstance(solve_options, dict) and all(isinstance(key, str) for key in solve_options)
         ):
             raise ValueError(f"solve_options: wanted a dict with names as keys, got {solve_options!r}")
+        try:
+            check_options(solve_options or {})
+        except ValueError as error:
+            raise ValueError(f"solve_options: {error}") from None
         self.camera = camera
         self.name = name
         self.solve_options = dict(solve_options or {})
@@ -70,27 +86,25 @@ class Scene:
         return Surfels._from_core(_core.Scene(cores, []).surfels)
 
     def __repr__(self):
-        def of(count, what):
-            return f"{count} {what}{'' if count == 1 else 's'}"
-
         total = sum(len(s) for s in self._objects)
         title = f"{self.name!r}, " if self.name else ""
-        return (
-            f"Scene({title}{of(len(self._objects), 'object')}, {of(total, 'surfel')}, {of(len(self._lights), 'light')})"
-        )
+        objects, lights = counted(len(self._objects), "object"), counted(len(self._lights), "light")
+        return f"Scene({title}{objects}, {counted(total, 'surfel')}, {lights})"
 
     def _to_core(self, *, threads=None, progress=False):
         """The compiled scene, with effective areas for every object; the objects stay as they are."""
         from surflux.areas import effective_areas
 
         cores = []
-        for index, s in enumerate(self._objects):
-            if s.areas is not None:
-                cores.append(s._core)
-                continue
-            if index not in self._computed_areas:
-                self._computed_areas[index] = effective_areas(s, threads=threads, progress=progress)
-            cores.append(_with_areas(s._core, self._computed_areas[index]))
+        with stage_callback(progress) as show:  # one stage, however many objects
+            callback = False if show is None else partial(show, "areas")
+            for index, s in enumerate(self._objects):
+                if s.areas is not None:
+                    cores.append(s._core)
+                    continue
+                if index not in self._computed_areas:
+                    self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
+                cores.append(_with_areas(s._core, self._computed_areas[index]))
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
 

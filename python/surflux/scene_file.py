@@ -5,10 +5,12 @@ import re
 import tomllib
 from pathlib import Path
 
+from surflux import _check
 from surflux import lights as light_types
 from surflux._core import FileError
 from surflux.scene import Scene
 from surflux.scene_object import make_object
+from surflux.solve_options import OPTIONS, check_options
 
 _LIGHTS = {
     "point": light_types.PointLight,
@@ -25,26 +27,80 @@ _LIGHT_KEYS = {
     "environment": ("radiance", "image", "up"),
 }
 _OPTIONAL = {"cone", "penumbra", "up", "radiance", "image", "fov"}
-_SOLVE = {"zeta": (int, float), "tolerance": (int, float), "insert": bool, "max_surfels": int, "seed": int}
 
 
 def load_scene(path):
     """A Scene from a TOML file; data/*.toml are examples.
 
-    Tables: [[object]] (at least one), [[light]], [camera] with eye, target, up and fov, and [solve] with defaults for
-    solve(). Top-level keys: name, units (a remark).
+    At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
+    more), [[light]] (any number), [camera] and [solve] (one each, optional). Lengths are in one unit of your own.
 
-    Every [[object]] has `file` (points or a mesh; relative paths start at the scene file, ${NAME} comes from the
-    environment) or `shape` ("box", "room", "sphere", "rectangle", "blob", "knot") with the shape's own keys, and may
-    have kind ("mesh": one surfel per patch; "surfels": points), patch_area, points, thin, seed, scale, rotate,
-    translate, reflectance, emission, two_sided. A reflectance is a number, RGB, or a table
-    { pattern = "marble" | "spots" | "checker", colors = [[r, g, b], ...], size = 0.1, seed = 0 }.
+    Every [[object]] has either `file` or `shape`, and may have:
 
-    Every [[light]] has `type` ("point", "spot", "area", "directional", "environment") and the arguments of the light;
-    an environment has `radiance` or `image`, a path.
+    - kind: "mesh", one surfel per patch, with exact areas; or "surfels", points. Default: "mesh" for "box", "room"
+      and "rectangle", else "surfels".
+    - patch_area (kind "mesh"): largest area of a patch, measured after `scale`; default: one patch per face.
+    - points: of a "sphere", "blob" or "knot", how many (see there). With kind = "surfels" and a mesh (a "box", "room",
+      "rectangle" or a mesh file): spread this many blue-noise points on it.
+    - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
+    - seed (0): of all that is random in the object.
+    - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
+      number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
+      in degrees (counter-clockwise seen from the tip of the axis), then moved.
+    - reflectance (0.5; for files what the file says): a number or RGB in [0, 1), linear; or a pattern.
+    - emission (0): exitance of the surfels themselves in W/m2, a number or RGB, at least 0.
+    - two_sided (false): true adds a copy of every surfel that faces the other way.
+
+    file: the path of points (PLY), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others, see
+    Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment.
+
+    shape, with its keys and their defaults:
+
+    - "box": size (1; one number or [x, y, z]), patches (1; cells along each edge, one number or one each for the edges
+      along x, y, z). One corner at the origin, the opposite one at `size`; its sides face outwards.
+    - "room": as "box", but the sides face inwards.
+    - "rectangle": corner ([0, 0, 0]), edge_u ([1, 0, 0]), edge_v ([0, 1, 0]), patches (1; one number or one each along
+      u and v). Faces along edge_u x edge_v.
+    - "sphere": points (642), radius (1). Centre at the origin. 12, 42, 162, 642, 2562, ... (10 * 4^k + 2) points are
+      an icosphere, the only ones that kind = "mesh" takes; any other number, 12 or more, a Fibonacci lattice.
+    - "blob": points (3000), radius (1), bumps (0.25, from 0 to 0.9). A rounded boulder, centre at the origin.
+    - "knot": points (3000), radius (1; of its torus), tube (0.28; of the knot's own tube, in the same unit), swelling
+      (0.3, from 0 to below 1), windings ([2, 3], coprime). A torus knot around the z axis, centre at the origin.
+
+    "box" and "room" of kind "mesh" may have a table `walls` with the reflectance of single sides, by name: left (low
+    x), right (high x), front (low y), back (high y), floor (low z), ceiling (high z).
+
+    A pattern is a table in place of a reflectance, painted in the space of the scene:
+    { pattern = "marble" | "spots" | "checker", colors = [[r, g, b], ...], size = 0.1, seed = 0 }, with two colors or
+    more in [0, 1) and the size of a band, a spot or a cube. marble fades from the first to the last color; spots has
+    the ground first, then the spots, then (where there are three) their middle; checker takes them in turn.
+
+    Every [[light]] has a `type`, and the keys that are the arguments of that light; those without a default here must
+    be there. All colours are a number or RGB, at least 0:
+
+    - "point": position, intensity (W/sr).
+    - "spot": position, direction (from the light into the scene), intensity (W/sr on the axis), cone (45) and penumbra
+      (5), full angles in degrees.
+    - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
+    - "directional": direction (of travel), irradiance (W/m2).
+    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]).
+
+    [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees.
+
+    [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: zeta, insert, tolerance,
+    max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options; sf.solve itself
+    does not look at them: sf.solve(scene, **scene.solve_options).
+
+    Args:
+        path: str or path of the file.
+
+    Returns:
+        Scene, with one Surfels per [[object]] in the file's order, the lights, camera, name and solve_options.
 
     Raises:
-        FileError: names the file, the table and the key, or the line where the TOML itself is wrong.
+        ValueError: path is none.
+        FileError: names the file, the table and the key, or the line where the TOML itself is wrong; a file that an
+            object or light names and that is not there or cannot be read.
 
     >>> import surflux as sf
     >>> with open("room.toml", "w") as file:
@@ -61,10 +117,12 @@ def load_scene(path):
     >>> sf.load_scene("room.toml")
     Scene('room', 1 object, 96 surfels, 1 light)
     """
-    path = Path(path)
+    path = Path(_check.path("path", path))
     try:
         text = path.read_bytes().decode()
         data = tomllib.loads(text)
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -130,7 +188,7 @@ class Table:
             return None
         path = self.path.parent / text
         if not path.is_file():
-            raise self.error(key, f"there is no file {path}")
+            raise self.error(key, f"no such file: {path}")
         return path
 
     def choice(self, key, choices, default=None):
@@ -172,7 +230,9 @@ class Table:
 
 
 def _arguments(table, keys):
+    """What the table has of these keys; a misspelt key is told before the one that is missing for it."""
     found = {key: table.get(key) for key in keys}
+    table.no_more_keys()
     for key, value in found.items():
         if value is None and key not in _OPTIONAL:
             raise table.error(key, "is missing")
@@ -183,14 +243,15 @@ def _light(table):
     kind = table.choice("type", tuple(_LIGHTS))
     keys = _LIGHT_KEYS[kind]
     if kind == "environment":
+        arguments = _arguments(table, keys)
         if ("image" in table) == ("radiance" in table):
             raise table.error("radiance", "wanted either radiance or image")
         image = table.file("image")
-        arguments = _arguments(table, ("radiance", "up"))
-        arguments["image_or_rgb"] = image if image is not None else arguments.pop("radiance")
+        radiance = arguments.pop("radiance", None)
+        arguments.pop("image", None)
+        arguments["image_or_rgb"] = radiance if image is None else image
     else:
         arguments = _arguments(table, keys)
-    table.no_more_keys()
     return table.call(_LIGHTS[kind], **arguments)
 
 
@@ -198,19 +259,12 @@ def _camera(table):
     from surflux.camera import Camera
 
     arguments = _arguments(table, ("eye", "target", "up", "fov"))
-    table.no_more_keys()
     return table.call(Camera, **arguments)
 
 
 def _solve_options(table):
-    options = {}
-    for key, kinds in _SOLVE.items():
-        value = table.get(key)
-        if value is None:
-            continue
-        if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
-            wanted = "true or false" if kinds is bool else "a whole number" if kinds is int else "a number"
-            raise table.error(key, f"wanted {wanted}, got {value!r}")
-        options[key] = value
+    options = {key: table.get(key) for key in OPTIONS}
     table.no_more_keys()
+    options = {key: value for key, value in options.items() if value is not None}
+    table.call(check_options, options)
     return options

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 
 from surflux import _check, _core, patterns, shapes
-from surflux.surfels import Surfels, sampled_surfels, surfels_of_patches
+from surflux.surfels import Surfels, only_so_many, sampled_surfels, surfels_of_patches
 from surflux.transform import make_transform
 
 _MESHES = {"box": shapes.box, "room": shapes.box, "rectangle": shapes.rectangle}
@@ -39,7 +39,10 @@ def make_object(table):
             surfels, side = _from_mesh(table, (transform.points(mesh[0]), *mesh[1:]), side, kind, seed)
     thin = table.get("thin")
     if thin is not None:
-        surfels = table.call(surfels.thinned, table.call(_check.count, "thin", thin, 2), seed)
+        n = table.call(_check.count, "thin", thin, 2)
+        if n > len(surfels):
+            raise table.error("thin", only_so_many(len(surfels), n))
+        surfels = table.call(surfels.thinned, n, seed)
         side = None  # points no longer know their face
     surfels = _painted(table, surfels, shape, side)
     two_sided = table.call(_check.flag, "two_sided", table.get("two_sided", False))

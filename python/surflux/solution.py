@@ -9,6 +9,7 @@ from surflux import _check, _core
 from surflux.camera import Camera, framing
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
+from surflux.saving import ply_path
 from surflux.surfels import Surfels
 
 
@@ -62,7 +63,8 @@ class Solution:
         self._lamps = list(lamps)
 
     def __repr__(self):
-        return f"Solution({len(self.surfels)} surfels, error {self.error:.2g}, {sum(self.timings.values()):.3g} s)"
+        surfels, seconds = _check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
+        return f"Solution({surfels}, error {self.error:.2g}, {seconds:.3g} s)"
 
     def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
@@ -118,7 +120,25 @@ class Solution:
         return {name: picture[name] for name in ("radiance", "direct", "indirect", "depth", "normal", "index")}
 
     def plot(self, color="radiosity", **options):
-        """Shows the surfels with pyvista, coloured by what was solved; see Surfels.plot for the options."""
+        """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
+
+        Args:
+            color: "radiosity", "irradiance", "direct", "level", "reflectance", "emission", "area", "radius" or
+                "normal".
+            screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
+                where there is no display (stderr says so).
+            camera: Camera to look from; unless given the scene's own, or one that frames everything.
+            size: (width, height) in pixels, (800, 600) unless given.
+            culling: False draws both sides.
+            options: all else goes to pyvista.Plotter.add_mesh.
+
+        Returns:
+            The path of the picture, or None after a window was closed.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: a picture that cannot be written.
+        """
         from surflux.viewer import plot
 
         options.setdefault("camera", self.camera)
@@ -135,7 +155,14 @@ class Solution:
     def save(self, path):
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
 
+        Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
+        radiosity, irradiance and direct to the precision of float32, about 7 digits.
+
+        Args:
+            path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
+
         Raises:
+            ValueError: a path with another suffix.
             FileError: the file cannot be written.
         """
         lamps = [[list(v) for v in (lamp.corner, lamp.edge_u, lamp.edge_v, lamp.exitance)] for lamp in self._lamps]
@@ -148,7 +175,7 @@ class Solution:
             "lamps": lamps,
         }
         save_surfels(
-            path,
+            ply_path(path),
             self.surfels._core,
             radiosity=self.radiosity,
             irradiance=self.irradiance,
@@ -166,6 +193,7 @@ def load_solution(path):
     """The Solution that Solution.save wrote.
 
     Raises:
+        ValueError: path is none.
         FileError: with the path and the reason; a file of points that holds no solution is none.
 
     >>> import surflux as sf
@@ -174,7 +202,7 @@ def load_solution(path):
     >>> sf.load_solution("floor.ply").irradiance
     array([[2., 2., 2.]])
     """
-    arrays = load_arrays(path)
+    arrays = load_arrays(_check.path("path", path))
     about = unpack_comments(arrays["comments"], path)
     if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
         raise file_error(path, f"holds points but no solution; `surflux solve {os.fsdecode(path)}` makes one")

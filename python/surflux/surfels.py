@@ -99,14 +99,18 @@ class Surfels:
 
         Faces without area are dropped, with a warning that says how many.
 
+        Returns:
+            Surfels, in the order of the faces.
+
         Raises:
-            ValueError: an argument, by name; a mesh without any face that has an area.
+            ValueError: an argument, by name; a mesh without any face that has an area; a patch_area that makes more
+                than 20 million patches.
             FileError: a mesh file that cannot be read.
 
         >>> import surflux as sf
         >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2], [0, 2, 3]]
         >>> sf.Surfels.from_mesh(square)
-        Surfels(1 surfels, 1 of them patches, area 4)
+        Surfels(1 surfel, 1 of them a patch, area 4)
         >>> sf.Surfels.from_mesh(square, patch_area=0.01)
         Surfels(400 surfels, 400 of them patches, area 4)
         """
@@ -117,8 +121,8 @@ class Surfels:
         two_sided = _check.flag("two_sided", two_sided)
         polygons = read_mesh(mesh)[:3]
         faces = len(polygons[1]) - 1
-        reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="faces")
-        emission = _check.per_surfel_rgb("emission", emission, faces, what="faces")
+        reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
+        emission = _check.per_surfel_rgb("emission", emission, faces, what="face")
         core = surfels_of_patches(polygons, patch_area, reflectance, emission)[0]._core
         return cls._from_core(core.two_sided() if two_sided else core)
 
@@ -133,6 +137,9 @@ class Surfels:
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
             reflectance, emission: as Surfels takes them, for n surfels.
+
+        Returns:
+            Surfels, n of them, with estimated radii, no areas and no triangles.
 
         Raises:
             ValueError: an argument, by name; a mesh without any face that has an area.
@@ -158,12 +165,15 @@ class Surfels:
 
     @property
     def radii(self):
-        """(n,) radii R of the tangent disks."""
+        """(n,) radii R of the tangent disks, in the unit of points."""
         return self._array("radii", lambda: self._core.radii)
 
     @property
     def areas(self):
-        """(n,) effective areas S, or None where nobody has given any. Can be set, to (n,), one number or None."""
+        """(n,) effective areas S in the unit of points squared, or None where nobody has given any.
+
+        Can be set, to (n,), one number or None.
+        """
         return self._array("areas", lambda: self._core.areas)
 
     @areas.setter
@@ -179,7 +189,7 @@ class Surfels:
 
     @property
     def emission(self):
-        """(n, 3) RGB exitance of the surfels themselves."""
+        """(n, 3) RGB exitance of the surfels themselves, in the unit of the lights (W/m2)."""
         return self._array("emission", lambda: self._core.emission)
 
     @property
@@ -205,16 +215,16 @@ class Surfels:
 
     def __repr__(self):
         patches = len(np.unique(self.triangle_surfel))
-        of_patches = f", {patches} of them patches" if patches else ""
+        of_patches = f", {patches} of them {'a patch' if patches == 1 else 'patches'}" if patches else ""
         area = "no areas" if self.areas is None else f"area {self.areas.sum():.6g}"
-        return f"Surfels({len(self)} surfels{of_patches}, {area})"
+        return f"Surfels({_check.counted(len(self), 'surfel')}{of_patches}, {area})"
 
     def __getitem__(self, selection):
         """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
 
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
         """
-        return Surfels._from_core(self._core.select(_chosen(selection, len(self))))
+        return Surfels._from_core(self._core.select(_check.selection("selection", selection, len(self))))
 
     def thinned(self, n, seed=0):
         """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
@@ -231,10 +241,10 @@ class Surfels:
         Raises:
             ValueError: n out of range.
         """
-        n = _check.count("n", n, 2)
+        n = _check.count("n", n, 2, 2**63 - 1)
         seed = _check.seed("seed", seed)
         if n > len(self):
-            raise ValueError(f"n: wanted at most the {len(self)} surfels there are, got {n}")
+            raise ValueError(f"n: {only_so_many(len(self), n)}")
         area = self._total_area()
         kept = np.arange(n)
         if n < len(self):
@@ -251,14 +261,21 @@ class Surfels:
         return float((self.areas if self.areas is not None else effective_areas(self)).sum())
 
     def save(self, path):
-        """Writes a binary PLY from which read() gives the same surfels, triangles included.
+        """Writes a binary PLY from which read() gives the surfels back, triangles included.
+
+        Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance and emission to
+        the precision of float32, about 7 digits.
+
+        Args:
+            path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
 
         Raises:
+            ValueError: a path with another suffix.
             FileError: a path that cannot be written.
         """
-        from surflux.files import save_surfels
+        from surflux.saving import ply_path, save_surfels
 
-        save_surfels(path, self._core)
+        save_surfels(ply_path(path), self._core)
 
     def to_pyvista(self):
         """The points as pyvista.PolyData with normals, radius, area, reflectance and emission as point arrays."""
@@ -267,10 +284,37 @@ class Surfels:
         return to_polydata(self)
 
     def plot(self, color="reflectance", **options):
-        """Shows the disks and patches in a window, or saves a picture where there is no display; see viewer.plot."""
+        """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.
+
+        Surfels have one side here as they do in the light: from behind they are not drawn, so that a room can be
+        looked into through its walls.
+
+        Args:
+            color: "reflectance", "emission", "radius", "normal", "area" where areas are known, or a name in values.
+            values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
+            screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
+                where there is no display (stderr says so).
+            camera: Camera to look from; None to frame everything.
+            size: (width, height) in pixels, (800, 600) unless given.
+            culling: False draws both sides.
+            options: all else goes to pyvista.Plotter.add_mesh.
+
+        Returns:
+            The path of the picture, or None after a window was closed.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: a picture that cannot be written.
+        """
         from surflux.viewer import plot
 
         return plot(self, color=color, **options)
+
+
+def only_so_many(there, n):
+    """Why n surfels cannot be kept of those that are there."""
+    verb = "is" if there == 1 else "are"
+    return f"wanted at most {there}, for there {verb} only {_check.counted(there, 'surfel')}; got {n}"
 
 
 def surfels_of_patches(polygons, patch_area, reflectance, emission):
@@ -311,7 +355,8 @@ def _make_core(points, normals, radii, areas, reflectance, emission, triangles=N
 
 def _estimated_normals(points, viewpoint):
     if len(points) < 3:
-        raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {len(points)} points; got None")
+        few = _check.counted(len(points), "point")
+        raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
     return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
 
 
@@ -322,31 +367,7 @@ def _estimated_radii(points):
     flat = np.flatnonzero(~(radii > 0))
     if len(flat):
         raise ValueError(
-            f"radii: must be given, since {len(flat)} points (the first at index {flat[0]}) coincide with all of "
-            "their nearest neighbours; got None"
+            f"radii: must be given, since {_check.counted(len(flat), 'point')} (the first at index {flat[0]}) "
+            f"{'coincides' if len(flat) == 1 else 'coincide'} with all of the nearest neighbours; got None"
         )
     return radii
-
-
-def _chosen(selection, n):
-    if isinstance(selection, slice):
-        indices = np.arange(n)[selection]
-    else:
-        array = np.asarray(selection)
-        if array.dtype == bool and array.shape == (n,):
-            indices = np.flatnonzero(array)
-        elif array.dtype.kind in "iu" and array.ndim <= 1:
-            indices = np.atleast_1d(array)
-            outside = (indices < -n) | (indices >= n)
-            if outside.any():
-                raise IndexError(f"selection: index {indices[outside][0]} is out of range for {n} surfels")
-            indices = indices % n
-        elif array.size:
-            raise ValueError(
-                f"selection: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
-            )
-        else:
-            indices = np.zeros(0)
-    if not len(indices):
-        raise ValueError("selection: chooses no surfel")
-    return indices.astype(np.uint32)

@@ -183,7 +183,7 @@ def _window(size):
 def _picture(path):
     from surflux._core import FileError
 
-    path = Path(path)
+    path = Path(_check.path("screenshot", path))
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
     if not path.parent.is_dir():
@@ -194,5 +194,7 @@ def _picture(path):
 def _per_surfel(name, value, n):
     array = _check.numeric(name, value)
     if array.ndim not in (1, 2) or len(array) != n:
-        raise ValueError(f"{name}: wanted shape ({n},) or ({n}, 3) for {n} surfels, got {array.shape}")
+        raise ValueError(
+            f"{name}: wanted shape ({n},) or ({n}, 3) for {_check.counted(n, 'surfel')}, got {array.shape}"
+        )
     return array

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from surflux.camera import Camera
+import surflux as sf
+from surflux.camera import Camera, framing
 
 
 def test_projection_follows_the_conventions():
@@ -87,6 +88,8 @@ def test_refuses_by_name(arguments, name):
         ({"points": [[np.nan, 0, 0]]}, "points"),
         ({"direction": (0, 0, 0)}, "direction"),
         ({"direction": (0, 0, 1)}, "up"),
+        ({"up": (0, 0, 0)}, "up"),
+        ({"up": (0, 0)}, "up"),
         ({"aspect": 0.0}, "aspect"),
         ({"fov": -1.0}, "fov"),
     ],
@@ -94,3 +97,31 @@ def test_refuses_by_name(arguments, name):
 def test_fit_refuses_by_name(arguments, name):
     with pytest.raises(ValueError, match=f"^{name}: "):
         Camera.fit(**{"points": [[0, 0, 0], [1, 1, 1]], **arguments})
+
+
+@given(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1))
+def test_by_default_the_view_is_from_slightly_above_for_any_up(up):
+    up = np.array(up)
+    camera = Camera.fit([[-1, -1, -1], [1, 1, 1]], up=up)
+    assert (camera.up == up).all()
+    view = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
+    assert view @ up / np.linalg.norm(up) == pytest.approx(-0.45 / np.linalg.norm([0.6, 1, 0.45]))
+
+
+@pytest.mark.parametrize(
+    ("up", "direction"),
+    [((0, 0, 2), (-0.6, 1, -0.45)), ((0, 1, 0), (-0.6, -0.45, -1)), ((0, 0, -1), (-0.6, -1, 0.45))],
+)
+def test_the_default_view_turns_with_up(up, direction):
+    camera = Camera.fit([[-1, -1, -1], [1, 1, 1]], up=up)
+    view = camera.target - camera.eye
+    np.testing.assert_allclose(view / np.linalg.norm(view), direction / np.linalg.norm(direction), atol=1e-12)
+
+
+def test_framing_stands_what_is_up_upright_in_the_picture():
+    mast = sf.Surfels([[0, y, 0] for y in range(10)], [[0, 0, 1]] * 10, radii=0.1)
+    camera = framing(mast, (400, 300), (0, 1, 0))
+    column, row, _ = camera.project(mast.points, (400, 300)).T
+    assert np.ptp(column) < 1
+    assert (np.diff(row) < 0).all()
+    assert np.ptp(row) > 200

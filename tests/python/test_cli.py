@@ -164,6 +164,40 @@ def test_render_looks_from_the_camera_of_the_scene_or_from_elsewhere(here, run):
     assert (pixels("a.png") != pixels("again.png")).any()
 
 
+def test_up_alone_frames_the_cloud_anew_with_that_up(here, run):
+    mast = sf.Surfels([[0, y, 0] for y in np.linspace(0, 9, 60)], [[0.3, 0.3, 0.9]] * 60, radii=0.5)
+    mast.save("mast.ply")
+    assert run("solve", "mast.ply", "--size", "80x80", "--up", "0,1,0")[0] == 0
+    lit = np.argwhere(pixels("mast_solved.png").max(axis=2) > 30)
+    height, width = np.ptp(lit, axis=0)
+    assert height > 60
+    assert width < 30
+    assert abs(lit.mean(axis=0)[1] - 39.5) < 2
+
+
+def test_solve_tells_its_estimated_error(here, run):
+    out = run("solve", "room.toml", "--size", "8x6")[1]
+    error = sf.load_solution("room_solved.ply").error
+    assert f"estimated error of the irradiance: {100 * error:.2g} %\n" in out
+    assert 0 < error < 0.1
+
+
+def test_without_a_terminal_each_stage_is_one_line(ball, run):
+    err = run("solve", "ball.ply", "--size", "8x6")[2].splitlines()
+    assert "surflux: areas" in err
+    assert "surflux: exchange" in err
+    assert all(line.startswith("surflux: ") for line in err)
+    assert len(err) == len({*err})
+
+
+def test_areas_are_one_stage_however_many_objects(here, run):
+    ball = '[[object]]\nshape = "sphere"\npoints = 42\nradius = 0.1\ntranslate = [0.5, 0.5, 0.5]\n'
+    Path("balls.toml").write_text(ball * 3 + ROOM)
+    status, _, err = run("solve", "balls.toml", "--size", "8x6")
+    assert status == 0
+    assert err.splitlines().count("surflux: areas") == 1
+
+
 def test_view_of_scenes_clouds_and_solutions(ball, run):
     status, out, _ = run("view", "room.toml", "--screenshot", "room.png", "--size", "100x80", "--color", "normal")
     assert (status, out) == (0, "picture: room.png\n")
@@ -205,22 +239,36 @@ def test_the_version_is_that_of_the_project():
 
 
 WRONG = [
-    (["solve", "none.toml"], "none.toml: cannot be read: No such file"),
+    (["solve", "none.toml"], "none.toml: no such file"),
     (["solve", "none.ply"], "none.ply"),
     (["solve", "cloud.jpeg"], "cloud.jpeg"),
     (["solve", "broken.ply"], "broken.ply"),
     (["solve", "broken.toml"], "broken.toml (object 1, shape): wanted one of"),
     (["solve", "room.toml", "--thin", "50"], "--thin: is for a cloud"),
-    (["solve", "ball.ply", "--thin", "1"], "n: wanted a whole number from 2"),
-    (["solve", "room.toml", "--tolerance", "-1"], "tolerance: wanted"),
-    (["solve", "room.toml", "--seed", "-1"], "seed: wanted"),
-    (["solve", "room.toml", "--threads", "0"], "threads: wanted a whole number from 1"),
+    (["solve", "ball.ply", "--thin", "1"], "--thin: wanted a whole number from 2"),
+    (["solve", "room.toml", "--tolerance", "-1"], "--tolerance: wanted values in (0, 1), got -1"),
+    (["solve", "room.toml", "--seed", "-1"], "--seed: wanted a whole number from 0"),
+    (["solve", "room.toml", "--threads", "0"], "--threads: wanted a whole number from 1"),
     (["solve", "room.toml", "--image", "a.jpeg"], "--image: wanted a name ending in .exr, .png or .hdr, got 'a.jpeg'"),
     (["solve", "room.toml", "--image", "no/a.png"], "no/a.png: cannot be written: there is no folder no"),
     (["solve", "room.toml", "-o", "no/a.ply", "--image", "a.png", "--size", "8x6"], "no/a.ply"),
     (["solve", "room.toml", "--fov", "0"], "fov: wanted"),
     (["solve", "room.toml", "--eye", "0.5,0.5,0.5"], "target: wanted"),
-    (["area", "none.ply"], "none.ply"),
+    # What is wrong with the options is told before the file is looked at.
+    (["solve", "none.toml", "--size", "0x6"], "--size: wanted a whole number from 1 to 16384, got 0"),
+    (["view", "none.toml", "--size", "8x20000"], "--size: wanted a whole number from 1 to 16384, got 20000"),
+    (["render", "none.ply", "--size", "8x-1"], "--size: wanted"),
+    (["solve", "none.ply", "--thin", "0"], "--thin: wanted"),
+    (["solve", "none.ply", "--zeta", "0"], "--zeta: wanted values above 0, got 0"),
+    (["solve", "none.ply", "--seed", "-2"], "--seed: wanted"),
+    (["solve", "none.ply", "--tolerance", "1"], "--tolerance: wanted"),
+    (["area", "none.ply", "--threads", "0"], "--threads: wanted"),
+    (["render", "none.ply", "--threads", "-1"], "--threads: wanted"),
+    (["solve", "none.toml", "-o", "a.obj"], "-o: wanted a name ending in .ply, got 'a.obj'"),
+    (["area", "none.ply", "-o", "a"], "-o: wanted a name ending in .ply, got 'a'"),
+    (["area", "none.ply", "-o", "no/a.ply"], "no/a.ply: cannot be written: there is no folder no"),
+    (["solve", "ball.ply", "--up", "0,0,0"], "up: wanted"),
+    (["area", "none.ply"], "none.ply: no such file"),
     (["area", "ball.ply", "--method", "best"], "method: wanted one of"),
     (["render", "ball.ply"], "ball.ply"),
     (["render", "none.ply"], "none.ply"),

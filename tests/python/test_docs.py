@@ -33,7 +33,7 @@ def elsewhere(tmp_path, monkeypatch):
 @pytest.mark.parametrize("example", [e for module in MODULES for e in examples(module)], ids=lambda e: e.name)
 def test_docstring(example, elsewhere):
     said = []
-    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
+    doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS).run(example, out=said.append)
     assert said == []
 
 

@@ -86,6 +86,20 @@ def test_all_names_are_there():
     assert {path for path in SIGNATURES if "." not in path} <= {*sf.__all__}
     assert all(hasattr(sf, name) for name in sf.__all__)
     assert {*sf.__all__} <= {*dir(sf)}
+    assert "import_module" not in dir(sf)
+    assert sf.tone_map is sf.images.tone_map
+
+
+@pytest.mark.parametrize("name", ["FileError", "Cancelled", "DeviceError"])
+def test_exceptions_say_what_they_are(name):
+    error = getattr(sf, name)
+    assert len(error.__doc__) > 40
+    assert error.__doc__ != error.__base__.__doc__
+
+
+@pytest.mark.parametrize("name", ["PointLight", "SpotLight", "AreaLight", "DirectionalLight", "Environment", "solve"])
+def test_help_tells_what_is_raised(name):
+    assert "ValueError: " in inspect.getdoc(getattr(sf, name)).partition("Raises:")[2]
 
 
 def test_an_unknown_name_is_refused():

@@ -202,7 +202,7 @@ def test_degenerate_faces_are_dropped_with_a_warning():
         s = sf.Surfels.from_mesh((vertices, [[0, 1, 2], [0, 1, 4], [0, 2, 3], [3, 3, 1]]))
     assert s.areas.sum() == pytest.approx(4)
     only = pytest.raises(ValueError, match=r"^mesh: wanted faces with an area, got none")
-    with pytest.warns(UserWarning, match="1 degenerate faces"), only:
+    with pytest.warns(UserWarning, match=r"^mesh: 1 degenerate face dropped"), only:
         sf.Surfels.from_mesh((vertices, [[0, 1, 4]]))
 
 
@@ -238,3 +238,20 @@ def test_patches_far_from_the_origin():
     s = sf.Surfels.from_mesh((vertices, SPLIT[1]), patch_area=0.01)
     assert len(s) == 400
     assert s.areas.sum() == pytest.approx(4, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("faces", "patch_area"), [(SQUARE[1], 1e-7), (SPLIT[1], 1e-7), ([[0, 1, 2]], 2 / 6325**2 * (1 + 1e-7))]
+)
+def test_a_tiny_patch_area_is_refused_before_any_memory_is_taken(faces, patch_area):
+    # The square, 2 x 2, in cells of 1e-7: sqrt(4e7) = 6324.6, so 6325 x 6325 = 40005625; the triangle likewise.
+    with pytest.raises(ValueError, match=r"^patch_area: wanted at most 20000000 patches, got 40005625 with "):
+        sf.Surfels.from_mesh((SQUARE[0], faces), patch_area=patch_area)
+
+
+@pytest.mark.parametrize("patch_area", [1e-300, 5e-324])
+def test_the_smallest_patch_areas_overflow_nothing(patch_area):
+    pentagon = [[1, 0, 0], [0.3, 0.95, 0], [-0.8, 0.6, 0], [-0.8, -0.6, 0], [0.3, -0.95, 0]]
+    for mesh in (SQUARE, (SQUARE[0], [[0, 1, 2]]), (pentagon, [[0, 1, 2, 3, 4]])):
+        with pytest.raises(ValueError, match=r"^patch_area: wanted at most 20000000 patches, got (inf|[\d.]+e\+\d+) "):
+            sf.Surfels.from_mesh(mesh, patch_area=patch_area)

@@ -171,7 +171,7 @@ REFUSED = [
     (factors, "progress", [None, 1, "yes"]),
     (plotted, "color", ["level", "colour", None, 3]),
     (plotted, "size", [800, (800,), (0, 600), (800.0, 600.0), (800, 600, 3)]),
-    (plotted, "screenshot", ["picture.tiff", "picture"]),
+    (plotted, "screenshot", ["picture.tiff", "picture", 3]),
 ]
 
 
@@ -236,8 +236,16 @@ def test_messages_tell_what_came_and_what_was_wanted():
         areas_of(method="best")
     with pytest.raises(ValueError, match=r"^backend: wanted one of 'auto', 'cpu'.*, got 'gpu'$"):
         areas_of(backend="gpu")
-    with pytest.raises(ValueError, match=r"^n: wanted at most the 4 surfels there are, got 5$"):
+    with pytest.raises(ValueError, match=r"^n: wanted at most 4, for there are only 4 surfels; got 5$"):
         thinned(5)
+    with pytest.raises(ValueError, match=r"^n: wanted at most 4, .*; got 10000000000$"):
+        thinned(10**10)
+    with pytest.raises(ValueError, match=r"^n: wanted at most 1, for there is only 1 surfel; got 2$"):
+        sf.Surfels([[0, 0, 0]], UP[:1], radii=1.0).thinned(2)
+    with pytest.raises(ValueError, match=r"^radii: wanted shape \(\) or \(1,\) for 1 surfel, got \(2,\)$"):
+        sf.Surfels([[0, 0, 0]], UP[:1], radii=[1, 2])
+    with pytest.raises(ValueError, match=r"^normals: .* fitted to 1 point; got None$"):
+        sf.Surfels([[0, 0, 0]])
 
 
 def test_what_does_not_go_together_in_a_solve():
@@ -253,6 +261,47 @@ def test_what_does_not_go_together_in_a_solve():
         solved(sf.Scene([surfels(areas=[1, 1, 0, 1])]))
     with pytest.raises(TypeError):
         solved(bounces=3)
+
+
+PATHS = {
+    "read": sf.read,
+    "load_scene": sf.load_scene,
+    "load_solution": sf.load_solution,
+    "read_image": sf.read_image,
+    "write_image": lambda path: sf.write_image(path, np.zeros((2, 2, 3))),
+    "Surfels.save": lambda path: surfels().save(path),
+    "Solution.save": lambda path: solved().save(path),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("value", [3, None, 1.5, ["a.ply"]])
+def test_what_is_no_path(name, value):
+    with pytest.raises(ValueError, match=rf"^path: wanted a path, got {type(value).__name__}$"):
+        PATHS[name](value)
+
+
+SUFFIXES = {"read": "ply", "load_scene": "toml", "load_solution": "ply", "read_image": "exr"}
+
+
+@pytest.mark.parametrize(("name", "suffix"), SUFFIXES.items())
+def test_a_missing_file_has_the_same_words_everywhere(name, suffix, tmp_path):
+    path = tmp_path / f"none.{suffix}"
+    for given in (path, str(path), bytes(path)):
+        with pytest.raises(sf.FileError) as caught:
+            PATHS[name](given)
+        assert str(caught.value) == f"{path}: no such file"
+
+
+@pytest.mark.parametrize("name", ["Surfels.save", "Solution.save"])
+@pytest.mark.parametrize("file", ["a.obj", "a", "a.ply.txt", b"a.las"])
+def test_surfels_and_solutions_are_saved_as_ply_alone(name, file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=r"^path: wanted a name ending in \.ply, got 'a"):
+        PATHS[name](file)
+    assert not list(tmp_path.iterdir())
+    PATHS[name]("A.PLY")
+    assert len(sf.read("A.PLY")) == 4
 
 
 def test_an_index_past_the_end_is_an_index_error():

@@ -99,3 +99,31 @@ def test_solve_options_are_a_copy():
     scene = sf.Scene([floor()], solve_options=options)
     options["zeta"] = 1
     assert scene.solve_options == {"tolerance": 1e-3}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"speed": 3}, r"^solve_options: speed: is not an option of solve; there is zeta, insert, .*, seed$"),
+        ({"threads": 3}, r"^solve_options: threads: is not an option"),
+        ({"seed": -1}, r"^solve_options: seed: wanted a whole number from 0"),
+        ({"probes": 128}, r"^solve_options: shadow_rays: wanted at least the 128 probes, got 64$"),
+        ({3: 4}, r"^solve_options: wanted a dict with names as keys"),
+        ([("seed", 1)], r"^solve_options: wanted a dict"),
+    ],
+)
+def test_solve_options_are_those_of_solve(options, message):
+    with pytest.raises(ValueError, match=message):
+        sf.Scene([floor()], solve_options=options)
+
+
+def test_solve_options_may_be_none_where_solve_takes_it():
+    options = {"max_surfels": None, "max_memory": None, "probes": 128, "shadow_rays": 128}
+    assert sf.Scene([floor()], solve_options=options).solve_options == options
+
+
+def test_one_of_a_kind_is_singular():
+    one = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0, areas=2.0)
+    assert repr(one) == "Surfels(1 surfel, area 2)"
+    assert repr(sf.Scene([one])) == "Scene(1 object, 1 surfel, 0 lights)"
+    assert repr(sf.solve(sf.Scene([one]))).startswith("Solution(1 surfel, ")

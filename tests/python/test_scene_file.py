@@ -1,4 +1,6 @@
+import inspect
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -7,6 +9,9 @@ import pytest
 
 import surflux as sf
 from surflux import scene_file, shapes
+from surflux.patterns import PATTERNS
+from surflux.scene_object import SHAPES
+from surflux.solve_options import OPTIONS
 
 DATA = Path(__file__).parents[2] / "data"
 FLOOR = '[[object]]\nshape = "rectangle"\npatches = 4\n'
@@ -152,7 +157,7 @@ WRONG = [
     ("[object]\nshape = 'box'", r"\(object\): wanted tables"),
     (FLOOR + "[lights]", r"\(lights\): is not a key here; there is name, units, object, light, camera, solve"),
     (FLOOR + "[[object]]\n", r"\(object 2, file\): wanted either file or shape"),
-    (FLOOR + 'file = "a.ply"', r"\(object 1, file\): there is no file .*a\.ply"),
+    (FLOOR + 'file = "a.ply"', r"\(object 1, file\): no such file: .*a\.ply"),
     ('[[object]]\nfile = "${NOT_SET_ANYWHERE}/a.ply"', r"\(object 1, file\): .* variable NOT_SET_ANYWHERE is not set"),
     ("[[object]]\nfile = 3", r"\(object 1, file\): wanted text, got 3"),
     ('[[object]]\nshape = "cone"', r'\(object 1, shape\): wanted one of "box", "room", .*, got \'cone\''),
@@ -185,7 +190,7 @@ WRONG = [
     (FLOOR + "two_sided = 1", r"\(object 1, two_sided\): wanted True or False, got 1"),
     (FLOOR + "seed = -1", r"\(object 1, seed\): wanted a whole number from 0"),
     (FLOOR + "thin = 0", r"\(object 1, thin\): wanted a whole number from 2"),
-    (FLOOR + "thin = 17", r"\(object 1\): n: wanted at most the 16 surfels there are, got 17"),
+    (FLOOR + "thin = 17", r"\(object 1, thin\): wanted at most 16, for there are only 16 surfels; got 17"),
     (FLOOR + 'reflectance = {pattern = "plaid"}', r'\(object 1, reflectance, pattern\): wanted one of "marble"'),
     (FLOOR + 'reflectance = {pattern = "spots"}', r"\(object 1, reflectance, colors\): is missing"),
     (
@@ -204,16 +209,32 @@ WRONG = [
         FLOOR + '[[light]]\ntype = "point"\npower = 3\nposition = [0, 0, 0]\nintensity = 1',
         r"\(light 1, power\): is not",
     ),
+    (
+        FLOOR + '[[light]]\ntype = "point"\npos = [0, 0, 0]\nintensity = 1',
+        r"\(light 1, pos\): is not a key here; there is type, position, intensity",
+    ),
+    (FLOOR + '[[light]]\ntype = "environment"\ncolor = 1', r"\(light 1, color\): is not a key here; there is"),
+    (FLOOR + "[camera]\neye = [0, 0, 0]\nlookat = [0, 1, 0]", r"\(camera, lookat\): is not a key here"),
     (FLOOR + '[[light]]\ntype = "environment"', r"\(light 1, radiance\): wanted either radiance or image"),
-    (FLOOR + '[[light]]\ntype = "environment"\nimage = "no.exr"', r"\(light 1, image\): there is no file .*no\.exr"),
+    (FLOOR + '[[light]]\ntype = "environment"\nimage = "no.exr"', r"\(light 1, image\): no such file: .*no\.exr"),
     (FLOOR + "[camera]\neye = [0, 0, 0]", r"\(camera, target\): is missing"),
     (FLOOR + "[camera]\neye = [0, 0, 0]\ntarget = [0, 1, 0]\nzoom = 3", r"\(camera, zoom\): is not a key here"),
     (FLOOR + "[camera]\neye = [0, 0]\ntarget = [0, 1, 0]", r"\(camera, eye\): "),
     ("camera = 3\n" + FLOOR, r"\(camera\): wanted a table, got 3"),
-    (FLOOR + "[solve]\nzeta = '1'", r"\(solve, zeta\): wanted a number, got '1'"),
-    (FLOOR + "[solve]\nzeta = true", r"\(solve, zeta\): wanted a number, got True"),
-    (FLOOR + "[solve]\ninsert = 1", r"\(solve, insert\): wanted true or false, got 1"),
+    (FLOOR + "[solve]\nzeta = '1'", r"\(solve, zeta\): wanted real numbers, got text"),
+    (FLOOR + "[solve]\nzeta = true", r"\(solve, zeta\): wanted real numbers, got booleans"),
+    (FLOOR + "[solve]\ninsert = 1", r"\(solve, insert\): wanted True or False, got 1"),
     (FLOOR + "[solve]\nseed = 1.5", r"\(solve, seed\): wanted a whole number, got 1.5"),
+    (FLOOR + "[solve]\nzeta = 0", r"\(solve, zeta\): wanted values above 0, got 0"),
+    (FLOOR + "[solve]\ntolerance = 1", r"\(solve, tolerance\): wanted values in \(0, 1\), got 1"),
+    (FLOOR + "[solve]\nmax_surfels = 0", r"\(solve, max_surfels\): wanted a whole number from 1"),
+    (FLOOR + "[solve]\nrays = 8", r"\(solve, rays\): wanted a whole number from 16"),
+    (FLOOR + "[solve]\nprobes = 0", r"\(solve, probes\): wanted a whole number from 1"),
+    (FLOOR + "[solve]\nprobes = 65", r"\(solve, shadow_rays\): wanted at least the 65 probes, got 64"),
+    (FLOOR + "[solve]\nepsilon = 1.0", r"\(solve, epsilon\): wanted values in \(0, 1\), got 1"),
+    (FLOOR + "[solve]\nmax_memory = 0", r"\(solve, max_memory\): wanted values above 0, got 0"),
+    (FLOOR + "[solve]\nseed = -1", r"\(solve, seed\): wanted a whole number from 0"),
+    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is zeta"),
     (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is zeta"),
     ("name = 3\n" + FLOOR, r"\(name\): wanted text, got 3"),
 ]
@@ -226,7 +247,7 @@ def test_errors_name_file_table_and_key(load, text, message):
 
 
 def test_a_scene_that_is_not_there(tmp_path):
-    with pytest.raises(sf.FileError, match=r"none\.toml: cannot be read: No such file"):
+    with pytest.raises(sf.FileError, match=r"none\.toml: no such file$"):
         sf.load_scene(tmp_path / "none.toml")
     with pytest.raises(sf.FileError, match="cannot be read: Is a directory"):
         sf.load_scene(tmp_path)
@@ -296,8 +317,52 @@ def test_two_bunnies_stand_in_the_room():
     assert leopard.reflectance.mean(axis=0)[2] < 0.5 * leopard.reflectance.mean(axis=0)[0]  # yellowish brown
 
 
-def test_docstring_names_every_shape():
-    from surflux.scene_object import SHAPES
+def test_solve_takes_every_option_of_solve(load):
+    text = "zeta = 0.1\ninsert = false\ntolerance = 0.001\nmax_surfels = 500\nrays = 32\nprobes = 4\n"
+    text += "shadow_rays = 8\nepsilon = 0.7\nmax_memory = 1000000\nseed = 2\n"
+    options = load(FLOOR + "[solve]\n" + text).solve_options
+    assert options == tomllib.loads(text)
+    names = {*inspect.signature(sf.solve).parameters} - {"scene", "threads", "progress"}
+    assert {*options} == names == {*OPTIONS}
+    assert len(sf.solve(load(FLOOR + "[solve]\n" + text), **options).surfels) == 16
 
-    for shape in SHAPES:
-        assert f'"{shape}"' in scene_file.load_scene.__doc__
+
+def test_the_docstring_is_enough_to_write_a_scene():
+    """Every shape, light, pattern and wall, and every key of each with its default, as the code has them."""
+    text = " ".join(sf.load_scene.__doc__.split())
+    for name in (*SHAPES, *scene_file._LIGHTS, *PATTERNS):
+        assert f'"{name}"' in text, name
+    for side in shapes.SIDES:
+        assert re.search(rf"{side} \((low|high) [xyz]\)", text), side
+    for name in SHAPES:
+        keys = text.partition(f'- "{name}": ')[2].partition(' - "')[0]
+        if name == "room":
+            continue  # as "box"
+        for key, parameter in inspect.signature(getattr(shapes, name)).parameters.items():
+            if key in ("seed", "inward"):
+                continue
+            default = parameter.default
+            if isinstance(default, tuple):
+                default = default[0] if len(set(default)) == 1 and key == "size" else list(default)
+            shown = re.sub(r"\.0\b", "", str(default))
+            assert f"{key} ({shown}" in keys, (name, key)
+    for kind, names in scene_file._LIGHT_KEYS.items():
+        keys = text.partition(f'- "{kind}": ')[2].partition(' - "')[0]
+        assert all(name in keys for name in names), kind
+    for name in OPTIONS:
+        assert name in text.partition("[solve]:")[2]
+    for section in ("Args:", "Returns:", "Raises:"):
+        assert section in text
+
+
+def test_an_object_is_scaled_then_turned_about_x_then_y_then_z_then_moved(load):
+    """As the docstring says it, on a corner that every order but this one takes elsewhere."""
+    s = load(
+        '[[object]]\nshape = "rectangle"\ncorner = [1, 2, 3]\npatches = 1\nscale = 2\n'
+        "rotate = [90, 90, 90]\ntranslate = [10, 20, 30]"
+    ).surfels
+    x, y, z = 2 * 1.5, 2 * 2.5, 2 * 3.0
+    x, y, z = x, -z, y  # counter-clockwise about x
+    x, y, z = z, y, -x
+    x, y, z = -y, x, z
+    assert s.points[0] == pytest.approx([x + 10, y + 20, z + 30])

@@ -1,0 +1,42 @@
+"""The options of solve() that scenes and scene files may carry."""
+
+from surflux import _check
+
+
+def _count_or_none(name, value):
+    return None if value is None else _check.count(name, value)
+
+
+def _bytes_or_none(name, value):
+    return None if value is None else _check.number(name, value, 0.0, low_open=True)
+
+
+def _share(name, value):
+    return _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True)
+
+
+# Every keyword of solve() but threads and progress, which belong to a run and not to a scene.
+_CHECKS = {
+    "zeta": lambda name, value: _check.number(name, value, 0.0, low_open=True),
+    "insert": _check.flag,
+    "tolerance": _share,
+    "max_surfels": _count_or_none,
+    "rays": lambda name, value: _check.count(name, value, 16),
+    "probes": _check.count,
+    "shadow_rays": _check.count,
+    "epsilon": _share,
+    "max_memory": _bytes_or_none,
+    "seed": _check.seed,
+}
+OPTIONS = tuple(_CHECKS)
+
+
+def check_options(options):
+    """Refuses, by a ValueError that begins with the name, what solve() would refuse."""
+    for name, value in options.items():
+        if name not in _CHECKS:
+            raise ValueError(f"{name}: is not an option of solve; there is {', '.join(OPTIONS)}")
+        _CHECKS[name](name, value)
+    probes, shadow_rays = options.get("probes", 16), options.get("shadow_rays", 64)
+    if shadow_rays < probes:
+        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
