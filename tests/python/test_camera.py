@@ -105,7 +105,9 @@ def test_by_default_the_view_is_from_slightly_above_for_any_up(up):
     camera = Camera.fit([[-1, -1, -1], [1, 1, 1]], up=up)
     assert (camera.up == up).all()
     view = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
-    assert view @ up / np.linalg.norm(up) == pytest.approx(-0.45 / np.linalg.norm([0.6, 1, 0.45]))
+    # Next to -z the rotation that takes +z there is known to some 1e-5 only.
+    expected = -0.45 / np.linalg.norm([0.6, 1, 0.45])
+    assert view @ up / np.linalg.norm(up) == pytest.approx(expected, abs=1e-4)
 
 
 @pytest.mark.parametrize(
