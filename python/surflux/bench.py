@@ -120,11 +120,14 @@ def _relative_rms(surfels, found, expected):
     return np.sqrt(np.sum(weight * (found - expected) ** 2) / np.sum(weight * expected**2 * np.ones_like(found)))
 
 
-def _areas_icosphere(threads):
-    s = shapes.sphere(642, 0.8)
-    start = perf_counter()
-    areas = sf.effective_areas(s, method="paper", threads=threads)
-    return _run(len(s), perf_counter() - start, abs(areas.sum() / (4 * np.pi * 0.64) - 1), "total area 4 pi r^2")
+def _areas_icosphere(method):
+    def run(threads):
+        s = shapes.sphere(642, 0.8)
+        start = perf_counter()
+        areas = sf.effective_areas(s, method=method, threads=threads)
+        return _run(len(s), perf_counter() - start, abs(areas.sum() / (4 * np.pi * 0.64) - 1), "total area 4 pi r^2")
+
+    return run
 
 
 def _bunny():
@@ -137,11 +140,14 @@ def _bunny():
     return sf.read(path), area
 
 
-def _areas_bunny(threads):
-    s, area = _bunny()
-    start = perf_counter()
-    areas = sf.effective_areas(s, method="paper", threads=threads)
-    return _run(len(s), perf_counter() - start, abs(areas.sum() / area - 1), "area of its mesh")
+def _areas_bunny(method):
+    def run(threads):
+        s, area = _bunny()
+        start = perf_counter()
+        areas = sf.effective_areas(s, method=method, threads=threads)
+        return _run(len(s), perf_counter() - start, abs(areas.sum() / area - 1), "area of its mesh")
+
+    return run
 
 
 def _normals_bunny(threads):
@@ -234,8 +240,10 @@ def data_folder():
 
 # Name -> (needs SURFLUX_DATA, run).
 CASES = {
-    "areas of an icosphere": (False, _areas_icosphere),
-    "areas of the bunny": (True, _areas_bunny),
+    "areas of an icosphere": (False, _areas_icosphere("curved")),
+    "areas of an icosphere, paper's": (False, _areas_icosphere("paper")),
+    "areas of the bunny": (True, _areas_bunny("curved")),
+    "areas of the bunny, paper's": (True, _areas_bunny("paper")),
     "normals and radii of the bunny": (True, _normals_bunny),
     "furnace in a cube": (False, _furnace_cube),
     "furnace in a sphere": (False, _furnace_sphere),

@@ -93,7 +93,7 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     int count = range == Range::near ? near_rays : range == Range::mid && extended ? mid_rays : far_rays;
     // A pair that matters more than others is looked at more closely: a large one, or one that carries a lamp's light.
     count = std::max(count, std::min(most_rays, static_cast<int>(rays_per_factor * factor)));
-    if (pairs.emits(i) || pairs.emits(j)) count = std::max(count, emitter_rays);
+    if (pairs.is_lamp(i) || pairs.is_lamp(j)) count = std::max(count, emitter_rays);
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     double all = 0.0, free = 0.0;
     for (int k = 0; k < count; ++k) {

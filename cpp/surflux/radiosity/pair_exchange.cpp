@@ -22,6 +22,9 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
       contact_(contact_distance(bounds_of(scene.surfels))),
       extent_(scene.surfels.size()) {
     const Surfels& s = scene.surfels;
+    std::size_t emitters = 0;
+    for (std::uint32_t i = 0; i < s.size(); ++i) emitters += emits(i);
+    few_emit_ = emitters <= s.size() / 8;
     node_begin_.push_back(0);
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const Triangle *begin = points_.triangles_begin(i), *end = points_.triangles_end(i);

@@ -37,7 +37,8 @@ public:
     bool meets(std::uint32_t j, const Vec3& from, const Vec3& direction, Vec3& at) const;
 
     bool is_patch(std::uint32_t i) const { return points_.is_patch(i); }
-    bool emits(std::uint32_t i) const { return !(scene_.surfels.emission[i] == Rgb{}); }
+    // A surfel that emits in a scene where few do: much depends on each pair that it belongs to.
+    bool is_lamp(std::uint32_t i) const { return few_emit_ && emits(i); }
     const Vec3& normal(std::uint32_t i) const { return scene_.surfels.normals[i]; }
     double extent(std::uint32_t i) const { return extent_[i]; }
 
@@ -47,6 +48,7 @@ public:
 private:
     using Octagon = std::array<Vec3, 8>;
 
+    bool emits(std::uint32_t i) const { return !(scene_.surfels.emission[i] == Rgb{}); }
     double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
     double near_factor(std::uint32_t i, std::uint32_t j) const;
     double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
@@ -57,6 +59,7 @@ private:
     double epsilon_;
     SurfelPoints points_;
     double contact_;  // what is closer than this to a surfel's plane covers it instead of exchanging light with it
+    bool few_emit_ = false;
     std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;
     std::vector<Vec3> nodes_;  // quadrature of the mid range, equal weights
