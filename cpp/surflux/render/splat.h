@@ -21,8 +21,8 @@ struct SplatOptions {
     double footprint = 1.5;  // kernel radius over the radius drawn (R, or less where areas show it is enough): from 1
                              // up, larger is smoother
     int samples = 1;         // samples x samples subpixels, averaged
-    std::vector<std::int32_t> objects =
-        {};  // of each surfel: colours blend within one object alone; empty: all are one
+    // Of each surfel: colours blend within one object alone. Empty: all are one.
+    std::vector<std::int32_t> objects = {};
 };
 
 // Rows from the top. All radiometric values linear, float32.
