@@ -40,7 +40,7 @@ SURFLUX_KERNEL float fast_log(float x) {
     std::int32_t bits;
     std::memcpy(&bits, &x, 4);
     const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
-    bits -= exponent << 23;
+    bits -= exponent * (1 << 23);
     float m;
     std::memcpy(&m, &bits, 4);
     const float r = (m - 1.0f) / (m + 1.0f), r2 = r * r;
