@@ -12,11 +12,7 @@ void bind_area(py::module_& module) {
            const py::object& progress) {
             const AreaOptions options{curved ? AreaMethod::curved : AreaMethod::paper, kappa, resolution, epsilon};
             const Progress report = to_progress(progress);
-            std::vector<double> areas;
-            {
-                py::gil_scoped_release release;
-                areas = effective_areas(surfels, options, report);
-            }
+            const std::vector<double> areas = without_gil([&] { return effective_areas(surfels, options, report); });
             return to_array(areas);
         },
         py::arg("surfels"), py::arg("curved"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),

@@ -54,7 +54,12 @@ py::array_t<T> to_array(const std::vector<T>& values) {
     return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-inline py::tuple to_tuple(const Vec3& v) { return py::make_tuple(v.x, v.y, v.z); }
+// What work() gives, computed while other Python threads run.
+template <class Work>
+auto without_gil(const Work& work) {
+    const py::gil_scoped_release release;
+    return work();
+}
 
 // A progress callback for passes that run with the GIL released: takes it back, lets Ctrl-C through, and asks
 // callable(*leading, done, total), if there is one. Shared, not copied: copies are made without the GIL.

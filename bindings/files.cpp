@@ -30,11 +30,7 @@ py::array_t<std::int64_t> offsets_of(const Polygons& polygons) {
 }
 
 py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std::string>& keep) {
-    PlyData data;
-    {
-        py::gil_scoped_release release;
-        data = read_ply(path.string(), keep);
-    }
+    const PlyData data = without_gil([&] { return read_ply(path.string(), keep); });
     py::dict elements, columns, types;
     for (const PlyElement& element : data.elements) {
         const py::str name = to_text(element.name);
@@ -59,11 +55,7 @@ py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std:
 }
 
 py::tuple read_obj_file(const std::filesystem::path& path) {
-    ObjData data;
-    {
-        py::gil_scoped_release release;
-        data = read_obj(path.string());
-    }
+    const ObjData data = without_gil([&] { return read_obj(path.string()); });
     const py::object colors = data.colors.empty() ? py::object(py::none()) : py::object(to_array(data.colors));
     return py::make_tuple(to_array(data.vertices), offsets_of(data.faces), to_array(data.faces.corners), colors);
 }

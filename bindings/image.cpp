@@ -11,11 +11,7 @@ namespace {
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 py::tuple read(const std::string& path) {
-    Image image;
-    {
-        py::gil_scoped_release release;
-        image = read_image(path);
-    }
+    const Image image = without_gil([&] { return read_image(path); });
     py::array_t<float> pixels({static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width),
                                static_cast<py::ssize_t>(image.channels.size())});
     std::memcpy(pixels.mutable_data(), image.pixels.data(), image.pixels.size() * sizeof(float));

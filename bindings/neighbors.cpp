@@ -20,11 +20,7 @@ void bind_neighbors(py::module_& module) {
             if (viewpoint) options.viewpoint = to_vec3(*viewpoint, "viewpoint");
             const std::vector<Vec3> p = to_vec3s(points, "points");
             const Progress report = to_progress(progress);
-            std::vector<Vec3> normals;
-            {
-                py::gil_scoped_release release;
-                normals = estimate_normals(p, options, report);
-            }
+            const std::vector<Vec3> normals = without_gil([&] { return estimate_normals(p, options, report); });
             return to_array(normals);
         },
         py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("progress") = py::none());
@@ -33,11 +29,7 @@ void bind_neighbors(py::module_& module) {
         [](const Doubles& points, std::size_t neighbors, const py::object& progress) {
             const std::vector<Vec3> p = to_vec3s(points, "points");
             const Progress report = to_progress(progress);
-            std::vector<double> radii;
-            {
-                py::gil_scoped_release release;
-                radii = estimate_radii(p, neighbors, report);
-            }
+            const std::vector<double> radii = without_gil([&] { return estimate_radii(p, neighbors, report); });
             return to_array(radii);
         },
         py::arg("points"), py::arg("neighbors"), py::arg("progress") = py::none());
@@ -46,11 +38,8 @@ void bind_neighbors(py::module_& module) {
         [](const Doubles& points, std::size_t count, double area, std::uint64_t seed, const py::object& progress) {
             const std::vector<Vec3> p = to_vec3s(points, "points");
             const Progress report = to_progress(progress);
-            std::vector<std::uint32_t> kept;
-            {
-                py::gil_scoped_release release;
-                kept = eliminate_samples(p, count, area, seed, report);
-            }
+            const std::vector<std::uint32_t> kept =
+                without_gil([&] { return eliminate_samples(p, count, area, seed, report); });
             return to_array(kept);
         },
         py::arg("points"), py::arg("count"), py::arg("area"), py::arg("seed"), py::arg("progress") = py::none());

@@ -1,8 +1,7 @@
 #include "convert.h"
 #include "rooms.h"
-#include "surflux/lights/hemisphere.h"
-#include "surflux/radiosity/closure.h"
 #include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/form_factors.h"
 #include "surflux/radiosity/solve.h"
 
 namespace surflux::bindings {
@@ -38,11 +37,7 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
     options.exchange.max_memory = max_memory;
     options.seed = seed;
     const StageProgress report = to_stage_progress(progress);
-    Solution solution;
-    {
-        py::gil_scoped_release release;
-        solution = solve(scene, options, report);
-    }
+    const Solution solution = without_gil([&] { return solve(scene, options, report); });
     py::list history;
     for (const Figures& figures : solution.history) history.append(to_dict(figures));
     py::dict timings;
@@ -61,29 +56,15 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
 }
 
 // F, the (closed) escape and the share that back faces absorb.
-py::tuple form_factors(const Scene& scene, bool visibility, int rays, double epsilon, std::uint64_t seed,
-                       const py::object& progress) {
+py::tuple form_factors_of_scene(const Scene& scene, bool visibility, int rays, double epsilon, std::uint64_t seed,
+                                const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
     const auto side = static_cast<py::ssize_t>(scene.surfels.size());
     py::array_t<double> matrix({side, side});
-    Hemispheres hemispheres;
-    Closure closure;
-    {
-        double* factors = matrix.mutable_data();
-        py::gil_scoped_release release;
-        const Tracer tracer(scene);
-        ExchangeOptions options;
-        options.epsilon = epsilon;
-        Exchange exchange =
-            exchange_of_all_pairs(scene, visibility ? &tracer : nullptr, options, seed, stages("exchange"));
-        if (visibility) {
-            hemispheres = measure_hemispheres(scene, tracer, rays, seed, stages("hemispheres"));
-            closure = close(exchange, hemispheres, stages("closure"));
-        }
-        exchange.form_factors(factors);
-    }
-    return py::make_tuple(matrix, to_array(hemispheres.escape), to_array(hemispheres.absorbed),
-                          closure.largest_correction);
+    double* factors = matrix.mutable_data();
+    const FormFactorOptions options{visibility, rays, epsilon, seed};
+    const Hemispheres left = without_gil([&] { return form_factors(scene, options, factors, stages); });
+    return py::make_tuple(matrix, to_array(left.escape), to_array(left.absorbed));
 }
 
 }  // namespace
@@ -93,7 +74,7 @@ void bind_radiosity(py::module_& module) {
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
                py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
                py::arg("progress") = py::none());
-    module.def("form_factors", &form_factors, py::arg("scene"), py::arg("visibility"), py::arg("rays"),
+    module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("rays"),
                py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
 }
 

@@ -33,11 +33,8 @@ py::dict render_splats(const Surfels& surfels, const Doubles& radiance, const st
     const auto& [eye, target, up, fov] = camera;
     const Camera view{to_vec3(eye, "eye"), to_vec3(target, "target"), to_vec3(up, "up"), fov};
     const SplatOptions options{to_vec3(background, "background"), footprint, samples, to_vector(objects)};
-    SplatImage image;
-    {
-        py::gil_scoped_release release;
-        image = splat_image(surfels, colors, lamps, view, width, height, options);
-    }
+    const SplatImage image =
+        without_gil([&] { return splat_image(surfels, colors, lamps, view, width, height, options); });
     py::dict out;
     out["radiance"] = pixels(image.radiance, image, 3);
     out["coverage"] = pixels(image.coverage, image, 1);
@@ -48,11 +45,7 @@ py::dict render_splats(const Surfels& surfels, const Doubles& radiance, const st
 }
 
 py::dict gl_info() {
-    gl::Description found;
-    {
-        py::gil_scoped_release release;
-        found = gl::describe();
-    }
+    const gl::Description found = without_gil([&] { return gl::describe(); });
     py::dict out;
     out["api"] = found.api;
     out["vendor"] = found.vendor;

@@ -1,7 +1,5 @@
 """Effective areas: what each surfel contributes to the area of its surface (D04 section 5)."""
 
-import numpy as np
-
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 
@@ -57,11 +55,8 @@ def effective_areas(
     resolution = _check.count("resolution", resolution, 4, 512)
     epsilon = _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True)
 
-    exact, patches = exact_areas(s)
-    if patches.all():
-        return exact
     with thread_limit(threads), progress_callback(progress, "areas") as callback:
-        areas = _core.effective_areas(
+        return _core.effective_areas(
             s._core,
             curved=method == "curved",
             kappa=kappa,
@@ -69,12 +64,3 @@ def effective_areas(
             epsilon=epsilon,
             progress=callback,
         )
-    return np.where(patches, exact, areas)
-
-
-def exact_areas(s):
-    """Area of each surfel's triangles (n,), and whether it has any (n,)."""
-    t = s.triangles
-    area = 0.5 * np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1)
-    total = np.bincount(s.triangle_surfel, weights=area, minlength=len(s))
-    return total, np.bincount(s.triangle_surfel, minlength=len(s)) > 0

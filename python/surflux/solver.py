@@ -157,5 +157,5 @@ def form_factors(
     with thread_limit(threads):
         core = scene._to_core(progress=progress)
         with stage_callback(progress) as callback:
-            factors, escape, absorbed, _ = _core.form_factors(core, visibility, **options, progress=callback)
+            factors, escape, absorbed = _core.form_factors(core, visibility, **options, progress=callback)
     return (factors, escape + absorbed) if return_escape else factors

@@ -126,6 +126,12 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t surface
         const auto clear = [length](float* values) {
             for (int i = 0; i < length; ++i) values[i] = 0.0f;
         };
+        const auto add = [&](int i, float w, const CurvedTerm& d) {
+            weight[i] += w;
+            nx[i] += w * d.normal_x;
+            ny[i] += w * d.normal_y;
+            nz[i] += w * d.normal_z;
+        };
         if (length <= 0) continue;
         // First guess: each neighbour's own plane over the pixel; from it the blended normal.
         for (float* values : {weight, nx, ny, nz, height}) clear(values);
@@ -136,10 +142,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t surface
                 const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
                 const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
                 const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
-                weight[i] += w;
-                nx[i] += w * d.normal_x;
-                ny[i] += w * d.normal_y;
-                nz[i] += w * d.normal_z;
+                add(i, w, d);
             }
         }
         for (int i = 0; i < length; ++i) {
@@ -172,10 +175,7 @@ SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t surface
                 const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
                 const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
                 if (k == 0) own[i] = w;
-                weight[i] += w;
-                nx[i] += w * d.normal_x;
-                ny[i] += w * d.normal_y;
-                nz[i] += w * d.normal_z;
+                add(i, w, d);
             }
         }
         for (int i = 0; i < length; ++i) {

@@ -39,7 +39,6 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-int available_threads();
 std::string tbb_version();
 
 }  // namespace surflux

@@ -12,7 +12,6 @@ namespace surflux {
 
 struct ExchangeOptions {
     double epsilon = 0.8;     // same surface where n_i . n_j is above this, D04 eq. 10
-    bool visibility = true;   // off: every pair sees each other
     double max_memory = 0.0;  // bytes for the exchange of all pairs; 0: three quarters of what the machine has
 };
 
@@ -36,6 +35,7 @@ struct Exchange {
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);
 
+// Without a tracer every pair sees each other.
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress = {});
 

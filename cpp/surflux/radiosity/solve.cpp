@@ -132,8 +132,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     watch.lap("hemispheres");
     out.direct = direct_irradiance(scene, tracer, options.direct, options.seed, stage("direct"));
     watch.lap("direct");
-    Exchange exchange = exchange_of_all_pairs(scene, options.exchange.visibility ? &tracer : nullptr, options.exchange,
-                                              options.seed, stage("exchange"));
+    Exchange exchange = exchange_of_all_pairs(scene, &tracer, options.exchange, options.seed, stage("exchange"));
     watch.lap("exchange");
     const Closure closure = close(exchange, hemispheres, stage("closure"));
     watch.lap("closure");

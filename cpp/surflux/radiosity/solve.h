@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <string>
 
+#include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/scene/scene.h"
@@ -18,9 +17,6 @@ struct SolveOptions {
     ExchangeOptions exchange;
     std::uint64_t seed = 0;
 };
-
-// Told the stage that begins; its own progress follows.
-using StageProgress = std::function<Progress(const std::string& stage)>;
 
 // Radiosity of the scene's surfels on one level, all pairs: B_i = E_i + rho_i H_i, H_i = D_i + sum_j F_ij B_j (D04
 // eq. 1 in the form of D03 section 3), with F symmetric in exchange and closed. The scene needs areas.
