@@ -17,6 +17,7 @@ namespace {
 // Neighbours: the first look completes most cells, the second all but those on borders.
 constexpr std::size_t first_look = 20, second_look = 60;
 constexpr std::size_t ring = 6;
+constexpr double same_face = 0.8;  // cosine between normals, as for areas (D04 eq. 10)
 constexpr double outlier_ratio = 3.0;
 // Tangent disks that just cover meet in edges, or miss each other where the surface twists: of the rays from inside of
 // closed clouds (statues, noisy spheres, a cube) up to 9e-4 get out at 1, 4e-4 at 1.05, 2e-4 at 1.1, 4e-5 at 1.2.
@@ -89,7 +90,7 @@ private:
         near.erase(std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); }));
     }
 
-    // Neighbours that face the other way lie on another sheet, unless `all` do.
+    // Neighbours that face the other way lie on another sheet, unless `all` do; others may lie around a crease.
     void cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
         std::size_t done = 0;
         for (const std::size_t count : {first_look, second_look}) {
@@ -97,9 +98,25 @@ private:
             for (; done < work.near.size(); ++done) {
                 const Neighbor& n = work.near[done];
                 if (n.distance > 2.0 * work.cell.farthest()) return;
-                if (all || dot(facing_[n.index], normal) >= 0.0) work.cell.cut(distinct_.places[n.index]);
+                const double cosine = dot(facing_[n.index], normal);
+                const Vec3& other = distinct_.places[n.index];
+                if (all || cosine > same_face || !(length_squared(facing_[n.index]) > 0.0))
+                    work.cell.cut(other);
+                else if (cosine > -same_face)
+                    work.cell.cut(beyond_crease(points_[i], normal, other, facing_[n.index]));
             }
         }
+    }
+
+    // Around a crease a disk has to reach the edge: as far as if the point's mirror image stood behind it. Where the
+    // two do not form an edge, and no farther than them, the neighbour itself.
+    static Vec3 beyond_crease(const Vec3& point, const Vec3& normal, const Vec3& other, const Vec3& facing) {
+        const Vec3 d = other - point;
+        const double over = dot(d, normal), under = dot(d, facing);  // of the other's plane over the point
+        if (over * under >= 0.0) return other;
+        Vec3 across = facing - dot(facing, normal) * normal;
+        across *= under / length_squared(across);
+        return 4.0 * length_squared(across) > length_squared(d) ? point + 2.0 * across : other;
     }
 
     const std::vector<Vec3>&points_, &normals_;
