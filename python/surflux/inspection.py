@@ -185,7 +185,7 @@ class AreaView:
         view = self._renderer.camera
         if np.linalg.norm(np.subtract(view.focal_point, target)) < 1e-3 * reach:
             near, far = view.clipping_range
-            view.clipping_range = (max(near, min(view.distance - 2 * reach, far / 2)), far)
+            view.clipping_range = (max(near, view.distance - reach), far)
 
     def _cones(self, members, lift=0.0):
         """The surfels as shallow cones, whose tips stand where the disks do: each is seen where it is the nearest.
