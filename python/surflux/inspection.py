@@ -78,14 +78,19 @@ class AreaView:
     def show_color(self, color):
         """Colours the disks by "coverage", "area", "radius" or "normal"."""
         kind, value = colors_of(self.surfels, color, {"area": self.areas})
-        self._mesh.cell_data["shown"] = value[self._mesh.cell_data["surfel"]]
         title, look = TITLES[color], {"rgb": True}
         if kind == "scalar":
-            look = {"cmap": "viridis", "clim": (value.min(), value.max())}
-            low, high = np.percentile(value, (1, 99))
+            disks = sharing.disks_of(self.surfels)
+            if color == "coverage" and len(disks) < len(value):
+                title, value = f"{title}, patches grey", np.where(np.isin(np.arange(len(value)), disks), value, np.nan)
+            low, high = np.nanpercentile(value, (1, 99))
             # Where they are many, a few outliers would leave no colours for the others.
-            if len(value) >= _MANY and low < high:
-                title, look["clim"] = f"{title} (colours: 1st to 99th percentile)", (low, high)
+            if len(disks) >= _MANY and low < high:
+                title = f"{title} (colours: 1st to 99th percentile)"
+            else:
+                low, high = np.nanmin(value), np.nanmax(value)
+            look = {"cmap": "viridis", "clim": (low, high), "nan_color": "lightgrey"}
+        self._mesh.cell_data["shown"] = value[self._mesh.cell_data["surfel"]]
         actor = self._panel.draw(MAIN, self._mesh, "surfels", scalars="shown", culling="back", **look)
         self._panel.show_scale(title, actor.mapper if kind == "scalar" else None)
 
@@ -120,7 +125,7 @@ class AreaView:
 
     def pick(self, index):
         """Shows who shares the disk of surfel `index`; None shows all surfels together."""
-        for name in ("members", "rim", "labels"):
+        for name in ("members", "dot", "rim", "labels"):
             self._renderer.remove_actor(name, render=False)
         self.picked = None if index is None else sharing.pick(self.surfels, index, self.method)
         if self.picked is not None:
@@ -219,13 +224,9 @@ class AreaView:
         if picked.shares is None:
             return
         center, n, r = self._centers[members], s.normals[members], s.radii[members]
-        rim = rings(center[:1], n[:1], r[:1], 64)[0]
-        # Where the disk of a neighbour stands above the rim, the rim lies on it.
-        away = rim[:, None] - center
-        above = -np.einsum("ijk,jk->ij", away, n) / (n @ n[0])
-        over = np.linalg.norm(away + above[..., None] * n[0], axis=2) <= r
-        rise = np.max(np.where(over, above, 0.0), axis=1, initial=0.0) + 0.05 * r[0]
-        line = closed_line(rim + rise[:, None] * n[0])
+        dot, rim = (rings(center[:1], n[:1], size * r[:1], 64)[0] for size in (0.1, 1.0))
+        self._panel.draw(MAIN, polygons(self._risen(dot)[None]), "dot", color=sharing.PICKED)
+        line = closed_line(self._risen(rim))
         self._panel.draw(MAIN, line, "rim", color=sharing.PICKED, line_width=self._panel.line)
         named = np.flatnonzero((picked.parts >= _LEAST) & (np.arange(len(members)) > 0))
         if len(named):
@@ -243,3 +244,13 @@ class AreaView:
                 pickable=False,
                 name="labels",
             )
+
+    def _risen(self, points):
+        """Points of the picked surfel's disk, on top of the disks of neighbours that stand above them there."""
+        members = self.picked.members
+        center, n, r = self._centers[members], self.surfels.normals[members], self.surfels.radii[members]
+        away = points[:, None] - center
+        above = -np.einsum("ijk,jk->ij", away, n) / (n @ n[0])
+        over = np.linalg.norm(away + above[..., None] * n[0], axis=2) <= r
+        rise = np.max(np.where(over, above, 0.0), axis=1, initial=0.0) + 0.05 * r[0]
+        return points + rise[:, None] * n[0]

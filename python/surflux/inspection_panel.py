@@ -30,7 +30,7 @@ class Panel:
         self.plotter = pyvista.Plotter(shape=(1, 6), off_screen=off_screen, window_size=size, border=False)
         self.plotter.set_background("white")
         # Pixels a letter is high: 36 of the fixed-width font fit beside the surfels.
-        self.font = max(6, round(min(size[1] / 46, size[0] * (1 - _LEFT) / (36 * 0.62))))
+        self.font = max(5, round(min(size[1] / 46, size[0] * (1 - _LEFT) / (36 * 0.62))))
         self.line = max(2.0, self.font / 5)
         middle = (1 + _LEFT) / 2
         self._place(MAIN, 0, _FOOT, _LEFT, 1)
@@ -56,8 +56,9 @@ class Panel:
             lines = sharing.summary(self.surfels, self.areas)
         else:
             lines = sharing.words(self.surfels, self.areas, picked)
-            ratio = coverage(self.surfels, self.areas)[picked.index]
-            self._mark = self._chart.line([ratio] * 2, [*self._chart.y_range], color=sharing.PICKED, width=3)
+            if picked.index in sharing.disks_of(self.surfels):
+                ratio = coverage(self.surfels, self.areas)[picked.index]
+                self._mark = self._chart.line([ratio] * 2, [*self._chart.y_range], color=sharing.PICKED, width=3)
         self.write(TEXT, "words", "\n".join(lines), (0.04, 0.95), top=True, fixed_width=True)
         if pictures:
             self._pictures(picked)
@@ -86,6 +87,8 @@ class Panel:
         look = actor.GetTextProperty()
         look.SetFontSize(self.font)
         look.SetColor(grey, grey, grey)
+        look.SetBackgroundColor(1.0, 1.0, 1.0)
+        look.SetBackgroundOpacity(0.8)
         look.SetFontFamilyToCourier() if fixed_width else look.SetFontFamilyToArial()
         look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
         look.SetJustificationToCentered() if centered else look.SetJustificationToLeft()
@@ -104,7 +107,7 @@ class Panel:
     def _histogram(self):
         import pyvista
 
-        ratio = coverage(self.surfels, self.areas)
+        ratio = coverage(self.surfels, self.areas)[sharing.disks_of(self.surfels)]
         top = np.ceil(10 * ratio.max() - 1e-9) / 10 or 1.0
         count, edges = np.histogram(ratio, _BINS, (0.0, top))
         chart = pyvista.Chart2D()

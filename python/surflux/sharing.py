@@ -59,6 +59,12 @@ def colors_around(away):
     return colors
 
 
+def disks_of(s):
+    """Indices of the surfels whose area over disk area is worth a look: disks, or patches where all are."""
+    disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+    return disks if len(disks) else np.arange(len(s))
+
+
 def words(s, areas, picked):
     """What there is to say about the picked surfel, in lines of at most 38 characters."""
     i = picked.index
@@ -84,7 +90,7 @@ def words(s, areas, picked):
 
 def summary(s, areas):
     """What there is to say about all of the areas."""
-    ratio = coverage(s, areas)
+    ratio = coverage(s, areas)[disks_of(s)]
     patches = len(np.unique(s.triangle_surfel))
     lines = [_check.counted(len(s), "surfel")]
     if patches:

@@ -105,6 +105,30 @@ def test_patches_have_their_exact_area_and_share_nothing(tmp_path):
     assert "4 of them patches, exact" in sharing.summary(s, s.areas)
 
 
+def test_among_patches_the_disks_have_the_colours(tmp_path):
+    disks = pair(areas=[0.2 * np.pi * 0.25, 0.6 * np.pi * 0.64])
+    corners = [[-1.9, -1.9, -1], [1.9, -1.9, -1], [1.9, 1.9, -1], [-1.9, 1.9, -1]]
+    patches = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), patch_area=0.1)
+    s = sf.Scene([disks, patches]).surfels
+    s.areas = np.concatenate([disks.areas, patches.areas])
+    image = picture(tmp_path, s)
+    assert at(image, -1, 0) == pytest.approx(DARK, abs=3)
+    assert at(image, 1, 0) == pytest.approx(BRIGHT, abs=3)
+    assert at(image, 0, 1.2) == [211] * 3
+    assert at(picture(tmp_path, s, color="area"), 0, 1.2) == pytest.approx(DARK, abs=3)
+    assert sharing.summary(s, s.areas)[-3:] == ["  median     0.4000", "  from       0.2000", "  to         0.6000"]
+    assert not is_color(part(picture(tmp_path, s, 5), "tall histogram"), PICKED).any()
+
+
+def test_a_picked_surfel_is_marked_under_its_neighbours_too(tmp_path):
+    """One that lies a little deeper than those around it, as in a noisy scan."""
+    s = grid()
+    points = np.array(s.points)
+    points[24, 2] -= 0.3
+    image = picture(tmp_path, sf.Surfels(points, s.normals, radii=s.radii), 24)
+    assert at(image, 0, 0) == PICKED
+
+
 def test_a_surfel_alone_keeps_its_disk(tmp_path):
     s = sf.Surfels([[0, 0, 0]], [DOWN], radii=1.0)
     image = picture(tmp_path, s, 0)
