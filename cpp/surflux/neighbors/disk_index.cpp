@@ -34,4 +34,13 @@ void DiskIndex::reaching(const Vec3& query, double radius, std::vector<Neighbor>
     }
 }
 
+void DiskIndex::centered_within(const Vec3& query, double radius, std::vector<Neighbor>& out) const {
+    for (const Octave& octave : octaves_) {
+        const std::size_t before = out.size();
+        octave.tree.within(query, radius, out);
+        for (std::size_t found = before; found < out.size(); ++found)
+            out[found].index = octave.members[out[found].index];
+    }
+}
+
 }  // namespace surflux

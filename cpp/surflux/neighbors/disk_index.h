@@ -14,6 +14,8 @@ public:
 
     // Appends to `out` every disk k with |x_k - query| < radius + R_k.
     void reaching(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
+    // Appends every disk whose centre is at most `radius` away.
+    void centered_within(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
 
 private:
     struct Octave {
