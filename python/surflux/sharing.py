@@ -17,7 +17,7 @@ _GOLDEN = 0.6180339887
 class Picked:
     """One surfel and those that share its disk, itself first.
 
-    members: (m,) indices. colors: (m, 3) uint8. parts: (m,) the part of the disk that falls to each; they sum to 1.
+    members: (m,) indices. colors: (m, 3) uint8. parts: (m,) the part that falls to each of what the disk counts.
     shares: AreaShares, or None for a patch of a mesh, which shares nothing.
     """
 
@@ -41,7 +41,8 @@ def pick(s, index, method):
         return Picked(index, np.array([index]), np.array([PICKED], np.uint8), np.ones(1), None)
     found = area_shares(s, index, method=method)
     members = np.asarray(found.neighbors)
-    parts = np.nanmean(found.shares, axis=(1, 2))
+    counted = found.shares[:, ~np.isnan(found.shares[0])]
+    parts = counted.mean(axis=1) if counted.size else np.zeros(len(members))
     away = (s.points[members] - s.points[index]) @ found.frame[:2].T
     return Picked(index, members, colors_around(away), parts, found)
 
@@ -71,7 +72,7 @@ def words(s, areas, picked):
     if picked.shares is None:
         sharing = "a patch of a mesh: exact area"
     else:
-        sharing = f"disk shared with {_check.counted(len(picked.members) - 1, 'neighbour')}"
+        sharing = f"disk shared with {_check.counted(np.count_nonzero(picked.parts[1:]), 'neighbour')}"
     digits = _decimals(s.radii[i])
     lines = [
         f"surfel {i}",
