@@ -37,6 +37,8 @@ public:
 
     const std::vector<std::uint32_t>& disks() const { return disks_; }
 
+    void find(std::uint32_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
+
     // Frame, radius and surface, for D04's method: every disk that reaches disk i and is of its surface.
     void flat(std::uint32_t i, Neighborhood& out) const;
 
