@@ -166,7 +166,10 @@ class AreaView:
 
         style.AddObserver("LeftButtonPressEvent", press)
         style.AddObserver("LeftButtonReleaseEvent", release)
-        self.plotter.iren.style = style
+        # pyvista takes its own record of the style when it shows a window; before 0.46 nothing sets that from outside.
+        iren = self.plotter.iren
+        setattr(iren, "style" if type(iren).style.fset else "_style_class", style)
+        iren.update_style()
 
     def _clicked(self, at):
         if self._renderer.IsInViewport(*at):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux import _check
-from surflux._area_shares import AreaShares, area_shares
+from surflux.areas import AreaShares, area_shares
 from surflux.viewer import coverage
 
 PICKED = (230, 0, 90)  # kept apart from viridis and from the hues of the neighbours
