@@ -166,10 +166,7 @@ class AreaView:
 
         style.AddObserver("LeftButtonPressEvent", press)
         style.AddObserver("LeftButtonReleaseEvent", release)
-        # pyvista takes its own record of the style when it shows a window; before 0.46 nothing sets that from outside.
-        iren = self.plotter.iren
-        setattr(iren, "style" if type(iren).style.fset else "_style_class", style)
-        iren.update_style()
+        self.plotter.iren.style = style
 
     def _clicked(self, at):
         if self._renderer.IsInViewport(*at):
