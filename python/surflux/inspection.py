@@ -156,7 +156,8 @@ class AreaView:
 
         def press(*_):
             pressed[0] = self.plotter.iren.get_event_position()
-            style.OnLeftButtonDown()
+            if self._renderer.IsInViewport(*pressed[0]):
+                style.OnLeftButtonDown()
 
         def release(*_):
             style.OnLeftButtonUp()

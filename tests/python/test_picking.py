@@ -233,12 +233,23 @@ def test_a_click_picks_and_a_drag_turns(window):
     assert view.plotter.camera.position != pytest.approx(before, abs=0.01)
 
 
-def test_a_click_beside_the_surfels_changes_nothing(window):
+def test_clicks_and_drags_beside_the_surfels_change_nothing(window):
     view = window(grid())
     view.pick(24)
-    seen(view)
-    click(view, 2.5, 0)  # on the panel
-    assert view.picked.index == 24
+    before = seen(view)
+    for drag in (0, 40):
+        click(view, 2.46, 0, drag)  # on the picture of its share
+        assert view.picked.index == 24
+        assert (seen(view) == before).all()
+
+
+def test_a_pick_taken_back_leaves_nothing(window):
+    view = window(grid())
+    before = seen(view)
+    view.pick(24)
+    assert (seen(view) != before).any()
+    view.pick(None)
+    assert (seen(view) == before).all()
 
 
 def test_keys(window):
