@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace surflux {
 
@@ -17,7 +18,8 @@ constexpr double layer_height = 0.35;
 constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its radius, the hull of the points is taken.
 constexpr double border_reach = 3.0;
-// How far the border lies outside of the outermost samples, over the mean distance of the six nearest: what makes the
+// How far the border lies outside of the outermost samples, over the mean distance of the six nearest
+// places: what makes the
 // area of the unit square right within 1 % from 1000 samples, by dart throwing or sample elimination or at random.
 constexpr double border_margin = 0.08;
 
@@ -59,6 +61,27 @@ Frame frame_of(const Surfels& surfels, std::uint32_t i, const std::vector<std::u
     if (!(length_squared(u) > 0.0)) return frame_around(n);
     u = normalized(u);
     return {u, cross(n, u), n};
+}
+
+// Of the first point from the six nearest others, each place once; 0 where there is none.
+double mean_spacing(const std::vector<Point2>& points) {
+    constexpr std::size_t wanted = 6;
+    constexpr double same_place = 1e-3;  // in units of the disk
+    std::vector<std::pair<double, Point2>> nearest;
+    for (const Point2& p : points) {
+        const double distance = std::hypot(p.x - points[0].x, p.y - points[0].y);
+        if (distance < same_place || (nearest.size() == wanted && distance >= nearest.back().first)) continue;
+        if (std::any_of(nearest.begin(), nearest.end(),
+                        [&](const auto& n) { return std::hypot(n.second.x - p.x, n.second.y - p.y) < same_place; }))
+            continue;
+        const auto place =
+            std::find_if(nearest.begin(), nearest.end(), [&](const auto& n) { return n.first > distance; });
+        nearest.insert(place, {distance, p});
+        if (nearest.size() > wanted) nearest.pop_back();
+    }
+    double sum = 0.0;
+    for (const auto& n : nearest) sum += n.first;
+    return nearest.empty() ? 0.0 : sum / static_cast<double>(nearest.size());
 }
 
 }  // namespace
@@ -138,18 +161,11 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
 }
 
 void NeighborhoodFinder::add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const {
-    std::vector<double> distances;
     std::vector<Point2> points(1, {0.0, 0.0});
-    for (const Member& m : around) {
-        distances.push_back(length(m.position));
+    for (const Member& m : around)
         if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
-    }
-    const std::size_t nearest = std::min<std::size_t>(6, distances.size());
-    if (nearest == 0) return;
-    std::partial_sort(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(nearest), distances.end());
-    double spacing = 0.0;
-    for (std::size_t k = 0; k < nearest; ++k) spacing += distances[k] / static_cast<double>(nearest);
-    const double margin = border_margin * spacing;
+    const double margin = border_margin * mean_spacing(points);
+    if (!(margin > 0.0)) return;
 
     // The disks that reach mostly surround the whole disk: no need to look farther then.
     std::vector<HalfPlane> sides;
