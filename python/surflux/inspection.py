@@ -23,7 +23,13 @@ _LEAST = 0.015  # part of the disk that is worth a number
 def plot_areas(
     s, pick=None, *, color="coverage", method=None, progress=False, screenshot=None, camera=None, size=(800, 600)
 ):
-    """See Surfels.plot_areas."""
+    """See Surfels.plot_areas.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[x, y, 0] for y in range(9) for x in range(9)], normals=[[0, 0, 1]] * 81)
+    >>> s.plot_areas(pick=40, screenshot="areas.png", size=(400, 300)).name
+    'areas.png'
+    """
     size = window_size(size)
     _check.choice("color", color, tuple(COLORS.values()))
     if method is not None:

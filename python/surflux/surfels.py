@@ -330,11 +330,6 @@ class Surfels:
             method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
             progress: of the areas, as effective_areas takes it.
             screenshot, camera, size: as plot takes them; so are what is returned and raised.
-
-        >>> import surflux as sf
-        >>> s = sf.Surfels([[x, y, 0] for y in range(9) for x in range(9)], normals=[[0, 0, 1]] * 81)
-        >>> s.plot_areas(pick=40, screenshot="areas.png", size=(400, 300)).name
-        'areas.png'
         """
         from surflux.inspection import plot_areas
 
