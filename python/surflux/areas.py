@@ -67,7 +67,8 @@ class AreaShares:
             along frame[0], rows along frame[1]. NaN outside of what the disk counts: beyond its rim and, with
             "curved", beyond a crease or the border of the sampling.
         frame: (3, 3): the directions u and v of the images and the normal.
-        extent: half the side of the images, the surfel's radius, in the unit of the positions.
+        extent: half the side of the images, in the unit of the positions: the surfel's radius, or with "curved", where
+            a disk counts a little beyond its rim, 1.3 times it.
         area: the surfel's effective area.
     """
 

@@ -296,7 +296,8 @@ class Surfels:
         looked into through its walls.
 
         Args:
-            color: "reflectance", "emission", "radius", "normal", "area" where areas are known, or a name in values.
+            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2), the share of
+                its disk that a surfel keeps) or a name in values. Areas left open are computed for the picture.
             values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
@@ -315,6 +316,24 @@ class Surfels:
         from surflux.viewer import plot
 
         return plot(self, color=color, **options)
+
+    def plot_areas(self, pick=None, **options):
+        """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
+
+        Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
+        share xi over that disk (D04 eq. 5) and who has the largest where, and its numbers. Of overlapping disks each
+        is drawn where it is nearest. Patches of a mesh share nothing.
+
+        Args:
+            pick: index of a surfel to pick, and to look at.
+            color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
+            method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
+            progress: of the areas, as effective_areas takes it.
+            screenshot, camera, size: as plot takes them; so are what is returned and raised.
+        """
+        from surflux.inspection import plot_areas
+
+        return plot_areas(self, pick, **options)
 
 
 def only_so_many(there, n):

@@ -17,6 +17,7 @@ namespace {
 // Neighbours: the first look completes most cells, the second all but those on borders.
 constexpr std::size_t first_look = 20, second_look = 60;
 constexpr std::size_t ring = 6;
+constexpr double same_face = 0.8;  // cosine between normals, as for areas (D04 eq. 10)
 // Over the median of the radii around: at most, and at most in order to cover a sheet of one's own. At rims and tips
 // the neighbours that face the other way are the same surface, and disks that looked past them would stick out.
 constexpr double outlier_ratio = 3.0, own_sheet_ratio = 1.5;
@@ -98,7 +99,7 @@ private:
         near.erase(std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); }));
     }
 
-    // By all neighbours, or by those that do not face the other way: did any of these?
+    // By all neighbours, or by those that do not face the other way: did any of these? Others may lie around a crease.
     bool cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
         bool skipped = false;
         std::size_t done = 0;
@@ -107,13 +108,28 @@ private:
             for (; done < work.near.size(); ++done) {
                 const Neighbor& n = work.near[done];
                 if (n.distance > 2.0 * work.cell.farthest()) return skipped;
-                if (all || dot(facing_[n.index], normal) >= 0.0)
-                    work.cell.cut(distinct_.places[n.index]);
-                else
+                const double cosine = dot(facing_[n.index], normal);
+                const Vec3& other = distinct_.places[n.index];
+                if (!all && cosine < -same_face)
                     skipped = true;
+                else if (std::abs(cosine) > same_face || !(length_squared(facing_[n.index]) > 0.0))
+                    work.cell.cut(other);
+                else
+                    work.cell.cut(beyond_crease(points_[i], normal, other, facing_[n.index]));
             }
         }
         return skipped;
+    }
+
+    // Around a crease a disk has to reach the edge: as far as if the point's mirror image stood behind it. Where the
+    // two do not form an edge, and no farther than them, the neighbour itself.
+    static Vec3 beyond_crease(const Vec3& point, const Vec3& normal, const Vec3& other, const Vec3& facing) {
+        const Vec3 d = other - point;
+        const double over = dot(d, normal), under = dot(d, facing);  // of the other's plane over the point
+        if (over * under >= 0.0) return other;
+        Vec3 across = facing - dot(facing, normal) * normal;
+        across *= under / length_squared(across);
+        return 4.0 * length_squared(across) > length_squared(d) ? point + 2.0 * across : other;
     }
 
     const std::vector<Vec3>&points_, &normals_;
