@@ -10,7 +10,7 @@ namespace surflux {
 // The influence functions xi_j over the disk of one surfel (D04 eq. 5), as images.
 struct DiskShares {
     Frame frame;                         // columns run along u, rows along v
-    double extent;                       // half the side of the images: the disk's radius
+    double extent;                       // half the side of the images: the radius of the domain
     double area;                         // the surfel's effective area
     int resolution;                      // pixels along each side
     std::vector<std::uint32_t> members;  // the surfel itself, then those that share its disk
