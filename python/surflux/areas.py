@@ -46,7 +46,7 @@ def effective_areas(
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
-    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121, radii=2.0)
+    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121)
     >>> print(f"{sf.effective_areas(grid)[60]:.2f}")  # in the middle, each surfel has a unit square to itself
     1.00
     """
@@ -92,10 +92,10 @@ def area_shares(s, index, *, method="curved", kappa=3.0, resolution=32, epsilon=
         ValueError: an argument out of range, or the index of a mesh patch, whose area is exact.
 
     >>> import surflux as sf
-    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121, radii=1.0)
+    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121)
     >>> found = sf.area_shares(grid, 60)
     >>> len(found.neighbors), found.shares.shape[1:], f"{found.area:.2f}"
-    (9, (32, 32), '1.00')
+    (13, (32, 32), '1.00')
     """
     _check_cloud(s)
     options = _options(method, kappa, resolution, epsilon)

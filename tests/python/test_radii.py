@@ -38,7 +38,7 @@ def test_disks_cover_statues(scans, name):
     }
     for kind, (surfels, overlap) in clouds.items():
         assert share_covered(surfels, probes) >= 0.9995, kind
-        assert share_covered(surfels, probes, 1 / MARGIN) >= 0.999, kind
+        assert share_covered(surfels, probes, 1 / MARGIN) >= 0.998, kind
         assert np.pi * (surfels.radii**2).sum() / area <= overlap, kind
 
 

@@ -21,7 +21,8 @@ constexpr double domain_ratio = 1.3;
 constexpr double layer_height = 0.27, layer_slope = 0.35;
 // What may stick out over a crease's plane, over the sum of the two radii.
 constexpr double crease_tolerance = 0.05;
-// How far around a surfel, over its radius, the hull of the points is taken.
+// How far around a surfel, over its spacing, the hull of the points is taken; where points crowd, over .6 of its
+// domain, which is as wide as a cell.
 constexpr double border_reach = 5.0;
 // How far the border lies outside of the outermost samples, over the mean distance of the six nearest
 // places: what makes the
@@ -52,20 +53,20 @@ Frame frame_towards(const Vec3& normal, double radius, const std::vector<Vec3>& 
     return {u, cross(normal, u), normal};
 }
 
-// Of the first point from the six nearest others, each place once; 0 where there is none.
-double mean_spacing(const std::vector<Point2>& points) {
+// Mean distance of the six nearest from the middle, each place once; 0 where there is none.
+double mean_spacing(const std::vector<Member>& around) {
     constexpr std::size_t wanted = 6;
-    constexpr double same_place = 1e-3;  // in units of the disk
-    std::vector<std::pair<double, Point2>> nearest;
-    for (const Point2& p : points) {
-        const double distance = across(p.x - points[0].x, p.y - points[0].y);
+    constexpr double same_place = 1e-3;  // in units of the domain
+    std::vector<std::pair<double, Vec3>> nearest;
+    for (const Member& m : around) {
+        const double distance = length(m.position);
         if (distance < same_place || (nearest.size() == wanted && distance >= nearest.back().first)) continue;
         if (std::any_of(nearest.begin(), nearest.end(),
-                        [&](const auto& n) { return across(n.second.x - p.x, n.second.y - p.y) < same_place; }))
+                        [&](const auto& n) { return length(n.second - m.position) < same_place; }))
             continue;
         const auto place =
             std::find_if(nearest.begin(), nearest.end(), [&](const auto& n) { return n.first > distance; });
-        nearest.insert(place, {distance, p});
+        nearest.insert(place, {distance, m.position});
         if (nearest.size() > wanted) nearest.pop_back();
     }
     double sum = 0.0;
@@ -180,7 +181,7 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
     std::vector<Point2> points(1, {0.0, 0.0});
     for (const Member& m : around)
         if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
-    const double spacing = mean_spacing(points), margin = border_margin * spacing;
+    const double spacing = mean_spacing(around), margin = border_margin * spacing;
     if (!(spacing > 0.0)) return false;
 
     // The disks that reach mostly surround the whole disk: no need to look farther then.
@@ -192,7 +193,7 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
     thread_local std::vector<Neighbor> near;
     near.clear();
     const Disk& disk = disks_[i];
-    index_.centered_within(disk.position, border_reach * spacing * out.radius, near);
+    index_.centered_within(disk.position, border_reach * std::max(spacing, 0.6) * out.radius, near);
     points.assign(1, {0.0, 0.0});
     for (const Neighbor& n : near) {
         const Disk& other = disks_[n.index];

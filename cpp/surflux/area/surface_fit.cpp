@@ -53,7 +53,7 @@ SurfaceModel fit_surface(const std::vector<OrientedPoint>& points) {
         row << 0.0, x, y, 0.0, 1.0, 0.0;
         add(p.weight, row, n.y);
         // The chord: (z - z0) (1 + n_z) + (x, y) . (g + t) = 0 with t = g + K (x, y), as a slope.
-        const double scale = 1.0 / std::max(std::hypot(x, y), shortest_chord);
+        const double scale = 1.0 / std::max(std::sqrt(x * x + y * y), shortest_chord);
         row << x * x, 2.0 * x * y, y * y, 2.0 * x, 2.0 * y, -(1.0 + n.z);
         row *= scale;
         add(p.weight, row, -z * (1.0 + n.z) * scale);
