@@ -4,7 +4,7 @@ from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 
 METHODS = ("paper", "curved")
-BACKENDS = ("auto", "cpu")
+BACKENDS = ("auto", "cpu", "gl")
 
 
 def effective_areas(
@@ -62,5 +62,6 @@ def effective_areas(
             kappa=kappa,
             resolution=resolution,
             epsilon=epsilon,
+            backend=_core.AreaBackend.__members__[backend],
             progress=callback,
         )

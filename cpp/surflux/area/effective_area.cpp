@@ -1,5 +1,6 @@
 #include "surflux/area/effective_area.h"
 
+#include "surflux/area/atlas.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/area/quadrature.h"
 #include "surflux/core/error.h"
@@ -67,6 +68,14 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
     }
     const NeighborhoodFinder finder(surfels, is_disk, options.epsilon);
     const std::vector<std::uint32_t>& disks = finder.disks();
+    if (options.backend == AreaBackend::gl) {
+        const std::vector<float> shares = atlas_shares(finder, options, progress);
+        for (std::size_t k = 0; k < disks.size(); ++k) {
+            const double radius = surfels.radii[disks[k]];
+            areas[disks[k]] = radius * radius * static_cast<double>(shares[k]);
+        }
+        return areas;
+    }
     const PolarGrid grid(options.resolution);
     const auto kappa = static_cast<float>(options.kappa);
     parallel_blocks(

@@ -10,11 +10,15 @@ namespace surflux {
 
 enum class AreaMethod { paper, curved };
 
+// Where the quadrature runs; the neighbourhoods are found on the CPU either way.
+enum class AreaBackend { automatic, cpu, gl };
+
 struct AreaOptions {
     AreaMethod method = AreaMethod::curved;
     double kappa = 3.0;    // how fast a surfel's influence falls with distance (paper: exp(-kappa r / R), D04 eq. 6)
     int resolution = 32;   // pixels across a disk, n_x = n_y of D04 5.3
     double epsilon = 0.8;  // neighbours on the same surface have n_i . n_j above this, D04 eq. 10
+    AreaBackend backend = AreaBackend::automatic;
 };
 
 // Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
