@@ -33,7 +33,7 @@ void main() {
 }
 )";
 
-// R: D04 eq. 7's numerator, A: its denominator.
+// R and G: numerator and denominator of D04 eq. 7 at the texel's left pixel; B and A: at its right one.
 constexpr const char* flat_fragment = R"(#version 430
 uniform float falloff;  // -kappa / log 2
 flat in vec4 a;
@@ -43,10 +43,11 @@ layout(location = 0) out vec4 sum;
 
 void main() {
     vec2 p = gl_FragCoord.xy - origin;
-    vec2 at = vec2(a.x * p.x + a.y * p.y + a.z, b.x * p.x + b.y * p.y + b.z);
-    float q = dot(at, at);
-    float w = q <= 1.0 ? exp2(falloff * sqrt(q)) : 0.0;
-    sum = vec4(w * a.w, 0, 0, w);
+    vec2 x = 2.0 * p.x + vec2(-0.5, 0.5);
+    vec2 along = a.x * x + (a.y * p.y + a.z), across = b.x * x + (b.y * p.y + b.z);
+    vec2 q = along * along + across * across;
+    vec2 w = mix(vec2(0), exp2(falloff * sqrt(q)), lessThanEqual(q, vec2(1)));
+    sum = vec4(w.x * a.w, w.x, w.y * a.w, w.y);
 }
 )";
 
@@ -76,18 +77,20 @@ uniform float falloff;
 void main() {
     int tile = int(gl_WorkGroupID.x);
     ivec2 origin = size * ivec2(tile % tiles.x, tile / tiles.x);
-    vec2 pixel = 2.0 / vec2(size);
+    float pixel = 2.0 / float(size.y);
     float part = 0.0;
     for (int y = int(gl_LocalInvocationID.y); y < size.y; y += 2) {
         for (int x = int(gl_LocalInvocationID.x); x < size.x; x += 32) {
-            vec2 p = (vec2(x, y) + 0.5) * pixel - 1.0;
-            float q = dot(p, p);
+            vec2 s = (2.0 * float(x) + vec2(0.5, 1.5)) * pixel - 1.0;
+            float t = (float(y) + 0.5) * pixel - 1.0;
+            vec2 q = s * s + t * t;
             vec4 sum = texelFetch(sums, origin + ivec2(x, y), 0);
-            float own = exp2(falloff * sqrt(q)), all = own + sum.a;
-            part += q <= 1.0 ? own / all * ((own + sum.r) / all) : 0.0;
+            vec2 own = exp2(falloff * sqrt(q)), all = own + sum.ga;
+            vec2 area = own / all * ((own + sum.rb) / all);
+            part += (q.x <= 1.0 ? area.x : 0.0) + (q.y <= 1.0 ? area.y : 0.0);
         }
     }
-    finish(tile, part * pixel.x * pixel.y);
+    finish(tile, part * pixel * pixel);
 }
 )";
 

@@ -43,7 +43,9 @@ TexelRange range_of(const TileLayout& layout, std::size_t place, int x0, int y0,
 }  // namespace
 
 TileLayout::TileLayout(AreaMethod method, int resolution) : width(resolution), height(resolution), across(1), down(1) {
-    if (method == AreaMethod::curved) {
+    if (method == AreaMethod::paper) {
+        width = (resolution + pixels_per_texel - 1) / pixels_per_texel;
+    } else {
         const int rings = (resolution + 1) / 2;
         height = (rings + rings_per_texel - 1) / rings_per_texel;
     }
@@ -95,7 +97,8 @@ void add_flat_tile(const Neighborhood& around, int resolution, const TileLayout&
         quad.by = static_cast<float>(b * ex * step);
         quad.b0 = static_cast<float>(b * (ey * (1.0 + c.x) - ex * (1.0 + c.y)));
         quad.stretch = static_cast<float>(1.0 / n.z);
-        quad.range = range_of(layout, place, x0, y0, x1, y1);
+        const int last = (x1 + pixels_per_texel - 1) / pixels_per_texel;
+        quad.range = range_of(layout, place, x0 / pixels_per_texel, y0, last, y1);
         batch.flat.push_back(quad);
     }
     ++batch.count;

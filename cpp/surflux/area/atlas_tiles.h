@@ -12,15 +12,16 @@
 
 namespace surflux {
 
-// Four consecutive rings of a direction share a texel of the curved method.
-constexpr int rings_per_texel = 4;
+// What shares a texel: two pixels of a row, of which the paper's method needs two numbers each; four consecutive rings
+// of a direction, of which the curved one needs one.
+constexpr int pixels_per_texel = 2, rings_per_texel = 4;
 
 // Texels [x0, x1) x [y0, y1) of the atlas, and the corner of the tile that they are in.
 struct TexelRange {
     std::uint16_t x0, y0, x1, y1, origin_x, origin_y, unused[2];
 };
 
-// D04's quad: over the texel's centre (px, py), counted from the tile's corner, the point of disk j's plane has the
+// D04's quad: over the pixel's centre (px, py), counted from the tile's corner, the point of disk j's plane has the
 // coordinates (a, b) = (ax px + ay py + a0, bx px + by py + b0) in that disk, which is a^2 + b^2 <= 1.
 struct FlatQuad {
     float ax, ay, a0, stretch;  // dA_j / dA_i = 1 / (n_i . n_j), D04 eq. 8
