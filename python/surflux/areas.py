@@ -32,12 +32,18 @@ def effective_areas(
             r^(-2 kappa) (1 - r / R) at the surface (at most 8).
         resolution: the disk is integrated on a grid of resolution x resolution, 4 to 512.
         epsilon: a neighbour counts only where the cosine between the normals is above epsilon; between 0 and 1.
-        backend: "cpu", or "auto" for the fastest there is.
-        threads: at most this many; None for all.
+        backend: where the shares are integrated. "cpu": kernels for this processor. "gl": OpenGL, as D04 5.3 draws
+            them, neighbours blended additively into a float atlas; it gives the areas of "cpu" up to rounding (1e-6 for
+            "curved"; for "paper", 1e-4, where a pixel's centre lies on the rim of a disk). "auto": the faster one by
+            what the machine is. That is "cpu", unless OpenGL is drawn by a GPU, not by software (llvmpipe and its
+            like), and there is more than about a second of work for the CPU: 100 000 surfels at resolution 32 for each
+            thread. The environment's SURFLUX_GL chooses "egl" or "osmesa"; unset, EGL comes first.
+        threads: at most this many; None for all. A software OpenGL starts its own besides.
         progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
 
     Raises:
         ValueError: an argument out of range, by name.
+        DeviceError: backend "gl", and there is no OpenGL; says what was tried and what to install.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf

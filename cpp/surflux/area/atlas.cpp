@@ -1,6 +1,7 @@
 #include "surflux/area/atlas.h"
 
 #include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <future>
 #include <memory>
@@ -52,6 +53,7 @@ class Atlas {
 public:
     Atlas(const gl::Functions& functions, const TileLayout& tile_layout)
         : gl(functions), layout(tile_layout), sums(target(gl, layout, GL_RGBA32F)), into_sums(gl, {&sums}) {
+        gl::require_storage_buffers(gl);
         gl.GenVertexArrays(1, &vertex_array_);  // core GL draws nothing without one, though no attribute comes from it
         gl.BindVertexArray(vertex_array_);
         gl.Viewport(0, 0, layout.across * layout.width, layout.down * layout.height);
@@ -61,7 +63,6 @@ public:
     void draw(const TileBatch& batch, float* shares) const {
         accumulate(batch);
         const gl::Buffer areas(gl, nullptr, batch.count * sizeof(float));
-        gl.MemoryBarrier(GL_ALL_BARRIER_BITS);
         areas.bind(0);
         normalize();
         gl.DispatchCompute(static_cast<GLuint>(batch.count), 1, 1);
@@ -148,7 +149,9 @@ protected:
         use(gl, surface_, layout);
         directions_.bind(0);
         rings_.bind(1);
-        const gl::Buffer tiles(gl, batch.tiles), ends(gl, batch.ends);
+        std::vector<HalfPlaneTexel> half_planes = batch.ends;
+        half_planes.emplace_back();  // an empty buffer is none
+        const gl::Buffer tiles(gl, batch.tiles), ends(gl, half_planes);
         tiles.bind(0);
         ends.bind(1);
         gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * batch.count));

@@ -20,15 +20,16 @@ namespace surflux::atlas_shaders {
 constexpr const char* flat_vertex = SURFLUX_ATLAS_RANGE R"(
 struct Quad { vec4 a; vec4 b; uvec4 range; };
 layout(std430, binding = 0) readonly buffer Quads { Quad quads[]; };
+uniform ivec2 size;
 flat out vec4 a;
 flat out vec3 b;
-flat out vec2 origin;
+flat out vec2 middle;
 
 void main() {
     Quad q = quads[gl_VertexID / 6];
     a = q.a;
     b = q.b.xyz;
-    origin = unpack(q.range.z);
+    middle = unpack(q.range.z) + vec2(0.25, 0.5) * float(size.y);
     gl_Position = corner(q.range, gl_VertexID % 6);
 }
 )";
@@ -38,11 +39,11 @@ constexpr const char* flat_fragment = R"(#version 430
 uniform float falloff;  // -kappa / log 2
 flat in vec4 a;
 flat in vec3 b;
-flat in vec2 origin;
+flat in vec2 middle;
 layout(location = 0) out vec4 sum;
 
 void main() {
-    vec2 p = gl_FragCoord.xy - origin;
+    vec2 p = gl_FragCoord.xy - middle;
     vec2 x = 2.0 * p.x + vec2(-0.5, 0.5);
     vec2 along = a.x * x + (a.y * p.y + a.z), across = b.x * x + (b.y * p.y + b.z);
     vec2 q = along * along + across * across;

@@ -9,9 +9,9 @@ namespace surflux {
 
 namespace {
 
-// A batch's tiles take at most so many texels, 32 MiB for each target, and so many tiles, so that a cancel does not
-// wait long.
-constexpr std::size_t most_texels = 1u << 21, most_tiles = 4096;
+// A batch's tiles take at most so many texels, 56 bytes each for the curved method, and so many tiles, so that a
+// cancel does not wait long.
+constexpr std::size_t most_texels = 1u << 20, most_tiles = 4096;
 
 // What is left out lies this far outside, in units of the disk: single precision cannot bring it back in.
 constexpr double margin = 1e-4;
@@ -92,10 +92,10 @@ void add_flat_tile(const Neighborhood& around, int resolution, const TileLayout&
         FlatQuad quad{};
         quad.ax = static_cast<float>(a * ex * step);
         quad.ay = static_cast<float>(a * ey * step);
-        quad.a0 = static_cast<float>(-a * (ex * (1.0 + c.x) + ey * (1.0 + c.y)));
+        quad.a0 = static_cast<float>(-a * (ex * c.x + ey * c.y));
         quad.bx = static_cast<float>(-b * ey * step);
         quad.by = static_cast<float>(b * ex * step);
-        quad.b0 = static_cast<float>(b * (ey * (1.0 + c.x) - ex * (1.0 + c.y)));
+        quad.b0 = static_cast<float>(b * (ey * c.x - ex * c.y));
         quad.stretch = static_cast<float>(1.0 / n.z);
         const int last = (x1 + pixels_per_texel - 1) / pixels_per_texel;
         quad.range = range_of(layout, place, x0 / pixels_per_texel, y0, last, y1);

@@ -5,6 +5,7 @@
 #include "surflux/area/quadrature.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/gl/context.h"
 
 namespace surflux {
 
@@ -50,6 +51,19 @@ void ends_along(const std::vector<HalfPlane>& half_planes, const PolarGrid& grid
     }
 }
 
+// What a CPU thread weighs in about a second, in disks times resolution^2: some 100 000 disks at resolution 32.
+constexpr double points_per_second = 1e8;
+
+bool gl_is_faster(std::size_t disks, int resolution) {
+    const double points = static_cast<double>(disks) * resolution * resolution;
+    if (points < points_per_second * thread_count() || !gl::has_gpu_driver()) return false;
+    try {
+        return !gl::is_software(gl::describe());
+    } catch (const DeviceError&) {
+        return false;
+    }
+}
+
 }  // namespace
 
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
@@ -68,7 +82,9 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
     }
     const NeighborhoodFinder finder(surfels, is_disk, options.epsilon);
     const std::vector<std::uint32_t>& disks = finder.disks();
-    if (options.backend == AreaBackend::gl) {
+    const bool with_gl = options.backend == AreaBackend::gl ||
+                         (options.backend == AreaBackend::automatic && gl_is_faster(disks.size(), options.resolution));
+    if (with_gl) {
         const std::vector<float> shares = atlas_shares(finder, options, progress);
         for (std::size_t k = 0; k < disks.size(); ++k) {
             const double radius = surfels.radii[disks[k]];

@@ -77,6 +77,14 @@ void Buffer::read(void* out, std::size_t bytes) const {
     gl_.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), out);
 }
 
+void require_storage_buffers(const Functions& gl) {
+    for (const GLenum stage : {GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS}) {
+        GLint blocks = 0;
+        gl.GetIntegerv(stage, &blocks);
+        if (blocks < 2) throw DeviceError("the driver has no storage buffers in vertex and fragment shaders");
+    }
+}
+
 Buffer::~Buffer() { gl_.DeleteBuffers(1, &buffer_); }
 
 Texture::Texture(const Functions& gl, GLenum format, GLsizei width, GLsizei height) : gl_(gl) {

@@ -49,6 +49,9 @@ private:
     GLuint buffer_ = 0;
 };
 
+// Throws DeviceError where vertex and fragment shaders cannot read two buffers each, which OpenGL leaves open.
+void require_storage_buffers(const Functions& gl);
+
 // Two-dimensional, one level, without filtering: texels are fetched, never interpolated.
 class Texture {
 public:
