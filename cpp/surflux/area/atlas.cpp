@@ -230,6 +230,7 @@ std::vector<float> atlas_shares(const NeighborhoodFinder& finder, const AreaOpti
                                 const Progress& progress) {
     const bool curved = options.method == AreaMethod::curved;
     const std::vector<std::uint32_t>& disks = finder.disks();
+    if (disks.empty()) return {};
     const TileLayout layout(options.method, options.resolution);
     const PolarGrid grid(options.resolution);
     std::vector<float> shares(disks.size());
