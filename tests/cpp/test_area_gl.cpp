@@ -101,7 +101,7 @@ Surfels random_sheet(std::size_t n) {
 TEST_P(AreaGl, AgreesWithTheProcessorOnEveryShape) {
     std::size_t all = 0, paper = 0;
     for (const Surfels& s :
-         {shapes::sphere(1000, 1.0, 1.0, 0.5, 0.0), random_sphere(1000), random_cube(1200), random_sheet(800)}) {
+         {shapes::sphere(600, 1.0, 1.0, 0.5, 0.0), random_sphere(600), random_cube(600), random_sheet(400)}) {
         for (double kappa : {1.0, 3.0, 8.0}) {
             EXPECT_EQ(disagreements(s, {AreaMethod::curved, kappa, 32, 0.8}, 1e-5), 0u) << kappa;
             paper += disagreements(s, {AreaMethod::paper, kappa, 32, 0.8}, 1e-4);
@@ -122,7 +122,7 @@ TEST_P(AreaGl, AgreesAtAnyResolution) {
 
 // Few tiles fit an atlas at this resolution.
 TEST_P(AreaGl, ManyAtlasesMakeOneResult) {
-    const Surfels s = random_sphere(150);
+    const Surfels s = random_sphere(140);
     for (const AreaMethod method : {AreaMethod::paper, AreaMethod::curved}) {
         const AreaOptions options{method, 3.0, 256, 0.8};
         EXPECT_EQ(disagreements(s, options, 1e-4), 0u);
@@ -171,9 +171,9 @@ TEST_P(AreaGl, IsTheSameEveryTimeAndForAnyNumberOfThreads) {
 }
 
 TEST_P(AreaGl, StopsWhenAskedTo) {
-    const Surfels s = random_sphere(150);
+    const Surfels s = random_sphere(70);
     const AreaOptions options{AreaMethod::paper, 3.0, 256, 0.8};
-    for (const std::size_t stop_at : {0u, 64u, 150u}) {
+    for (const std::size_t stop_at : {0u, 32u, 70u}) {
         EXPECT_THROW(by_gl(s, options, [&](std::size_t done, std::size_t) { return done < stop_at; }), Cancelled);
     }
 }
