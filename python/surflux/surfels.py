@@ -4,9 +4,8 @@ import numpy as np
 
 from surflux import _check, _core
 
-# Neighbours that the estimates look at: 16 for a plane fit, 6 for a disk that reaches the ring around it (D04 sec. 4).
+# Neighbours that a plane is fitted to.
 NORMAL_NEIGHBORS = 16
-RADIUS_NEIGHBORS = 6
 
 
 class Surfels:
@@ -17,7 +16,7 @@ class Surfels:
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours (needs 3 points).
-        radii: (n,) or one number, above 0, in the unit of points; None: to the 6th neighbour, no gaps (needs 2 points).
+        radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
             Where n is 3, three numbers are one RGB.
@@ -25,6 +24,12 @@ class Surfels:
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
         two_sided: True appends a copy of every surfel that faces the other way.
+
+    Estimated radii are 1.1 times the least with which disks cover every triangle of the local Delaunay triangulation,
+    each its nearest part: in an acute one, the circumradius, as in the covering radius of a lattice (Conway and Sloane
+    1999, Sphere Packings, Lattices and Groups, section 2.1.3). The triangulation is that of the points' Voronoi cells
+    in their tangent planes (Boissonnat and Ghosh 2010); neighbours that face the other way count as another sheet's.
+    On borders disks reach half way to their neighbours, and no radius is more than three times the median around it.
 
     Raises:
         ValueError: names the argument, what came and what was wanted.
@@ -68,7 +73,7 @@ class Surfels:
         if normals is None:
             normals = _estimated_normals(points, viewpoint)
         if radii is None:
-            radii = _estimated_radii(points)
+            radii = _estimated_radii(points, normals)
         core = _make_core(points, normals, radii, areas, reflectance, emission)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
@@ -251,8 +256,9 @@ class Surfels:
             kept = np.sort(_core.eliminate_samples(self.points, n, area, seed))
         points = np.ascontiguousarray(self.points[kept])
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
-        radii = np.minimum(_estimated_radii(points), largest)
-        core = _make_core(points, self.normals[kept], radii, None, self.reflectance[kept], self.emission[kept])
+        normals = np.ascontiguousarray(self.normals[kept])
+        radii = np.minimum(_estimated_radii(points, normals), largest)
+        core = _make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
         return Surfels._from_core(core)
 
     def _total_area(self):
@@ -290,7 +296,8 @@ class Surfels:
         looked into through its walls.
 
         Args:
-            color: "reflectance", "emission", "radius", "normal", "area" where areas are known, or a name in values.
+            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2), the share of
+                its disk that a surfel keeps) or a name in values. Areas left open are computed for the picture.
             values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
@@ -309,6 +316,24 @@ class Surfels:
         from surflux.viewer import plot
 
         return plot(self, color=color, **options)
+
+    def plot_areas(self, pick=None, **options):
+        """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
+
+        Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
+        share xi over that disk (D04 eq. 5) and who has the largest where, and its numbers. Of overlapping disks each
+        is drawn where it is nearest. Patches of a mesh share nothing.
+
+        Args:
+            pick: index of a surfel to pick, and to look at.
+            color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
+            method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
+            progress: of the areas, as effective_areas takes it.
+            screenshot, camera, size: as plot takes them; so are what is returned and raised.
+        """
+        from surflux.inspection import plot_areas
+
+        return plot_areas(self, pick, **options)
 
 
 def only_so_many(there, n):
@@ -344,7 +369,9 @@ def sampled_surfels(polygons, n, seed, reflectance, emission):
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
     points = np.ascontiguousarray(points[kept])
     normals = patches.normals[patches.triangle_patch[triangle[kept]]]
-    return Surfels._from_core(_make_core(points, normals, _estimated_radii(points), None, reflectance, emission))
+    return Surfels._from_core(
+        _make_core(points, normals, _estimated_radii(points, normals), None, reflectance, emission)
+    )
 
 
 def _make_core(points, normals, radii, areas, reflectance, emission, triangles=None, triangle_surfel=None):
@@ -360,10 +387,10 @@ def _estimated_normals(points, viewpoint):
     return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
 
 
-def _estimated_radii(points):
+def _estimated_radii(points, normals):
     if len(points) < 2:
         raise ValueError("radii: must be given for a single point, which has no neighbours; got None")
-    radii = _core.estimate_radii(points, min(RADIUS_NEIGHBORS, len(points) - 1))
+    radii = _core.estimate_radii(points, normals)
     flat = np.flatnonzero(~(radii > 0))
     if len(flat):
         raise ValueError(

@@ -60,13 +60,17 @@ public:
     }
     virtual ~Atlas() = default;
 
-    void draw(const TileBatch& batch, float* shares) const {
+    // Appends the areas of the batch's disks.
+    void draw(const TileBatch& batch, std::vector<double>& out) const {
         accumulate(batch);
-        const gl::Buffer areas(gl, nullptr, batch.count * sizeof(float));
+        const gl::Buffer areas(gl, nullptr, batch.count() * sizeof(float));
         areas.bind(0);
         normalize();
-        gl.DispatchCompute(static_cast<GLuint>(batch.count), 1, 1);
-        areas.read(shares, batch.count * sizeof(float));
+        gl.DispatchCompute(static_cast<GLuint>(batch.count()), 1, 1);
+        std::vector<float> shares(batch.count());
+        areas.read(shares.data(), batch.count() * sizeof(float));
+        for (std::size_t k = 0; k < batch.count(); ++k)
+            out.push_back(batch.radii[k] * batch.radii[k] * static_cast<double>(shares[k]));
     }
 
 protected:
@@ -154,7 +158,7 @@ protected:
         const gl::Buffer tiles(gl, batch.tiles), ends(gl, half_planes);
         tiles.bind(0);
         ends.bind(1);
-        gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * batch.count));
+        gl.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * batch.count()));
 
         into_sums.bind();
         gl.ClearBufferfv(GL_COLOR, 0, zero);
@@ -226,32 +230,32 @@ struct Closer {
 
 }  // namespace
 
-std::vector<float> atlas_shares(const NeighborhoodFinder& finder, const AreaOptions& options,
+std::vector<double> atlas_areas(const NeighborhoodFinder& finder, const AreaOptions& options,
                                 const Progress& progress) {
     const bool curved = options.method == AreaMethod::curved;
     const std::vector<std::uint32_t>& disks = finder.disks();
     if (disks.empty()) return {};
     const TileLayout layout(options.method, options.resolution);
     const PolarGrid grid(options.resolution);
-    std::vector<float> shares(disks.size());
+    std::vector<double> areas;
+    areas.reserve(disks.size());
 
     const auto gather = [&](std::size_t begin) {
         TileBatch batch;
-        while (batch.count < layout.count() && begin + batch.count < disks.size() &&
+        while (batch.count() < layout.count() && begin + batch.count() < disks.size() &&
                std::max(batch.flat.size(), batch.curved.size()) < most_quads) {
             constexpr std::size_t together = 512, grain = 32;
-            const std::size_t first = begin + batch.count;
-            const std::size_t count = std::min({together, layout.count() - batch.count, disks.size() - first});
+            const std::size_t first = begin + batch.count();
+            const std::size_t count = std::min({together, layout.count() - batch.count(), disks.size() - first});
             std::vector<TileBatch> parts((count + grain - 1) / grain);
             parallel_blocks(count, grain, [&](std::size_t low, std::size_t high) {
                 Neighborhood around;
                 TileBatch& part = parts[low / grain];
                 for (std::size_t k = low; k < high; ++k) {
+                    finder.find(disks[first + k], curved, around);
                     if (curved) {
-                        finder.curved(disks[first + k], around);
                         add_curved_tile(around, grid, layout, first + k - begin, part);
                     } else {
-                        finder.flat(disks[first + k], around);
                         add_flat_tile(around, options.resolution, layout, first + k - begin, part);
                     }
                 }
@@ -268,10 +272,8 @@ std::vector<float> atlas_shares(const NeighborhoodFinder& finder, const AreaOpti
             atlas = std::make_unique<CurvedAtlas>(context.gl, layout, options.kappa, grid);
         else
             atlas = std::make_unique<FlatAtlas>(context.gl, layout, options.kappa);
-        float* out = shares.data();
         while (const TileBatch* batch = handover.next()) {
-            atlas->draw(*batch, out);
-            out += batch->count;
+            atlas->draw(*batch, areas);
             handover.drawn();
         }
     };
@@ -283,7 +285,7 @@ std::vector<float> atlas_shares(const NeighborhoodFinder& finder, const AreaOpti
         const Closer closer{handover};
         for (std::size_t begin = 0; begin < disks.size();) {
             TileBatch batch = gather(begin);
-            const std::size_t count = batch.count;
+            const std::size_t count = batch.count();
             if (!handover.put(batch)) break;
             report(progress, begin, disks.size());
             begin += count;
@@ -291,7 +293,7 @@ std::vector<float> atlas_shares(const NeighborhoodFinder& finder, const AreaOpti
     }
     drawing.get();
     report(progress, disks.size(), disks.size());
-    return shares;
+    return areas;
 }
 
 }  // namespace surflux

@@ -65,7 +65,7 @@ void TileBatch::append(const TileBatch& other) {
         tile.first_end += shift;
         tiles.push_back(tile);
     }
-    count += other.count;
+    radii.insert(radii.end(), other.radii.begin(), other.radii.end());
 }
 
 void add_flat_tile(const Neighborhood& around, int resolution, const TileLayout& layout, std::size_t place,
@@ -101,7 +101,7 @@ void add_flat_tile(const Neighborhood& around, int resolution, const TileLayout&
         quad.range = range_of(layout, place, x0 / pixels_per_texel, y0, last, y1);
         batch.flat.push_back(quad);
     }
-    ++batch.count;
+    batch.radii.push_back(around.radius);
 }
 
 void add_curved_tile(const Neighborhood& around, const PolarGrid& grid, const TileLayout& layout, std::size_t place,
@@ -118,7 +118,7 @@ void add_curved_tile(const Neighborhood& around, const PolarGrid& grid, const Ti
     batch.tiles.push_back(tile);
     for (const HalfPlane& h : around.ends)
         batch.ends.push_back({static_cast<float>(h.x), static_cast<float>(h.y), static_cast<float>(h.limit), 0.0f});
-    ++batch.count;
+    batch.radii.push_back(around.radius);
 
     const double step = 2.0 * pi / grid.directions;
     const auto add = [&](const Member& j) {

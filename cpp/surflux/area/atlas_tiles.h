@@ -62,8 +62,9 @@ struct TileBatch {
     std::vector<CurvedQuad> curved;
     std::vector<CurvedTile> tiles;
     std::vector<HalfPlaneTexel> ends;
-    std::size_t count = 0;
+    std::vector<double> radii;  // of each tile's disk
 
+    std::size_t count() const { return radii.size(); }
     void append(const TileBatch& other);
 };
 

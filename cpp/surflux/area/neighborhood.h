@@ -10,7 +10,7 @@
 
 namespace surflux {
 
-// A surfel as another one's disk sees it: in the frame (u, v, n_i) and in units of R_i.
+// A surfel as another one's disk sees it: in the frame (u, v, n_i) and in units of its domain's radius.
 struct Member {
     std::uint32_t surfel;
     Vec3 position, normal;
@@ -20,7 +20,7 @@ struct Member {
 // Who shares disk i and where it ends.
 struct Neighborhood {
     Frame frame;
-    double radius = 0.0;          // R_i, in the unit of the positions
+    double radius = 0.0;          // of the domain, in the unit of the positions
     std::vector<Member> surface;  // i itself first, then its neighbours on the same surface: n_i . n_j > epsilon
 
     // The rest serves the curved method alone.
@@ -36,6 +36,8 @@ public:
     NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
 
     const std::vector<std::uint32_t>& disks() const { return disks_; }
+
+    void find(std::uint32_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
 
     // Frame, radius and surface, for D04's method: every disk that reaches disk i and is of its surface.
     void flat(std::uint32_t i, Neighborhood& out) const;
@@ -54,13 +56,20 @@ public:
     // as seen along n_i, plus a small part of their spacing, for the true border passes outside of its outermost
     // samples (border_margin).
     //
+    // Domains. Disks that just cover the surface together leave slits where it bends, and their weights would end where
+    // others' are still needed: each counts up to domain_ratio times its radius, unless it has no neighbours to end it.
+    //
     // The surface is the model that the neighbours agree on, and they stand on it themselves: what noise lifts a point
     // off its neighbours' surface does not make it farther.
     void curved(std::uint32_t i, Neighborhood& out) const;
 
 private:
+    // Frame, radius, surface and crease, with `ratio` times every radius.
+    void gather(std::uint32_t i, double ratio, Neighborhood& out) const;
+    // The same for the curved method, complete. False where no neighbours end the domain.
+    bool complete(std::uint32_t i, double ratio, Neighborhood& out) const;
     void add_creases(const std::vector<Member>& around, Neighborhood& out) const;
-    void add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const;
+    bool add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const;
 
     const Surfels& surfels_;
     double epsilon_;
