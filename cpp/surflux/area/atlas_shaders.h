@@ -18,17 +18,17 @@ namespace surflux::atlas_shaders {
 
 // paper: D04 5.3, one quad per neighbour.
 constexpr const char* flat_vertex = SURFLUX_ATLAS_RANGE R"(
-struct Quad { vec4 a; vec4 b; uvec4 range; };
+struct Quad { vec4 axes; vec4 center; uvec4 range; };
 layout(std430, binding = 0) readonly buffer Quads { Quad quads[]; };
 uniform ivec2 size;
-flat out vec4 a;
-flat out vec3 b;
+flat out vec4 axes;
+flat out vec3 center;  // and stretch
 flat out vec2 middle;
 
 void main() {
     Quad q = quads[gl_VertexID / 6];
-    a = q.a;
-    b = q.b.xyz;
+    axes = q.axes;
+    center = q.center.xyz;
     middle = unpack(q.range.z) + vec2(0.25, 0.5) * float(size.y);
     gl_Position = corner(q.range, gl_VertexID % 6);
 }
@@ -37,18 +37,19 @@ void main() {
 // R and G: numerator and denominator of D04 eq. 7 at the texel's left pixel; B and A: at its right one.
 constexpr const char* flat_fragment = R"(#version 430
 uniform float falloff;  // -kappa / log 2
-flat in vec4 a;
-flat in vec3 b;
+flat in vec4 axes;
+flat in vec3 center;
 flat in vec2 middle;
 layout(location = 0) out vec4 sum;
 
 void main() {
     vec2 p = gl_FragCoord.xy - middle;
-    vec2 x = 2.0 * p.x + vec2(-0.5, 0.5);
-    vec2 along = a.x * x + (a.y * p.y + a.z), across = b.x * x + (b.y * p.y + b.z);
+    vec2 dx = 2.0 * p.x + vec2(-0.5, 0.5) - center.x;
+    float dy = p.y - center.y;
+    vec2 along = axes.x * dx + axes.y * dy, across = axes.z * dx + axes.w * dy;
     vec2 q = along * along + across * across;
     vec2 w = mix(vec2(0), exp2(falloff * sqrt(q)), lessThanEqual(q, vec2(1)));
-    sum = vec4(w.x * a.w, w.x, w.y * a.w, w.y);
+    sum = vec4(w.x * center.z, w.x, w.y * center.z, w.y);
 }
 )";
 

@@ -92,10 +92,10 @@ void add_flat_tile(const Neighborhood& around, int resolution, const TileLayout&
         FlatQuad quad{};
         quad.ax = static_cast<float>(a * ex * step);
         quad.ay = static_cast<float>(a * ey * step);
-        quad.a0 = static_cast<float>(-a * (ex * c.x + ey * c.y));
         quad.bx = static_cast<float>(-b * ey * step);
         quad.by = static_cast<float>(b * ex * step);
-        quad.b0 = static_cast<float>(b * (ey * c.x - ex * c.y));
+        quad.cx = static_cast<float>(c.x / step);
+        quad.cy = static_cast<float>(c.y / step);
         quad.stretch = static_cast<float>(1.0 / n.z);
         const int last = (x1 + pixels_per_texel - 1) / pixels_per_texel;
         quad.range = range_of(layout, place, x0 / pixels_per_texel, y0, last, y1);

@@ -21,11 +21,11 @@ struct TexelRange {
     std::uint16_t x0, y0, x1, y1, origin_x, origin_y, unused[2];
 };
 
-// D04's quad: over the pixel's centre (px, py), in pixels from the middle of the disk, the point of disk j's plane has
-// the coordinates (a, b) = (ax px + ay py + a0, bx px + by py + b0) in that disk, which is a^2 + b^2 <= 1.
+// D04's quad. Where n_i projects it, disk j has its centre at (cx, cy), in pixels from the middle of disk i; a point
+// (dx, dy) pixels away has the coordinates (ax dx + ay dy, bx dx + by dy) in disk j, in units of R_j.
 struct FlatQuad {
-    float ax, ay, a0, stretch;  // dA_j / dA_i = 1 / (n_i . n_j), D04 eq. 8
-    float bx, by, b0, unused;
+    float ax, ay, bx, by;
+    float cx, cy, stretch, unused;  // stretch: dA_j / dA_i = 1 / (n_i . n_j), D04 eq. 8
     TexelRange range;
 };
 
