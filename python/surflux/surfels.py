@@ -26,10 +26,10 @@ class Surfels:
         two_sided: True appends a copy of every surfel that faces the other way.
 
     Estimated radii are 1.1 times the least with which disks cover every triangle of the local Delaunay triangulation,
-    each its nearest part: in an acute one, the circumradius, as in the covering radius of a lattice (Conway and Sloane
-    1999, Sphere Packings, Lattices and Groups, section 2.1.3). The triangulation is that of the points' Voronoi cells
-    in their tangent planes (Boissonnat and Ghosh 2010); neighbours that face the other way count as another sheet's.
-    On borders disks reach half way to their neighbours, and no radius is more than three times the median around it.
+    each its nearest part: in an acute one the circumradius, as in the covering radius of a lattice (Conway and Sloane
+    1999, Sphere Packings, Lattices and Groups, chapter 2). The triangulation is that of the points' Voronoi cells in
+    their tangent planes (Boissonnat and Ghosh 2010, tangential Delaunay complexes). Each side of a thin sheet covers
+    itself. On borders disks reach half way to their neighbours; no radius is more than three times the median around.
 
     Raises:
         ValueError: names the argument, what came and what was wanted.
@@ -236,7 +236,7 @@ class Surfels:
 
         Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
         a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
-        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (2.6 of them are usual).
+        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
         Patches of a mesh lose their triangles and become disks.
 
         Args:

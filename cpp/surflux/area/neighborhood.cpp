@@ -24,7 +24,7 @@ constexpr double border_reach = 3.0;
 // How far the border lies outside of the outermost samples, over the mean distance of the six nearest
 // places: what makes the
 // area of the unit square right within 1 % from 1000 samples, by dart throwing or sample elimination or at random.
-constexpr double border_margin = 0.08;
+constexpr double border_margin = 0.1;
 
 std::vector<std::uint32_t> disks_of(const std::vector<bool>& is_disk) {
     std::vector<std::uint32_t> disks;

@@ -17,8 +17,14 @@ namespace {
 // Neighbours: the first look completes most cells, the second all but those on borders.
 constexpr std::size_t first_look = 20, second_look = 60;
 constexpr std::size_t ring = 6;
-constexpr double same_face = 0.8;  // cosine between normals, as for areas (D04 eq. 10)
-constexpr double outlier_ratio = 3.0;
+// Cosines between normals, as for areas: of one surface above the first (D04 eq. 10); over a crease down to the second,
+// below which neighbours face the other way.
+constexpr double same_surface = 0.8, sharpest_crease = -0.5;
+// Over the third smallest of the six radii around: at most, so that disks do not bridge a hole with the others on its
+// rim, and at most in order to cover a sheet of one's own. At rims and tips the neighbours that face the other way are
+// the same surface, and disks that looked past them would stick out.
+constexpr std::size_t modest = 2;
+constexpr double outlier_ratio = 2.5, own_sheet_ratio = 1.5;
 // Tangent disks that just cover meet in edges, or miss each other where the surface twists: of the rays from inside of
 // closed clouds (statues, noisy spheres, a cube) up to 9e-4 get out at 1, 4e-4 at 1.05, 2e-4 at 1.1, 4e-5 at 1.2.
 // Larger disks in turn shade what they stand off.
@@ -45,6 +51,11 @@ std::vector<Vec3> normals_of_places(const DistinctPlaces& distinct, const std::v
     return out;
 }
 
+// How far a disk has to reach to cover its part of its own sheet, and of whatever is around.
+struct Reach {
+    double own, all;
+};
+
 class RadiusEstimate {
 public:
     RadiusEstimate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals)
@@ -65,18 +76,20 @@ public:
     };
 
     // How far the disk of point i has to reach; `nearest` gets the around() places next to it.
-    double reach(std::size_t i, Work& work, std::uint32_t* nearest) const {
+    Reach reach(std::size_t i, Work& work, std::uint32_t* nearest) const {
         look(i, first_look, work.near);
         for (std::size_t k = 0; k < around(); ++k) nearest[k] = work.near[k].index;
         const double half_way = 0.5 * work.near.front().distance, limit = 2.0 * work.near.back().distance;
         const Vec3 normal = normals_.empty() ? plane_around(distinct_.places, work.near, points_[i]) : normals_[i];
-        for (const bool all : {false, true}) {
-            work.cell.start(points_[i], normal, limit);
-            cut(i, normal, all, work);
-            const double radius = work.cell.covering_radius();
-            if (radius > 0.0) return radius;
-        }
-        return half_way;  // all straight above and below
+        work.cell.start(points_[i], normal, limit);
+        const bool skipped = cut(i, normal, false, work);
+        const double own = work.cell.covering_radius();
+        if (!skipped && own > 0.0) return {own, own};
+        work.cell.start(points_[i], normal, limit);
+        cut(i, normal, true, work);
+        double all = work.cell.covering_radius();
+        if (!(all > 0.0)) all = half_way;  // straight above and below
+        return {own > 0.0 ? own : all, all};
     }
 
 private:
@@ -90,22 +103,26 @@ private:
         near.erase(std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); }));
     }
 
-    // Neighbours that face the other way lie on another sheet, unless `all` do; others may lie around a crease.
-    void cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
+    // By all neighbours, or by those that do not face the other way: did any of these?
+    bool cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
+        bool skipped = false;
         std::size_t done = 0;
         for (const std::size_t count : {first_look, second_look}) {
             if (done > 0 && count > work.near.size()) look(i, count, work.near);
             for (; done < work.near.size(); ++done) {
                 const Neighbor& n = work.near[done];
-                if (n.distance > 2.0 * work.cell.farthest()) return;
-                const double cosine = dot(facing_[n.index], normal);
-                const Vec3& other = distinct_.places[n.index];
-                if (all || cosine > same_face || !(length_squared(facing_[n.index]) > 0.0))
+                if (n.distance > 2.0 * work.cell.farthest()) return skipped;
+                const Vec3 &other = distinct_.places[n.index], &facing = facing_[n.index];
+                const double cosine = dot(facing, normal);
+                if (all || cosine > same_surface || facing == Vec3{})
                     work.cell.cut(other);
-                else if (cosine > -same_face)
-                    work.cell.cut(beyond_crease(points_[i], normal, other, facing_[n.index]));
+                else if (cosine > sharpest_crease)
+                    work.cell.cut(beyond_crease(points_[i], normal, other, facing));
+                else
+                    skipped = true;
             }
         }
+        return skipped;
     }
 
     // Around a crease a disk has to reach the edge: as far as if the point's mirror image stood behind it. Where the
@@ -135,7 +152,7 @@ std::vector<double> estimate_radii(const std::vector<Vec3>& points, const std::v
             ", got ", normals.size());
     const RadiusEstimate estimate(points, normals);
     const std::size_t around = estimate.around();
-    std::vector<double> reach(points.size());
+    std::vector<Reach> reach(points.size());
     std::vector<std::uint32_t> nearest(points.size() * around);
     parallel_blocks(
         points.size(), 256,
@@ -145,15 +162,16 @@ std::vector<double> estimate_radii(const std::vector<Vec3>& points, const std::v
         },
         progress);
     std::vector<double> of_place(estimate.places());
-    for (std::size_t i = points.size(); i-- > 0;) of_place[estimate.place(i)] = reach[i];
+    for (std::size_t i = points.size(); i-- > 0;) of_place[estimate.place(i)] = reach[i].own;
     std::vector<double> radii(points.size());
     parallel_blocks(points.size(), 1024, [&](std::size_t begin, std::size_t end) {
         std::vector<double> theirs(around);
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t k = 0; k < around; ++k) theirs[k] = of_place[nearest[i * around + k]];
-            const auto middle = theirs.begin() + static_cast<std::ptrdiff_t>(around / 2);
-            std::nth_element(theirs.begin(), middle, theirs.end());
-            radii[i] = margin * std::min(reach[i], outlier_ratio * *middle);
+            const auto third = theirs.begin() + static_cast<std::ptrdiff_t>(std::min(modest, around / 2));
+            std::nth_element(theirs.begin(), third, theirs.end());
+            radii[i] = margin * std::min({reach[i].own, std::max(reach[i].all, own_sheet_ratio * *third),
+                                          outlier_ratio * *third});
         }
     });
     return radii;
