@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "shapes.h"
+#include "surflux/area/atlas.h"
 #include "surflux/area/effective_area.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
@@ -194,6 +195,12 @@ TEST_P(AreaGl, LeavesTheCallersContextCurrent) {
 TEST(AreaBackend, IsTheProcessorForSmallCloudsAndOnSoftwareRenderers) {
     const Surfels s = random_sphere(200);
     EXPECT_EQ(effective_areas(s, {}), effective_areas(s, with({}, AreaBackend::cpu)));
+    const AreaOptions paper{AreaMethod::paper, 3.0, 32, 0.8}, coarse, fine{AreaMethod::curved, 3.0, 64, 0.8};
+    EXPECT_FALSE(atlas_may_pay(140'000, paper, 1));
+    EXPECT_TRUE(atlas_may_pay(150'000, paper, 1));
+    EXPECT_FALSE(atlas_may_pay(150'000, paper, 2));
+    EXPECT_FALSE(atlas_may_pay(100'000'000, coarse, 1));
+    EXPECT_TRUE(atlas_may_pay(135'000, fine, 1));
     for (const char* name :
          {"llvmpipe (LLVM 15.0.6, 256 bits)", "softpipe", "Software Rasterizer", "Mesa OffScreen swrast",
           "ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device (Subzero)), SwiftShader driver)",

@@ -230,6 +230,15 @@ struct Closer {
 
 }  // namespace
 
+bool atlas_may_pay(std::size_t disks, const AreaOptions& options, int threads) {
+    // Points that a thread weighs in a second, with AVX-512.
+    const double rate = options.method == AreaMethod::paper ? 3e8 : 1.1e9;
+    const double seconds_each = options.resolution * options.resolution / rate;
+    // Neighbourhoods are found on the CPU either way, 1 to 3 microseconds each, and making quads of them adds to that.
+    // A context and its shaders are ready after a tenth of a second or more.
+    return seconds_each > 2e-6 && seconds_each * static_cast<double>(disks) > 0.5 * threads;
+}
+
 std::vector<double> atlas_areas(const NeighborhoodFinder& finder, const AreaOptions& options,
                                 const Progress& progress) {
     const bool curved = options.method == AreaMethod::curved;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "surflux/area/effective_area.h"
@@ -12,5 +13,8 @@ namespace surflux {
 // weights are quads added up there by blending; a compute shader normalizes every texel, sums those of a tile and
 // gives one float for it. Neighbourhoods of the next atlas are found while one is drawn. Throws DeviceError.
 std::vector<double> atlas_areas(const NeighborhoodFinder& finder, const AreaOptions& options, const Progress& progress);
+
+// Whether a GPU may be faster at it than so many threads with the kernels of quadrature.h.
+bool atlas_may_pay(std::size_t disks, const AreaOptions& options, int threads);
 
 }  // namespace surflux

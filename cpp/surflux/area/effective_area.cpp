@@ -11,12 +11,9 @@ namespace surflux {
 
 namespace {
 
-// What a thread weighs in about a second, in disks times resolution^2: some 100 000 disks at resolution 32.
-constexpr double points_per_second = 1e8;
-
-bool gl_is_faster(std::size_t disks, int resolution) {
-    const double points = static_cast<double>(disks) * resolution * resolution;
-    if (points < points_per_second * thread_count() || !gl::has_gpu_driver()) return false;
+bool takes_gl(std::size_t disks, const AreaOptions& options) {
+    if (options.backend != AreaBackend::automatic) return options.backend == AreaBackend::gl;
+    if (!atlas_may_pay(disks, options, thread_count()) || !gl::has_gpu_driver()) return false;
     try {
         return !gl::is_software(gl::describe());
     } catch (const DeviceError&) {
@@ -47,8 +44,7 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
     for (const Triangle& t : surfels.triangles) areas[t.surfel] += area_of(t);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
     const std::vector<std::uint32_t>& disks = finder.disks();
-    if (options.backend == AreaBackend::gl ||
-        (options.backend == AreaBackend::automatic && gl_is_faster(disks.size(), options.resolution))) {
+    if (takes_gl(disks.size(), options)) {
         const std::vector<double> drawn = atlas_areas(finder, options, progress);
         for (std::size_t k = 0; k < disks.size(); ++k) areas[disks[k]] = drawn[k];
         return areas;

@@ -11,8 +11,8 @@ namespace surflux {
 enum class AreaMethod { paper, curved };
 
 // Where the quadrature runs; the neighbourhoods are found on the CPU either way. `automatic` is the faster one by what
-// the machine is: OpenGL where a GPU draws and there is work for more than a second on the CPU, which making a context
-// and compiling shaders would not repay before. On software renderers the CPU's own kernels are some five times faster.
+// the machine is: OpenGL where a GPU draws and the quadrature alone would take the CPU more than half a second; no
+// context is made to find that out for less. Software renderers are some four times slower than the CPU's own kernels.
 enum class AreaBackend { automatic, cpu, gl };
 
 struct AreaOptions {
