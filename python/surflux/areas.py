@@ -38,13 +38,13 @@ def effective_areas(
             directions with half as many points along each.
         epsilon: surfels are of one surface where the cosine between their normals is above epsilon; between 0 and 1.
         backend: where the shares are integrated. "cpu": kernels for this processor. "gl": OpenGL, as D04 5.3 draws
-            them, neighbours blended additively into a float atlas; it gives the areas of "cpu" up to rounding (1e-6 for
-            "curved"; for "paper", 1e-4, where a pixel's centre lies on the rim of a disk). "auto": the faster one by
-            what the machine is. That is "cpu", unless a GPU draws (software such as llvmpipe is some four times slower
-            than "cpu") and integrating takes the CPU more than half a second: from 150 000 surfels a thread for "paper"
-            at resolution 32, from 130 000 for "curved" at 64. Below resolution 47 "curved" is always "cpu": finding
-            neighbours takes longer there, for either. The environment's SURFLUX_GL chooses "egl" or "osmesa"; unset,
-            EGL comes first.
+            them, neighbours blended additively into a float atlas. Its areas are those of "cpu" within 1e-6 for
+            "curved"; for "paper", whose weights end in a step, within 1e-4, but where the centre of a pixel lies on
+            the rim of a disk. "auto": the faster one by what the machine is. That is "cpu", unless a GPU draws
+            (software such as llvmpipe is some four times slower than "cpu") and integrating takes the CPU more than
+            half a second: from 150 000 surfels a thread for "paper" at resolution 32, from 135 000 for "curved" at 64.
+            Below resolution 47 "curved" is always "cpu": finding neighbours takes longer there, for either. The
+            environment's SURFLUX_GL chooses "egl" or "osmesa"; unset, EGL comes first.
         threads: at most this many; None for all. A software OpenGL starts its own besides.
         progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
 
