@@ -13,8 +13,8 @@ void bind_area(py::module_& module) {
         .value("gl", AreaBackend::gl);
     module.def(
         "effective_areas",
-        [](const Surfels& surfels, bool curved, double kappa, int resolution, double epsilon,
-           AreaBackend backend, const py::object& progress) {
+        [](const Surfels& surfels, bool curved, double kappa, int resolution, double epsilon, AreaBackend backend,
+           const py::object& progress) {
             const AreaOptions options{curved ? AreaMethod::curved : AreaMethod::paper, kappa, resolution, epsilon,
                                       backend};
             const Progress report = to_progress(progress);

@@ -87,8 +87,8 @@ void main() {
             float t = (float(y) + 0.5) * pixel - 1.0;
             vec2 q = s * s + t * t;
             vec4 sum = texelFetch(sums, origin + ivec2(x, y), 0);
-            vec2 own = exp2(falloff * sqrt(q)), all = own + sum.ga;
-            vec2 area = own / all * ((own + sum.rb) / all);
+            vec2 own = exp2(falloff * sqrt(q)), total = own + sum.ga;
+            vec2 area = own / total * ((own + sum.rb) / total);
             part += (q.x <= 1.0 ? area.x : 0.0) + (q.y <= 1.0 ? area.y : 0.0);
         }
     }
@@ -99,7 +99,7 @@ void main() {
 // curved, first pass: a tile's directions end and the surface over each point.
 constexpr const char* surface_vertex = R"(#version 430
 struct Tile { vec4 k_gx; float gy; uint first_end; uint ends; uint unused; };
-layout(std430, binding = 0) readonly buffer Tiles { Tile all[]; };
+layout(std430, binding = 0) readonly buffer Tiles { Tile models[]; };
 uniform vec2 atlas;
 uniform ivec2 size;
 uniform ivec2 tiles;
@@ -110,9 +110,9 @@ flat out ivec2 origin;
 
 void main() {
     int tile = gl_VertexID / 6, corner = gl_VertexID % 6;
-    k = all[tile].k_gx.xyz;
-    g = vec2(all[tile].k_gx.w, all[tile].gy);
-    ends = uvec2(all[tile].first_end, all[tile].first_end + all[tile].ends);
+    k = models[tile].k_gx.xyz;
+    g = vec2(models[tile].k_gx.w, models[tile].gy);
+    ends = uvec2(models[tile].first_end, models[tile].first_end + models[tile].ends);
     origin = size * ivec2(tile % tiles.x, tile / tiles.x);
     ivec2 p = origin + size * ivec2(corner == 1 || corner >= 4, corner == 2 || corner == 3 || corner == 5);
     gl_Position = vec4(2.0 * vec2(p) / atlas - 1.0, 0, 1);
