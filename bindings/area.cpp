@@ -7,17 +7,22 @@
 namespace surflux::bindings {
 
 void bind_area(py::module_& module) {
+    py::enum_<AreaBackend>(module, "AreaBackend")
+        .value("auto", AreaBackend::automatic)
+        .value("cpu", AreaBackend::cpu)
+        .value("gl", AreaBackend::gl);
     module.def(
         "effective_areas",
-        [](const Surfels& surfels, bool curved, double kappa, int resolution, double epsilon,
+        [](const Surfels& surfels, bool curved, double kappa, int resolution, double epsilon, AreaBackend backend,
            const py::object& progress) {
-            const AreaOptions options{curved ? AreaMethod::curved : AreaMethod::paper, kappa, resolution, epsilon};
+            const AreaOptions options{curved ? AreaMethod::curved : AreaMethod::paper, kappa, resolution, epsilon,
+                                      backend};
             const Progress report = to_progress(progress);
             const std::vector<double> areas = without_gil([&] { return effective_areas(surfels, options, report); });
             return to_array(areas);
         },
         py::arg("surfels"), py::arg("curved"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
-        py::arg("progress") = py::none());
+        py::arg("backend"), py::arg("progress") = py::none());
     module.def(
         "area_shares",
         [](const Surfels& surfels, std::size_t index, bool curved, double kappa, int resolution, double epsilon) {

@@ -73,6 +73,7 @@ def _parser():
     area.add_argument("input", metavar="CLOUD")
     area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
     area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
+    area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
     _common_options(area)
 
     render = command("render", _render, "Pictures of a solved file.")
@@ -230,7 +231,9 @@ def _is_scene(path):
 
 def _area(options):
     cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else sf.read(options.input)
-    areas = sf.effective_areas(cloud, method=options.method, threads=options.threads, progress=True)
+    areas = sf.effective_areas(
+        cloud, method=options.method, backend=options.backend, threads=options.threads, progress=True
+    )
     if options.output:
         cloud.areas = areas
         cloud.save(options.output)

@@ -80,6 +80,53 @@ TEST_P(Gl, AdditiveBlendingSumsExactly) {
         GetParam());
 }
 
+// Each of 4 groups sums what its 16 invocations share; no group past the last.
+TEST_P(Gl, ComputeShadersWriteBuffers) {
+    run_pass(
+        [](const Context& context) {
+            const Functions& gl = context.gl;
+            std::vector<float> values(64);
+            for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i);
+            const Buffer in(gl, values), out(gl, std::vector<float>(5, -1.0f));
+            const Program program(gl, R"(#version 430
+layout(local_size_x = 16) in;
+layout(std430, binding = 0) readonly buffer In { float values[]; };
+layout(std430, binding = 1) writeonly buffer Out { float sums[]; };
+shared float parts[16];
+void main() {
+    parts[gl_LocalInvocationIndex] = values[gl_GlobalInvocationID.x];
+    barrier();
+    if (gl_LocalInvocationIndex > 0u) return;
+    float sum = 0.0;
+    for (int k = 0; k < 16; ++k) sum += parts[k];
+    sums[gl_WorkGroupID.x] = sum;
+}
+)");
+            program.use();
+            in.bind(0);
+            out.bind(1);
+            gl.DispatchCompute(4, 1, 1);
+            std::vector<float> sums(5);
+            out.read(sums.data(), 5 * sizeof(float));
+            EXPECT_EQ(sums, (std::vector<float>{120, 376, 632, 888, -1}));
+        },
+        GetParam());
+}
+
+TEST_P(Gl, TexturesAreWrittenAsTheyAre) {
+    run_pass(
+        [](const Context& context) {
+            const float texels[8] = {1e20f, -3.25f, 1e-20f, 4, 5, 6, 7, 8};
+            const Texture texture(context.gl, GL_RGBA32F, 1, 2);
+            texture.write(1, 2, GL_RGBA, GL_FLOAT, texels);
+            const Framebuffer framebuffer(context.gl, {&texture});
+            float found[8] = {};
+            framebuffer.read(0, 1, 2, GL_RGBA, GL_FLOAT, found);
+            for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(found[i], texels[i]);
+        },
+        GetParam());
+}
+
 // What VTK relies on: a context that the calling thread has current is still current, and intact, after our pass.
 TEST_P(Gl, LeavesTheCallersContextCurrent) {
     for (const Api outer : {Api::egl, Api::osmesa}) {
@@ -110,6 +157,13 @@ TEST_P(Gl, ShaderErrorsCarryTheDriversLog) {
     } catch (const DeviceError& error) {
         EXPECT_NE(std::string(error.what()).find("fragment shader"), std::string::npos) << error.what();
         EXPECT_NE(std::string(error.what()).find("nonsense"), std::string::npos) << error.what();
+    }
+    try {
+        run_pass([](const Context& context) { Program(context.gl, "#version 430\nvoid main() { nonsense; }\n"); },
+                 GetParam());
+        FAIL() << "a broken compute shader was taken";
+    } catch (const DeviceError& error) {
+        EXPECT_NE(std::string(error.what()).find("compute shader"), std::string::npos) << error.what();
     }
     try {
         run_pass(

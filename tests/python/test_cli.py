@@ -143,6 +143,9 @@ def test_area(ball, run):
     assert result["surfels"] == 162
     assert result["area"] == pytest.approx(16 * np.pi, rel=0.1)
     assert sf.read("with.ply").areas.sum() == pytest.approx(result["area"], rel=1e-6)
+    for backend in ("cpu", "gl"):
+        _, out, _ = run("area", "ball.ply", "--json", "--backend", backend)
+        assert json.loads(out)["area"] == pytest.approx(result["area"], rel=1e-5)
     status, out, _ = run("area", "ball.ply")
     assert status == 0
     assert out.startswith(f"162 surfels, area {result['area']:.6g}\n")
@@ -270,6 +273,7 @@ WRONG = [
     (["solve", "ball.ply", "--up", "0,0,0"], "up: wanted"),
     (["area", "none.ply"], "none.ply: no such file"),
     (["area", "ball.ply", "--method", "best"], "method: wanted one of"),
+    (["area", "ball.ply", "--backend", "gpu"], "backend: wanted one of 'auto', 'cpu', 'gl', got 'gpu'"),
     (["render", "ball.ply"], "ball.ply"),
     (["render", "none.ply"], "none.ply"),
     (["view", "none.ply"], "none.ply"),

@@ -1,11 +1,27 @@
 #include "surflux/area/effective_area.h"
 
+#include "surflux/area/atlas.h"
 #include "surflux/area/disk_integrator.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/gl/context.h"
 
 namespace surflux {
+
+namespace {
+
+bool takes_gl(std::size_t disks, const AreaOptions& options) {
+    if (options.backend != AreaBackend::automatic) return options.backend == AreaBackend::gl;
+    if (!atlas_may_pay(disks, options, thread_count()) || !gl::has_gpu_driver()) return false;
+    try {
+        return !gl::is_software(gl::describe());
+    } catch (const DeviceError&) {
+        return false;
+    }
+}
+
+}  // namespace
 
 void check(const AreaOptions& options) {
     const double steepest = options.method == AreaMethod::paper ? 80.0 : 8.0;  // beyond, floats overflow
@@ -27,6 +43,11 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
     std::vector<double> areas(surfels.size(), 0.0);
     for (const Triangle& t : surfels.triangles) areas[t.surfel] += area_of(t);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    if (takes_gl(finder.size(), options)) {
+        const std::vector<double> drawn = atlas_areas(finder, options, progress);
+        for (std::size_t k = 0; k < finder.size(); ++k) areas[finder.surfel(k)] = drawn[k];
+        return areas;
+    }
     parallel_blocks(
         finder.size(), 64,
         [&](std::size_t begin, std::size_t end) {

@@ -10,11 +10,17 @@ namespace surflux {
 
 enum class AreaMethod { paper, curved };
 
+// Where the quadrature runs; the neighbourhoods are found on the CPU either way. `automatic` is the faster one by what
+// the machine is: OpenGL where a GPU draws and the quadrature alone would take the CPU more than half a second; no
+// context is made to find that out for less. Software renderers are some four times slower than the CPU's own kernels.
+enum class AreaBackend { automatic, cpu, gl };
+
 struct AreaOptions {
     AreaMethod method = AreaMethod::curved;
     double kappa = 3.0;    // how fast a surfel's influence falls with distance (paper: exp(-kappa r / R), D04 eq. 6)
     int resolution = 32;   // pixels across a disk, n_x = n_y of D04 5.3
     double epsilon = 0.8;  // neighbours on the same surface have n_i . n_j above this, D04 eq. 10
+    AreaBackend backend = AreaBackend::automatic;
 };
 
 // Throws ArgumentError for a value out of range.

@@ -39,6 +39,9 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+// How many threads a pass uses now.
+int thread_count();
+
 std::string tbb_version();
 
 }  // namespace surflux

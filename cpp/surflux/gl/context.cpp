@@ -1,7 +1,11 @@
 #include "surflux/gl/context.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 
 #include <dlfcn.h>
@@ -119,6 +123,26 @@ Description describe(Api api) {
     Description found;
     run_pass([&](const Context& context) { found = context.description; }, api);
     return found;
+}
+
+bool is_software(const Description& device) {
+    std::string name = device.renderer;
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    const auto is_in_name = [&](const char* word) { return name.find(word) != std::string::npos; };
+    // "software": Mesa's "Software Rasterizer" and Microsoft's; lavapipe stands behind zink.
+    const auto words = {"llvmpipe", "softpipe", "swrast", "software", "swiftshader", "lavapipe", "openswr"};
+    return std::any_of(words.begin(), words.end(), is_in_name);
+}
+
+bool has_gpu_driver() {
+    std::error_code ignored;
+    // Mesa's drivers draw through render nodes; NVIDIA's own and Windows' subsystem for Linux have devices of their
+    // own.
+    for (const char* device : {"/dev/nvidiactl", "/dev/dxg"})
+        if (std::filesystem::exists(device, ignored)) return true;
+    for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", ignored))
+        if (entry.path().filename().string().rfind("renderD", 0) == 0) return true;
+    return false;
 }
 
 }  // namespace surflux::gl

@@ -49,4 +49,10 @@ void run_pass(const std::function<void(const Context&)>& pass, Api api = request
 // The device that a pass would use now.
 Description describe(Api api = requested_api());
 
+// Whether the device is a program on the CPU (llvmpipe, SwiftShader and their like), by its renderer's name.
+bool is_software(const Description& device);
+
+// False where no kernel driver offers a GPU, so that a context could only be a software one. Makes no context.
+bool has_gpu_driver();
+
 }  // namespace surflux::gl

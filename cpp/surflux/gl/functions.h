@@ -22,6 +22,8 @@ namespace surflux::gl {
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                   \
     X(PFNGLCLEARBUFFERIVPROC, ClearBufferiv)                   \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                         \
+    X(PFNGLDISPATCHCOMPUTEPROC, DispatchCompute)               \
+    X(PFNGLMEMORYBARRIERPROC, MemoryBarrier)                   \
     X(PFNGLCREATESHADERPROC, CreateShader)                     \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                     \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                   \
@@ -39,17 +41,20 @@ namespace surflux::gl {
     X(PFNGLUNIFORM1FPROC, Uniform1f)                           \
     X(PFNGLUNIFORM2FPROC, Uniform2f)                           \
     X(PFNGLUNIFORM4FPROC, Uniform4f)                           \
+    X(PFNGLUNIFORM2IPROC, Uniform2i)                           \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)               \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)               \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                         \
     X(PFNGLBINDBUFFERPROC, BindBuffer)                         \
     X(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                 \
     X(PFNGLBUFFERDATAPROC, BufferData)                         \
+    X(PFNGLGETBUFFERSUBDATAPROC, GetBufferSubData)             \
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                   \
     X(PFNGLGENTEXTURESPROC, GenTextures)                       \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                       \
     X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                   \
     X(PFNGLTEXSTORAGE2DPROC, TexStorage2D)                     \
+    X(PFNGLTEXSUBIMAGE2DPROC, TexSubImage2D)                   \
     X(PFNGLTEXPARAMETERIPROC, TexParameteri)                   \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                 \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)               \

@@ -8,6 +8,10 @@ namespace surflux::gl {
 
 namespace {
 
+const char* name_of(GLenum kind) {
+    return kind == GL_VERTEX_SHADER ? "vertex" : kind == GL_FRAGMENT_SHADER ? "fragment" : "compute";
+}
+
 GLuint compile(const Functions& gl, GLenum kind, const char* source) {
     const GLuint shader = gl.CreateShader(kind);
     gl.ShaderSource(shader, 1, &source, nullptr);
@@ -20,8 +24,7 @@ GLuint compile(const Functions& gl, GLenum kind, const char* source) {
     gl.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &size, log.data());
     log.resize(static_cast<std::size_t>(size));
     gl.DeleteShader(shader);
-    throw DeviceError(
-        message("the driver refuses our ", kind == GL_VERTEX_SHADER ? "vertex" : "fragment", " shader:\n", log));
+    throw DeviceError(message("the driver refuses our ", name_of(kind), " shader:\n", log));
 }
 
 }  // namespace
@@ -35,8 +38,16 @@ Program::Program(const Functions& gl, const char* vertex, const char* fragment) 
         gl.DeleteShader(first);
         throw;
     }
+    link({first, second});
+}
+
+Program::Program(const Functions& gl, const char* compute) : gl_(gl) {
+    link({compile(gl, GL_COMPUTE_SHADER, compute)});
+}
+
+void Program::link(std::initializer_list<GLuint> shaders) {
     program_ = gl_.CreateProgram();
-    for (const GLuint shader : {first, second}) {
+    for (const GLuint shader : shaders) {
         gl_.AttachShader(program_, shader);
         gl_.DeleteShader(shader);  // the program keeps it until it goes
     }
@@ -60,6 +71,20 @@ Buffer::Buffer(const Functions& gl, const void* data, std::size_t bytes) : gl_(g
     gl.BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
 }
 
+void Buffer::read(void* out, std::size_t bytes) const {
+    gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_);
+    gl_.GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), out);
+}
+
+void require_storage_buffers(const Functions& gl) {
+    for (const GLenum stage : {GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS}) {
+        GLint blocks = 0;
+        gl.GetIntegerv(stage, &blocks);
+        if (blocks < 2) throw DeviceError("the driver has no storage buffers in vertex and fragment shaders");
+    }
+}
+
 Buffer::~Buffer() { gl_.DeleteBuffers(1, &buffer_); }
 
 Texture::Texture(const Functions& gl, GLenum format, GLsizei width, GLsizei height) : gl_(gl) {
@@ -75,6 +100,11 @@ Texture::~Texture() { gl_.DeleteTextures(1, &texture_); }
 void Texture::bind(GLuint unit) const {
     gl_.ActiveTexture(GL_TEXTURE0 + unit);
     gl_.BindTexture(GL_TEXTURE_2D, texture_);
+}
+
+void Texture::write(GLsizei width, GLsizei height, GLenum format, GLenum type, const void* texels) const {
+    gl_.BindTexture(GL_TEXTURE_2D, texture_);
+    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, format, type, texels);
 }
 
 Framebuffer::Framebuffer(const Functions& gl, std::initializer_list<const Texture*> colors, const Texture* depth)

@@ -10,10 +10,11 @@
 
 namespace surflux::gl {
 
-// A vertex and a fragment shader. Throws DeviceError with the driver's log.
+// A vertex and a fragment shader, or a compute shader. Throws DeviceError with the driver's log.
 class Program {
 public:
     Program(const Functions& gl, const char* vertex, const char* fragment);
+    Program(const Functions& gl, const char* compute);
     ~Program();
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
@@ -23,11 +24,13 @@ public:
     GLint uniform(const char* name) const { return gl_.GetUniformLocation(program_, name); }
 
 private:
+    void link(std::initializer_list<GLuint> shaders);
+
     const Functions& gl_;
     GLuint program_ = 0;
 };
 
-// A read-only shader storage buffer.
+// A shader storage buffer. Shaders may write it; what they write is seen after MemoryBarrier.
 class Buffer {
 public:
     Buffer(const Functions& gl, const void* data, std::size_t bytes);
@@ -38,11 +41,16 @@ public:
     Buffer& operator=(const Buffer&) = delete;
 
     void bind(GLuint binding) const { gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_); }
+    // The first `bytes` of it; waits for the shaders that write them.
+    void read(void* out, std::size_t bytes) const;
 
 private:
     const Functions& gl_;
     GLuint buffer_ = 0;
 };
+
+// Throws DeviceError where vertex and fragment shaders cannot read two buffers each, which OpenGL leaves open.
+void require_storage_buffers(const Functions& gl);
 
 // Two-dimensional, one level, without filtering: texels are fetched, never interpolated.
 class Texture {
@@ -53,6 +61,8 @@ public:
     Texture& operator=(const Texture&) = delete;
 
     void bind(GLuint unit) const;
+    // All texels, first row first, `format` and `type` as OpenGL names them.
+    void write(GLsizei width, GLsizei height, GLenum format, GLenum type, const void* texels) const;
     GLuint id() const { return texture_; }
 
 private:

@@ -143,16 +143,13 @@ struct Raw {
 };
 
 void check_size(const gl::Functions& gl, GLsizei width, GLsizei height) {
-    GLint largest = 0, viewport[2] = {0, 0}, blocks = 0;
+    GLint largest = 0, viewport[2] = {0, 0};
     gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
     gl.GetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
     require(width <= std::min(largest, viewport[0]) && height <= std::min(largest, viewport[1]), "size: this GL device",
             " draws at most ", std::min({largest, viewport[0], viewport[1]}), " pixels a side, subpixels counted, got ",
             width, " x ", height);
-    for (GLenum stage : {GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS}) {
-        gl.GetIntegerv(stage, &blocks);
-        if (blocks < 2) throw DeviceError("the driver has no storage buffers in vertex and fragment shaders");
-    }
+    gl::require_storage_buffers(gl);
 }
 
 Raw draw(const gl::Functions& gl, const Geometry& geometry, const std::vector<std::int32_t>& objects, double tan_half,
