@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/vec.h"
+
+namespace surflux {
+
+// How well unit normals n and m of points that are d apart continue each other: 1 where they do, -1 where one of them
+// has to be turned, 0 where nothing can be said. m is mirrored at the plane halfway, which the normals of an arc obey
+// exactly (Xie, Wang, Hua, Qin and Kaufman 2003): so the two sides of a crease agree, and so do the two sheets of a
+// thin plate, which face opposite ways.
+double agreement(const Vec3& n, const Vec3& m, const Vec3& d);
+
+// Turns unit normals so that neighbours agree: along a minimum spanning tree of the neighbour graph (Hoppe et al. 1992,
+// sec. 3.3) whose weights are 1 - |agreement| and a little of the distance. Then each component outwards: the sum of
+// area times d . n over it is positive, d the direction from its median. (On a closed surface the integral is that of
+// div d = 2 / distance over the volume.) `spacing`, per place: the distance to a near neighbour.
+void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                         const std::vector<std::vector<std::uint32_t>>& graph, std::vector<Vec3>& normals);
+
+}  // namespace surflux
