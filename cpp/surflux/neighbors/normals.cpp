@@ -56,10 +56,10 @@ bool are_noisy(const std::vector<Vec3>& places, const std::vector<double>& spaci
     return *middle > 0.065;
 }
 
-// Unoriented normals of places of their own, and who is next to whom.
+// Unoriented normals of places of their own, who is next to whom, and how many neighbours each had to look at.
 std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                                  const PointIndex& index, std::size_t neighbors, bool noisy, Graph& graph,
-                                 const Progress& progress) {
+                                 std::vector<std::uint32_t>& looks, const Progress& progress) {
     std::vector<Vec3> normals(places.size());
     parallel_blocks(
         places.size(), 256,
@@ -67,18 +67,29 @@ std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vec
             std::vector<Neighbor> near;
             SurfaceNormal surface_normal(places, spacing, noisy);
             for (std::size_t i = begin; i < end; ++i) {
-                // Places on a line span no plane: look further until the neighbourhood does, but not at all there are.
-                std::size_t k = neighbors;
-                for (;; k *= 2) {
+                // Places on a line span no plane, and those of one scan line hardly one: look further until the
+                // neighbourhood is broad, but not at all there are.
+                Vec3 first;
+                for (std::size_t k = neighbors;; k *= 2) {
                     index.nearest(places[i], k, near);
                     normals[i] = surface_normal(near);
-                    if (length_squared(normals[i]) > 0.0 || k >= places.size() || 2 * k > farthest_look * neighbors)
-                        break;
+                    looks[i] = static_cast<std::uint32_t>(k);
+                    if (surface_normal.breadth() > 0.05 || k >= places.size()) break;
+                    if (!(length_squared(first) > 0.0)) first = normals[i];
+                    if (2 * k > farthest_look * neighbors) break;
                 }
-                const bool spanned = length_squared(normals[i]) > 0.0 && k > neighbors;
-                if (!spanned) near.resize(std::min(near.size(), tree_neighbors + 1));
-                for (const Neighbor& n : near)
-                    if (n.index != i) graph[i].push_back(n.index);
+                // A wire is no surface however far one looks; the nearest neighbours know it best.
+                if (surface_normal.breadth() <= 0.05 && length_squared(first) > 0.0) {
+                    normals[i] = first;
+                    looks[i] = static_cast<std::uint32_t>(neighbors);
+                    near.resize(std::min(near.size(), neighbors));
+                }
+                const std::size_t others = near.size() - 1, links = std::min(others, tree_neighbors);
+                const std::size_t spread = looks[i] > neighbors ? others : links;
+                for (std::size_t k = 1; k <= links; ++k) {
+                    const std::uint32_t j = near[k * spread / links].index;
+                    if (j != i) graph[i].push_back(j);
+                }
             }
         },
         progress);
@@ -113,7 +124,7 @@ std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vec
 
 // The fit once more, among neighbours that face the same way.
 void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing, const PointIndex& index,
-            std::size_t neighbors, bool noisy, std::vector<Vec3>& normals, const Progress& progress) {
+            const std::vector<std::uint32_t>& looks, bool noisy, std::vector<Vec3>& normals, const Progress& progress) {
     const std::vector<Vec3> before = normals;
     parallel_blocks(
         places.size(), 256,
@@ -121,6 +132,7 @@ void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing,
             std::vector<Neighbor> near, group, others;
             SurfaceNormal surface_normal(places, spacing, noisy);
             for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t neighbors = looks[i];
                 index.nearest(places[i], neighbors * 3 / 2, near);
                 group.clear();
                 others.clear();
@@ -159,17 +171,18 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     const bool noisy = are_noisy(places, spacing, index, neighbors);
     if (noisy) neighbors += neighbors / 2;
     Graph graph(places.size());
+    std::vector<std::uint32_t> looks(places.size());
     const auto half = [&](std::size_t before) -> Progress {
         if (!progress) return {};
         return [&progress, before](std::size_t done, std::size_t total) { return progress(before + done, 2 * total); };
     };
-    std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, half(0));
+    std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, looks, half(0));
     if (options.viewpoint)
         face(*options.viewpoint, places, normals);
     else
         orient_consistently(places, spacing, graph, normals);
     graph = {};
-    refine(places, spacing, index, neighbors, noisy, normals, half(places.size()));
+    refine(places, spacing, index, looks, noisy, normals, half(places.size()));
     if (options.viewpoint) face(*options.viewpoint, places, normals);
     std::vector<Vec3> out(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) out[i] = normals[of_point[i]];

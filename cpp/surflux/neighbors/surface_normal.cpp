@@ -38,7 +38,8 @@ void SurfaceNormal::weigh(const std::vector<Neighbor>& group) {
     }
 }
 
-Vec3 SurfaceNormal::plane(const std::vector<Neighbor>& group) const {
+Vec3 SurfaceNormal::plane(const std::vector<Neighbor>& group) {
+    breadth_ = 0.0;
     Vec3 mean;
     double total = 0.0;
     for (std::size_t k = 0; k < weights_.size(); ++k) {
@@ -57,6 +58,7 @@ Vec3 SurfaceNormal::plane(const std::vector<Neighbor>& group) const {
     if (!(scale > 0.0)) return {};
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / scale);
     if (solver.eigenvalues()[1] < 1e-9) return {};
+    breadth_ = solver.eigenvalues()[1] / solver.eigenvalues()[2];
     const Eigen::Vector3d n = solver.eigenvectors().col(0);
     return normalized({n[0], n[1], n[2]});
 }

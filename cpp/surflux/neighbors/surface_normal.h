@@ -20,6 +20,9 @@ public:
     // Zero where the group spans no plane.
     Vec3 operator()(const std::vector<Neighbor>& group);
 
+    // How broad the last group was for its length, as a ratio of variances: small where it is little more than a line.
+    double breadth() const { return breadth_; }
+
     // How far the place lies off the quadric through the others, in spacings; 0 where they span no plane.
     double misfit(const std::vector<Neighbor>& group);
 
@@ -31,7 +34,7 @@ private:
         Vec3 normal() const { return normalized(frame.n - slope_u * frame.u - slope_v * frame.v); }
     };
     void weigh(const std::vector<Neighbor>& group);
-    Vec3 plane(const std::vector<Neighbor>& group) const;
+    Vec3 plane(const std::vector<Neighbor>& group);
     Quadric quadric(const std::vector<Neighbor>& group, const Vec3& n) const;
     Vec3 star(const std::vector<Neighbor>& group, const Vec3& n);
 
@@ -42,7 +45,7 @@ private:
     const std::vector<Vec3>& places_;
     const std::vector<double>& spacing_;
     bool noisy_;
-    double reach_ = 0.0;
+    double reach_ = 0.0, breadth_ = 0.0;
     std::vector<double> weights_;  // of the first of the group
     std::vector<Spoke> spokes_, hull_;
 };
