@@ -67,8 +67,8 @@ std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vec
             std::vector<Neighbor> near;
             SurfaceNormal surface_normal(places, spacing, noisy);
             for (std::size_t i = begin; i < end; ++i) {
-                // Places on a line span no plane, and those of one scan line hardly one: look further until the
-                // neighbourhood is broad, but not at all there are.
+                // Places on a line span no plane, those of one scan line hardly one, and those of two near sheets
+                // several: look further until the neighbourhood is broad and flat, but not at all there are.
                 Vec3 first;
                 for (std::size_t k = neighbors;; k *= 2) {
                     index.nearest(places[i], k, near);

@@ -58,7 +58,7 @@ Vec3 SurfaceNormal::plane(const std::vector<Neighbor>& group) {
     if (!(scale > 0.0)) return {};
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / scale);
     if (solver.eigenvalues()[1] < 1e-9) return {};
-    breadth_ = solver.eigenvalues()[1] / solver.eigenvalues()[2];
+    breadth_ = (solver.eigenvalues()[1] - 3.0 * solver.eigenvalues()[0]) / solver.eigenvalues()[2];
     const Eigen::Vector3d n = solver.eigenvectors().col(0);
     return normalized({n[0], n[1], n[2]});
 }

@@ -20,7 +20,8 @@ public:
     // Zero where the group spans no plane.
     Vec3 operator()(const std::vector<Neighbor>& group);
 
-    // How broad the last group was for its length, as a ratio of variances: small where it is little more than a line.
+    // How broad the last group was for its length, as a ratio of variances, beyond what it scatters across its plane:
+    // small where it is little more than a line, or has no plane at all.
     double breadth() const { return breadth_; }
 
     // How far the place lies off the quadric through the others, in spacings; 0 where they span no plane.
