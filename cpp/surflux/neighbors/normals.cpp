@@ -15,8 +15,6 @@ namespace surflux {
 
 namespace {
 
-using Graph = std::vector<std::vector<std::uint32_t>>;
-
 // How many times the neighbours asked for a place may look at before it takes its normal from another one.
 constexpr std::size_t farthest_look = 16;
 
@@ -58,7 +56,7 @@ bool are_noisy(const std::vector<Vec3>& places, const std::vector<double>& spaci
 
 // Unoriented normals of places of their own, who is next to whom, and how many neighbours each had to look at.
 std::vector<Vec3> fitted_normals(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                                 const PointIndex& index, std::size_t neighbors, bool noisy, Graph& graph,
+                                 const PointIndex& index, std::size_t neighbors, bool noisy, NeighborGraph& graph,
                                  std::vector<std::uint32_t>& looks, const Progress& progress) {
     std::vector<Vec3> normals(places.size());
     parallel_blocks(
@@ -170,7 +168,7 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     const std::vector<double> spacing = spacings(places, index);
     const bool noisy = are_noisy(places, spacing, index, neighbors);
     if (noisy) neighbors += neighbors / 2;
-    Graph graph(places.size());
+    NeighborGraph graph(places.size());
     std::vector<std::uint32_t> looks(places.size());
     const auto half = [&](std::size_t before) -> Progress {
         if (!progress) return {};

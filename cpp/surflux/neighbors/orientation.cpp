@@ -78,8 +78,8 @@ double agreement(const Vec3& n, const Vec3& m, const Vec3& d) {
     return dot(n, m) - 2.0 * dot(n, d) * dot(m, d) / length_squared(d);
 }
 
-void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                         const std::vector<std::vector<std::uint32_t>>& graph, std::vector<Vec3>& normals) {
+std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals) {
     std::vector<std::size_t> start(places.size() + 1, 0);
     for (std::size_t i = 0; i < places.size(); ++i) start[i + 1] = start[i] + graph[i].size();
     std::vector<Edge> edges(start.back());
@@ -91,7 +91,9 @@ void orient_consistently(const std::vector<Vec3>& places, const std::vector<doub
             const double agree = agreement(normals[i], normals[to], d);
             const double weight = 1.0 - std::abs(agree) + 0.1 * length(d) / (spacing[i] + spacing[to]);
             // Smaller index first, so that an edge seen from both its ends is the same edge.
-            edges[start[i] + k] = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};
+            Edge& edge = edges[start[i] + k];
+            edge = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};
+            if (std::abs(agree) < least) edge.a = edge.b;  // leads nowhere
         }
     });
     std::sort(edges.begin(), edges.end());
@@ -104,16 +106,29 @@ void orient_consistently(const std::vector<Vec3>& places, const std::vector<doub
         roots[i] = forest.root(static_cast<std::uint32_t>(i), turned);
         if (turned) normals[i] = -normals[i];
     });
-    std::vector<std::uint32_t> order(places.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) { return roots[i] < roots[j]; });
-    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-        while (end < order.size() && roots[order[end]] == roots[order[begin]]) ++end;
-        const std::vector<std::uint32_t> members(order.begin() + static_cast<std::ptrdiff_t>(begin),
-                                                 order.begin() + static_cast<std::ptrdiff_t>(end));
+    return roots;
+}
+
+void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                         const NeighborGraph& graph, std::vector<Vec3>& normals) {
+    for (const std::vector<std::uint32_t>& members : groups_of(orient_sheets(places, spacing, graph, 0.0, normals)))
         if (outwardness(places, spacing, members, normals) < 0.0)
             for (std::uint32_t i : members) normals[i] = -normals[i];
+}
+
+std::vector<std::vector<std::uint32_t>> groups_of(const std::vector<std::uint32_t>& numbers) {
+    constexpr std::uint32_t none = 0xffffffffu;
+    std::vector<std::uint32_t> group(numbers.size(), none);  // of each number, all of which are indices
+    std::vector<std::vector<std::uint32_t>> out;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        std::uint32_t& g = group[numbers[i]];
+        if (g == none) {
+            g = static_cast<std::uint32_t>(out.size());
+            out.emplace_back();
+        }
+        out[g].push_back(static_cast<std::uint32_t>(i));
     }
+    return out;
 }
 
 }  // namespace surflux

@@ -13,11 +13,21 @@ namespace surflux {
 // thin plate, which face opposite ways.
 double agreement(const Vec3& n, const Vec3& m, const Vec3& d);
 
+using NeighborGraph = std::vector<std::vector<std::uint32_t>>;
+
 // Turns unit normals so that neighbours agree: along a minimum spanning tree of the neighbour graph (Hoppe et al. 1992,
-// sec. 3.3) whose weights are 1 - |agreement| and a little of the distance. Then each component outwards: the sum of
-// area times d . n over it is positive, d the direction from its median. (On a closed surface the integral is that of
-// div d = 2 / distance over the volume.) `spacing`, per place: the distance to a near neighbour.
+// sec. 3.3) whose weights are 1 - |agreement| and a little of the distance. Links that agree or disagree by no more
+// than `least` do not count. Returns for each place a number that all places of its tree have in common, and no others;
+// which way a tree as a whole faces is chance. `spacing`, per place: the distance to a near neighbour.
+std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals);
+
+// The same, all links counted, and each tree turned outwards: the sum of area times d . n over it is positive, d the
+// direction from its median. (On a closed surface the integral is that of div d = 2 / distance over the volume.)
 void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                         const std::vector<std::vector<std::uint32_t>>& graph, std::vector<Vec3>& normals);
+                         const NeighborGraph& graph, std::vector<Vec3>& normals);
+
+// The places in groups of one number each, by the number's first appearance.
+std::vector<std::vector<std::uint32_t>> groups_of(const std::vector<std::uint32_t>& numbers);
 
 }  // namespace surflux

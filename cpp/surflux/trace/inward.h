@@ -9,15 +9,16 @@
 namespace surflux {
 
 struct InwardOptions {
-    int rays = 8;              // from each side of each surfel
-    std::size_t smallest = 8;  // surfels of a patch; fewer are noise
+    std::size_t smallest = 20;  // surfels of a patch; fewer are noise
+    int rays = 8;               // from each side of a surfel that is asked
     std::uint64_t seed = 0;
 };
 
-// Patches of surfels whose normals point into the body that the surfels enclose: for each surfel 0, or the number of
-// its patch, 1 for the largest. Light that leaves a surfel tells: rays from its back get out where those from its front
-// do not. Where neither side is seen from outside, the neighbours tell, along normals that continue each other (or
-// contradict: then the opposite). Sheets seen from both sides alike are left alone, whichever way they face.
+// Patches of surfels whose normals point inwards: for each surfel 0, or the number of its patch, 1 for the largest.
+// Surfels that continue each other, whichever way their normals point, make a sheet (neighbors/orientation.h), and in a
+// sheet two of them either face the same side or do not. Light tells which side is out: rays from there leave the
+// scene, and rays from the other side do not, where the sheet closes around a body. An open scan is seen from both
+// sides; there the side that most of its surfels face is right. So is a sheet that is its own only witness.
 std::vector<std::uint32_t> inward_patches(const Surfels& surfels, const InwardOptions& options,
                                           const Progress& progress = {});
 
