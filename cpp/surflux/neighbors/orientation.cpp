@@ -90,10 +90,13 @@ std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const 
             const Vec3 d = places[to] - places[i];
             const double agree = agreement(normals[i], normals[to], d);
             const double weight = 1.0 - std::abs(agree) + 0.1 * length(d) / (spacing[i] + spacing[to]);
+            // Without the mirror, normals say the opposite on two thin sheets, but also where noise has put one point
+            // above another.
+            const bool doubtful = (agree < 0.0) != (dot(normals[i], normals[to]) < 0.0);
             // Smaller index first, so that an edge seen from both its ends is the same edge.
             Edge& edge = edges[start[i] + k];
             edge = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};
-            if (std::abs(agree) < least) edge.a = edge.b;  // leads nowhere
+            if (least > 0.0 && (doubtful || std::abs(agree) < least)) edge.a = edge.b;  // leads nowhere
         }
     });
     std::sort(edges.begin(), edges.end());
