@@ -27,6 +27,7 @@ _HOME = {
     "Surfels": "surfels",
     "effective_areas": "areas",
     "form_factors": "solver",
+    "inward_patches": "orientation",
     "load_scene": "scene_file",
     "load_solution": "solution",
     "read": "files",

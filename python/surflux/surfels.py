@@ -16,7 +16,8 @@ class Surfels:
 
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
-        normals: (n, 3), normalized here; None to estimate them from 16 neighbours (needs 3 points).
+        normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
+            line, and to orient them outwards, sheet by sheet (needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: to the 6th neighbour, no gaps (needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
@@ -225,6 +226,23 @@ class Surfels:
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
         """
         return Surfels._from_core(self._core.select(_check.selection("selection", selection, len(self))))
+
+    def flipped(self, mask):
+        """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
+
+        For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
+
+        Raises:
+            ValueError: not a mask of that shape.
+        """
+        mask = np.asarray(mask)
+        if mask.dtype != bool or mask.shape != (len(self),):
+            raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
+        normals = np.where(mask[:, None], -self.normals, self.normals)
+        of_turned = mask[self.triangle_surfel]
+        triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
+        rest = (self.radii, self.areas, self.reflectance, self.emission, triangles, self.triangle_surfel)
+        return Surfels._from_core(_make_core(self.points, normals, *rest))
 
     def thinned(self, n, seed=0):
         """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).

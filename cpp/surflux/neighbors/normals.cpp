@@ -151,9 +151,24 @@ void refine(const std::vector<Vec3>& places, const std::vector<double>& spacing,
         progress);
 }
 
-void face(const Vec3& viewpoint, const std::vector<Vec3>& places, std::vector<Vec3>& normals) {
-    for (std::size_t i = 0; i < places.size(); ++i)
-        if (dot(viewpoint - places[i], normals[i]) < 0.0) normals[i] = -normals[i];
+// Towards the viewpoint. Where it sees the surface edge on, a small error of the normal decides: there the neighbours
+// that it sees better tell.
+void face(const Vec3& viewpoint, const std::vector<Vec3>& places, const NeighborGraph& graph,
+          std::vector<Vec3>& normals) {
+    std::vector<bool> edge_on(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Vec3 d = viewpoint - places[i];
+        const double toward = dot(d, normals[i]);
+        edge_on[i] = std::abs(toward) <= 0.1 * length(d);
+        if (toward < 0.0) normals[i] = -normals[i];
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (!edge_on[i]) continue;
+        double sum = 0.0;
+        for (std::uint32_t j : graph[i])
+            if (!edge_on[j]) sum += agreement(normals[i], normals[j], places[j] - places[i]);
+        if (sum < 0.0) normals[i] = -normals[i];
+    }
 }
 
 }  // namespace
@@ -176,12 +191,11 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     };
     std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, looks, half(0));
     if (options.viewpoint)
-        face(*options.viewpoint, places, normals);
+        face(*options.viewpoint, places, graph, normals);
     else
         orient_consistently(places, spacing, graph, normals);
     graph = {};
     refine(places, spacing, index, looks, noisy, normals, half(places.size()));
-    if (options.viewpoint) face(*options.viewpoint, places, normals);
     std::vector<Vec3> out(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) out[i] = normals[of_point[i]];
     return out;
