@@ -26,13 +26,14 @@ void bind_neighbors(py::module_& module) {
         py::arg("points"), py::arg("neighbors"), py::arg("viewpoint"), py::arg("progress") = py::none());
     module.def(
         "estimate_radii",
-        [](const Doubles& points, std::size_t neighbors, const py::object& progress) {
+        [](const Doubles& points, const std::optional<Doubles>& normals, const py::object& progress) {
             const std::vector<Vec3> p = to_vec3s(points, "points");
+            const std::vector<Vec3> n = normals ? to_vec3s(*normals, "normals") : std::vector<Vec3>();
             const Progress report = to_progress(progress);
-            const std::vector<double> radii = without_gil([&] { return estimate_radii(p, neighbors, report); });
+            const std::vector<double> radii = without_gil([&] { return estimate_radii(p, n, report); });
             return to_array(radii);
         },
-        py::arg("points"), py::arg("neighbors"), py::arg("progress") = py::none());
+        py::arg("points"), py::arg("normals") = py::none(), py::arg("progress") = py::none());
     module.def(
         "eliminate_samples",
         [](const Doubles& points, std::size_t count, double area, std::uint64_t seed, const py::object& progress) {

@@ -2,7 +2,7 @@
 
 >>> import surflux as sf
 >>> sorted(sf.__all__)[:3]
-['AreaLight', 'Camera', 'Cancelled']
+['AreaLight', 'AreaShares', 'Camera']
 """
 
 from importlib import import_module as _import_module
@@ -17,6 +17,7 @@ from surflux.info import info as info
 # Where each public name lives. Modules are loaded when they are first asked for: the viewer brings pyvista along.
 _HOME = {
     "AreaLight": "lights",
+    "AreaShares": "areas",
     "Camera": "camera",
     "DirectionalLight": "lights",
     "Environment": "lights",
@@ -25,6 +26,7 @@ _HOME = {
     "Solution": "solution",
     "SpotLight": "lights",
     "Surfels": "surfels",
+    "area_shares": "areas",
     "effective_areas": "areas",
     "form_factors": "solver",
     "inward_patches": "orientation",

@@ -1,5 +1,9 @@
 """Effective areas: what each surfel contributes to the area of its surface (D04 section 5)."""
 
+from dataclasses import dataclass
+
+import numpy as np
+
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 
@@ -25,13 +29,14 @@ def effective_areas(
 
     Args:
         s: Surfels.
-        method: "curved", second order: weights are taken at an estimate of the surface point over each pixel, so that
-            a sphere of 642 surfels is right to 0.1 %; or "paper", D04 eq. 9 as D03 eq. 9 has it, on the tangent disks
-            themselves, which lie outside a convex surface: +2.2 % there.
+        method: "curved", second order: weights are taken on a model of the surface around each surfel, which is exact
+            on spheres, and a disk ends at sharp edges and where the sampling ends; or "paper", D04 eq. 9 as D03 eq. 9
+            has it, on the tangent disks themselves, which lie outside a convex surface: areas come out too large.
         kappa: how fast a surfel's weight falls with distance, above 0: exp(-kappa r / R) on the disks (at most 80), or
-            r^(-2 kappa) (1 - r / R) at the surface (at most 8).
-        resolution: the disk is integrated on a grid of resolution x resolution, 4 to 512.
-        epsilon: a neighbour counts only where the cosine between the normals is above epsilon; between 0 and 1.
+            r^(-2 kappa) (1 - (r / R)^2) at the surface (at most 8).
+        resolution: samples across the disk, 4 to 512: "paper" takes resolution x resolution pixels, "curved" that many
+            directions with half as many points along each.
+        epsilon: surfels are of one surface where the cosine between their normals is above epsilon; between 0 and 1.
         backend: "cpu", or "auto" for the fastest there is.
         threads: at most this many; None for all.
         progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
@@ -45,22 +50,74 @@ def effective_areas(
     >>> print(f"{sf.effective_areas(grid)[60]:.2f}")  # in the middle, each surfel has a unit square to itself
     1.00
     """
+    _check_cloud(s)
+    _check.choice("backend", backend, BACKENDS)
+    options = _options(method, kappa, resolution, epsilon)
+    with thread_limit(threads), progress_callback(progress, "areas") as callback:
+        return _core.effective_areas(s._core, **options, progress=callback)
+
+
+@dataclass(frozen=True)
+class AreaShares:
+    """Who shares the disk of one surfel: the influence functions xi_j of D04 eq. 5, as images.
+
+    Attributes:
+        neighbors: (m,) indices, the surfel itself first.
+        shares: (m, resolution, resolution) float64, between 0 and 1; over j they sum to 1 at every pixel. Columns run
+            along frame[0], rows along frame[1]. NaN outside of what the disk counts: beyond its rim and, with
+            "curved", beyond a crease or the border of the sampling.
+        frame: (3, 3): the directions u and v of the images and the normal.
+        extent: half the side of the images, in the unit of the positions: the surfel's radius, or with "curved", where
+            a disk counts a little beyond its rim, 1.3 times it.
+        area: the surfel's effective area.
+    """
+
+    neighbors: np.ndarray
+    shares: np.ndarray
+    frame: np.ndarray
+    extent: float
+    area: float
+
+
+def area_shares(s, index, *, method="curved", kappa=3.0, resolution=32, epsilon=0.8):
+    """How surfel `index` and its neighbours share its disk (D04 eq. 5): AreaShares.
+
+    Args:
+        s: Surfels.
+        index: of a surfel that is a disk; -1 is the last one.
+        method, kappa, epsilon: as effective_areas takes them.
+        resolution: pixels along each side of the images, 4 to 512.
+
+    Raises:
+        ValueError: an argument out of range, or the index of a mesh patch, whose area is exact.
+
+    >>> import surflux as sf
+    >>> grid = sf.Surfels([[x, y, 0] for y in range(11) for x in range(11)], normals=[[0, 0, 1]] * 121, radii=1.0)
+    >>> found = sf.area_shares(grid, 60)
+    >>> len(found.neighbors), found.shares.shape[1:], f"{found.area:.2f}"
+    (9, (32, 32), '1.00')
+    """
+    _check_cloud(s)
+    options = _options(method, kappa, resolution, epsilon)
+    if not isinstance(index, (int, np.integer)) or isinstance(index, bool):
+        raise ValueError(f"index: wanted an integer, got {index!r}")
+    if not -len(s) <= index < len(s):
+        raise ValueError(f"index: wanted below {len(s)}, the number of surfels, got {index}")
+    return AreaShares(*_core.area_shares(s._core, int(index) % len(s), **options))
+
+
+def _check_cloud(s):
     from surflux.surfels import Surfels
 
     if not isinstance(s, Surfels):
         raise ValueError(f"s: wanted Surfels, got {type(s).__name__}")
-    _check.choice("method", method, METHODS)
-    _check.choice("backend", backend, BACKENDS)
-    kappa = _check.number("kappa", kappa, 0.0, 80.0 if method == "paper" else 8.0, low_open=True)
-    resolution = _check.count("resolution", resolution, 4, 512)
-    epsilon = _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True)
 
-    with thread_limit(threads), progress_callback(progress, "areas") as callback:
-        return _core.effective_areas(
-            s._core,
-            curved=method == "curved",
-            kappa=kappa,
-            resolution=resolution,
-            epsilon=epsilon,
-            progress=callback,
-        )
+
+def _options(method, kappa, resolution, epsilon):
+    _check.choice("method", method, METHODS)
+    return {
+        "curved": method == "curved",
+        "kappa": _check.number("kappa", kappa, 0.0, 80.0 if method == "paper" else 8.0, low_open=True),
+        "resolution": _check.count("resolution", resolution, 4, 512),
+        "epsilon": _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
+    }

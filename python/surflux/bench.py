@@ -41,12 +41,21 @@ def main(arguments=None):
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
     parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
     parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
+    parser.add_argument("--areas", action="store_true", help="instead of the cases, tables of effective areas alone")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --areas: error against seconds along each knob")
     options = parser.parse_args(arguments)
     if options.list:
         print("\n".join(CASES))
         return 0
     if options.repeats < 1:
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
+    if options.plot and not options.areas:
+        raise ValueError("--plot: goes with --areas")
+    if options.areas:
+        from surflux import bench_areas
+
+        bench_areas.main(options.repeats, options.threads, options.markdown, options.json, options.plot, heading())
+        return 0
     for name in options.case or ():
         if name not in CASES:
             raise ValueError(f"--case: wanted one of {', '.join(CASES)}, got {name!r}")

@@ -89,7 +89,10 @@ def _parser():
     view = command("view", _view, "Look at a scene, a cloud or a solved file.")
     view.add_argument("input", metavar="FILE")
     view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
-    view.add_argument("--color", help="radiosity, reflectance, emission, area, radius, normal or level")
+    view.add_argument("--color", help="radiosity, reflectance, emission, area, coverage, radius, normal, level")
+    view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
+    view.add_argument("--pick", type=int, metavar="INDEX", help="with --areas: the surfel to pick and to look at")
+    view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
     view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
     _camera_options(view)
 
@@ -153,11 +156,15 @@ def _check_options(options):
         "smallest": _check.count,
         "seed": _check.seed,
         "tolerance": lambda name, value: _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
+        "pick": lambda name, value: _check.count(name, value, 0),
         "zeta": lambda name, value: _check.number(name, value, 0.0, low_open=True),
     }
     for name, check in checks.items():
         if name in given:
             check(f"--{name}", given[name])
+    for name in ("pick", "method"):
+        if name in given and options.command == "view" and not options.areas:
+            raise ValueError(f"--{name}: goes with --areas")
     for side in given.get("size", ()):
         _check.count("--size", side, 1, 16384)
     if "output" in given:
@@ -258,20 +265,18 @@ def _check_cloud(options):
     sizes = np.bincount(patches)[1:]
     if options.output:
         cloud.flipped(patches > 0).save(options.output)
-    largest = [
-        {"surfels": int(size), "center": cloud.points[patches == k].mean(axis=0).tolist()}
-        for k, size in enumerate(sizes[:10], 1)
-    ]
+    largest = [(int(size), cloud.points[patches == k].mean(axis=0)) for k, size in enumerate(sizes[:10], 1)]
     result = {"input": options.input, "surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
     if options.json:
+        largest = [{"surfels": size, "center": center} for size, center in largest]
         return _print_json(result | {"largest": largest, "output": options.output})
     if not len(sizes):
         print(f"{_check.counted(len(cloud), 'surfel')}, none in a patch that points inwards")
         return 0
     many = "1 patch" if len(sizes) == 1 else f"{len(sizes)} patches"
     print(f"{_check.counted(len(cloud), 'surfel')}, {sizes.sum()} of them point inwards, in {many}")
-    for patch in largest:
-        print(f"  {patch['surfels']} around ({', '.join(f'{x:.6g}' for x in patch['center'])})")
+    for size, center in largest:
+        print(f"  {size} around ({', '.join(f'{x:.6g}' for x in center)})")
     if options.output:
         print(f"surfels turned round: {options.output}")
     return 0
@@ -330,10 +335,29 @@ def _view(options):
             values = {name: getattr(solution, name) for name in ("radiosity", "irradiance", "direct")}
         except (sf.FileError, ValueError):
             surfels = sf.read(options.input)  # not solved, or not readable: then this says why
+    if options.pick is not None:
+        camera = None  # close to the surfel, unless told otherwise
     if camera is not None or any(v is not None for v in (options.eye, options.target, options.up, options.fov)):
         camera = _camera(options, surfels, camera)
+    if options.areas:
+        return _view_areas(options, surfels, camera)
     color = options.color or ("radiosity" if values else "reflectance")
     path = plot(surfels, color=color, values=values, screenshot=options.screenshot, camera=camera, size=options.size)
+    if path is not None:
+        print(f"picture: {path}")
+    return 0
+
+
+def _view_areas(options, surfels, camera):
+    path = surfels.plot_areas(
+        options.pick,
+        color=options.color or "coverage",
+        method=options.method,
+        progress=True,
+        screenshot=options.screenshot,
+        camera=camera,
+        size=options.size,
+    )
     if path is not None:
         print(f"picture: {path}")
     return 0

@@ -3,10 +3,7 @@
 import numpy as np
 
 from surflux import _check, _core
-
-# Neighbours that the estimates look at: 16 for a plane fit, 6 for a disk that reaches the ring around it (D04 sec. 4).
-NORMAL_NEIGHBORS = 16
-RADIUS_NEIGHBORS = 6
+from surflux.estimates import estimated_normals, estimated_radii
 
 
 class Surfels:
@@ -18,7 +15,7 @@ class Surfels:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
             line, and to orient them outwards, sheet by sheet (needs 3 points).
-        radii: (n,) or one number, above 0, in the unit of points; None: to the 6th neighbour, no gaps (needs 2 points).
+        radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
             Where n is 3, three numbers are one RGB.
@@ -26,6 +23,12 @@ class Surfels:
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
         two_sided: True appends a copy of every surfel that faces the other way.
+
+    Estimated radii are 1.1 times the least with which disks cover every triangle of the local Delaunay triangulation,
+    each its nearest part: in an acute one the circumradius, as in the covering radius of a lattice (Conway and Sloane
+    1999, Sphere Packings, Lattices and Groups, chapter 2). The triangulation is that of the points' Voronoi cells in
+    their tangent planes (Boissonnat and Ghosh 2010, tangential Delaunay complexes). Each side of a thin sheet covers
+    itself. On borders disks reach half way to their neighbours; no radius is more than three times the median around.
 
     Raises:
         ValueError: names the argument, what came and what was wanted.
@@ -67,9 +70,9 @@ class Surfels:
         emission = _check.per_surfel_rgb("emission", emission, n)
         two_sided = _check.flag("two_sided", two_sided)
         if normals is None:
-            normals = _estimated_normals(points, viewpoint)
+            normals = estimated_normals(points, viewpoint)
         if radii is None:
-            radii = _estimated_radii(points)
+            radii = estimated_radii(points, normals)
         core = _make_core(points, normals, radii, areas, reflectance, emission)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
@@ -249,7 +252,7 @@ class Surfels:
 
         Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
         a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
-        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (2.6 of them are usual).
+        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
         Patches of a mesh lose their triangles and become disks.
 
         Args:
@@ -269,8 +272,9 @@ class Surfels:
             kept = np.sort(_core.eliminate_samples(self.points, n, area, seed))
         points = np.ascontiguousarray(self.points[kept])
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
-        radii = np.minimum(_estimated_radii(points), largest)
-        core = _make_core(points, self.normals[kept], radii, None, self.reflectance[kept], self.emission[kept])
+        normals = np.ascontiguousarray(self.normals[kept])
+        radii = np.minimum(estimated_radii(points, normals), largest)
+        core = _make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
         return Surfels._from_core(core)
 
     def _total_area(self):
@@ -308,7 +312,8 @@ class Surfels:
         looked into through its walls.
 
         Args:
-            color: "reflectance", "emission", "radius", "normal", "area" where areas are known, or a name in values.
+            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2), the share of
+                its disk that a surfel keeps) or a name in values. Areas left open are computed for the picture.
             values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
@@ -327,6 +332,24 @@ class Surfels:
         from surflux.viewer import plot
 
         return plot(self, color=color, **options)
+
+    def plot_areas(self, pick=None, **options):
+        """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
+
+        Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
+        share xi over that disk (D04 eq. 5) and who has the largest where, and its numbers. Of overlapping disks each
+        is drawn where it is nearest. Patches of a mesh share nothing.
+
+        Args:
+            pick: index of a surfel to pick, and to look at.
+            color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
+            method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
+            progress: of the areas, as effective_areas takes it.
+            screenshot, camera, size: as plot takes them; so are what is returned and raised.
+        """
+        from surflux.inspection import plot_areas
+
+        return plot_areas(self, pick, **options)
 
 
 def only_so_many(there, n):
@@ -362,30 +385,12 @@ def sampled_surfels(polygons, n, seed, reflectance, emission):
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
     points = np.ascontiguousarray(points[kept])
     normals = patches.normals[patches.triangle_patch[triangle[kept]]]
-    return Surfels._from_core(_make_core(points, normals, _estimated_radii(points), None, reflectance, emission))
+    return Surfels._from_core(
+        _make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission)
+    )
 
 
 def _make_core(points, normals, radii, areas, reflectance, emission, triangles=None, triangle_surfel=None):
     if triangles is None:
         triangles, triangle_surfel = np.zeros((0, 3, 3)), np.zeros(0, np.uint32)
     return _core.Surfels(points, normals, radii, areas, reflectance, emission, triangles, triangle_surfel)
-
-
-def _estimated_normals(points, viewpoint):
-    if len(points) < 3:
-        few = _check.counted(len(points), "point")
-        raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
-    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
-
-
-def _estimated_radii(points):
-    if len(points) < 2:
-        raise ValueError("radii: must be given for a single point, which has no neighbours; got None")
-    radii = _core.estimate_radii(points, min(RADIUS_NEIGHBORS, len(points) - 1))
-    flat = np.flatnonzero(~(radii > 0))
-    if len(flat):
-        raise ValueError(
-            f"radii: must be given, since {_check.counted(len(flat), 'point')} (the first at index {flat[0]}) "
-            f"{'coincides' if len(flat) == 1 else 'coincide'} with all of the nearest neighbours; got None"
-        )
-    return radii

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _check
+from surflux.areas import effective_areas
 
 # Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
 _CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
@@ -43,20 +44,36 @@ def disks(s, corners=None):
 
     round_ones = np.flatnonzero(np.bincount(s.triangle_surfel, minlength=len(s)) == 0)
     if corners is None:
-        corners = _CORNERS if len(round_ones) <= _MANY else _FEW_CORNERS
-    n = s.normals[round_ones]
-    helper = np.where(np.abs(n[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    u = np.cross(n, helper)
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
-    v = np.cross(n, u)
-    angle = 2 * np.pi * np.arange(corners) / corners
-    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
-    rims = (s.points[round_ones, None] + s.radii[round_ones, None, None] * ring).reshape(-1, 3)
+        corners = disk_corners(len(round_ones))
+    rims = rings(s.points[round_ones], s.normals[round_ones], s.radii[round_ones], corners).reshape(-1, 3)
     triangles = s.triangles.reshape(-1, 3)
     cells = _cells(len(round_ones), corners, 0), _cells(len(s.triangles), 3, len(rims))
     mesh = pyvista.PolyData(np.concatenate([rims, triangles]), faces=np.concatenate(cells))
     mesh.cell_data["surfel"] = np.concatenate([round_ones, s.triangle_surfel.astype(np.int64)])
     return mesh
+
+
+def disk_corners(count):
+    """How many corners each of count disks is drawn with."""
+    return _CORNERS if count <= _MANY else _FEW_CORNERS
+
+
+def rings(centers, normals, radii, corners):
+    """Points (n, corners, 3) around n centres, counterclockwise as seen against the normals."""
+    helper = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = np.cross(normals, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(normals, u)
+    angle = 2 * np.pi * np.arange(corners) / corners
+    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
+    return centers[:, None] + radii[:, None, None] * ring
+
+
+def polygons(corners):
+    """pyvista.PolyData of n polygons with corners (n, k, 3)."""
+    import pyvista
+
+    return pyvista.PolyData(corners.reshape(-1, 3), faces=_cells(*corners.shape[:2], 0))
 
 
 def _cells(count, corners, first):
@@ -73,14 +90,22 @@ def tone_mapped(values):
     return np.round(255 * curve).astype(np.uint8)
 
 
+def coverage(s, areas):
+    """(n,) the share of its disk that each surfel keeps: area / (pi R^2)."""
+    return areas / (np.pi * s.radii**2)
+
+
 def colors_of(s, color, values):
     """Per surfel what `color` shows: ("rgb", uint8 (n, 3)) or ("scalar", (n,)); values are further arrays by name."""
     there = {"reflectance": s.reflectance, "emission": s.emission, "radius": s.radii, "normal": s.normals}
-    if s.areas is not None:
-        there["area"] = s.areas
-    there.update({name: _per_surfel(name, value, len(s)) for name, value in values.items() if value is not None})
-    if not isinstance(color, str) or color not in there:
-        raise ValueError(f"color: wanted one of {', '.join(sorted(there))}, which these surfels have, got {color!r}")
+    there |= {name: _per_surfel(name, value, len(s)) for name, value in values.items() if value is not None}
+    names = {*there, "area", "coverage"}
+    if not isinstance(color, str) or color not in names:
+        raise ValueError(f"color: wanted one of {', '.join(sorted(names))}, which these surfels have, got {color!r}")
+    if color in ("area", "coverage") and color not in there:
+        area = there.get("area", s.areas)
+        area = effective_areas(s) if area is None else area
+        there |= {"area": area, "coverage": coverage(s, area)}
     value = there[color]
     if color == "normal":
         return "rgb", np.round(127.5 * (value + 1)).astype(np.uint8)
@@ -100,7 +125,8 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
 
     Args:
         s: Surfels.
-        color: "reflectance", "emission", "radius", "normal", "area" where known, or a name in values.
+        color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / disk area) or a name in
+            values. Areas that nobody has given are computed for the picture.
         values: dict of further arrays (n,) or (n, 3); those with three columns are taken as linear RGB.
         screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png where there is no display.
         camera: Camera to look from; None to frame everything.
@@ -114,12 +140,9 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
         ValueError: an argument, by name.
         FileError: a picture that cannot be written.
     """
-    width, height = _window(size)
+    width, height = window_size(size)
     kind, value = colors_of(s, color, dict(values or {}))
-    if screenshot is None and not has_display():
-        screenshot = "surflux_view.png"
-        print(f"surflux: there is no display, so the picture goes to {Path(screenshot).resolve()}", file=sys.stderr)
-    path = None if screenshot is None else _picture(screenshot)
+    path = destination(screenshot)
 
     import pyvista
 
@@ -134,7 +157,7 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
     settings |= options
     if not settings["culling"]:
         settings["culling"] = None
-    with _quiet_vtk():
+    with quiet_vtk():
         plotter = pyvista.Plotter(off_screen=path is not None, window_size=(width, height))
         try:
             plotter.set_background("white")
@@ -153,6 +176,14 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
     return path
 
 
+def destination(screenshot):
+    """The path of the picture to write, checked; None for a window, where there is a display."""
+    if screenshot is None and not has_display():
+        screenshot = "surflux_view.png"
+        print(f"surflux: there is no display, so the picture goes to {Path(screenshot).resolve()}", file=sys.stderr)
+    return None if screenshot is None else _picture(screenshot)
+
+
 def has_display():
     """Whether a window can be opened."""
     if sys.platform in ("win32", "darwin"):
@@ -161,7 +192,7 @@ def has_display():
 
 
 @contextlib.contextmanager
-def _quiet_vtk():
+def quiet_vtk():
     """Without VTK's warning that it found no X server before it took EGL."""
     from vtkmodules.vtkCommonCore import vtkLogger
 
@@ -174,7 +205,8 @@ def _quiet_vtk():
         vtkLogger.SetStderrVerbosity(before)
 
 
-def _window(size):
+def window_size(size):
+    """(width, height), checked."""
     if not isinstance(size, (tuple, list)) or len(size) != 2:
         raise ValueError(f"size: wanted (width, height), got {size!r}")
     return tuple(_check.count("size", side, 1, 16384) for side in size)

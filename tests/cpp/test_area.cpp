@@ -3,9 +3,14 @@
 #include <numeric>
 
 #include "shapes.h"
+#include "surflux/area/border.h"
 #include "surflux/area/effective_area.h"
+#include "surflux/area/polar_grid.h"
+#include "surflux/area/shares.h"
+#include "surflux/area/surface_fit.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
 
 namespace surflux {
 namespace {
@@ -136,28 +141,188 @@ TEST(EffectiveArea, GoesToTheNearestHoweverTheRadiiVary) {
     for (int k : {60, 61, 71, 72}) EXPECT_NEAR(areas[static_cast<std::size_t>(k)], 0.01, 1e-3);
 }
 
-TEST(EffectiveArea, DisksDoNotCountTwiceWhatTheyOverhang) {
-    // Two sheets of a lattice that meet at a right angle, the first row of each half a cell off the edge. Alone, each
-    // row along the edge also has what its disks overhang; beside the other sheet's rows, shares of it go there.
-    const auto sheet = [](bool upright) {
+// A 11 x 11 lattice on the plane through `corner` along u and v, the first row and column half a cell inside.
+void add_lattice(Surfels& s, const Vec3& corner, const Vec3& u, const Vec3& v) {
+    for (int a = 0; a < 11; ++a)
+        for (int b = 0; b < 11; ++b) {
+            s.positions.push_back(corner + (0.1 * a + 0.05) * u + (0.1 * b + 0.05) * v);
+            s.normals.push_back(cross(u, v));
+            s.radii.push_back(0.15);
+        }
+    shapes::finish(s, 0.5, 0.0);
+}
+
+TEST(EffectiveArea, EndsAtACrease) {
+    // Two faces that meet at a right angle, seen from without and from within: every surfel in their inner rows has its
+    // cell, those along the crease too.
+    for (double side : {1.0, -1.0}) {
         Surfels s;
-        for (int x = 0; x < 11; ++x)
-            for (int y = 0; y < 11; ++y) {
-                const double d = 0.1 * x + 0.05;
-                s.positions.push_back(upright ? Vec3{0.0, 0.1 * y, -d} : Vec3{d, 0.1 * y, 0.0});
-                s.normals.push_back(upright ? Vec3{-1, 0, 0} : Vec3{0, 0, 1});
+        add_lattice(s, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+        add_lattice(s, {0, 0, 0}, {0, 1, 0}, {0, 0, -1});
+        for (std::size_t k = 121; k < 242; ++k) s.normals[k] = {-1, 0, 0};
+        for (Vec3& n : s.normals) n = side * n;
+        const std::vector<double> areas = effective_areas(s, {});
+        for (std::size_t a : {0u, 1u, 5u})
+            for (std::size_t b : {4u, 5u, 6u}) {
+                EXPECT_NEAR(areas[11 * a + b], 0.01, 1e-4) << side << " " << a << " " << b;
+                EXPECT_NEAR(areas[121 + 11 * b + a], 0.01, 1e-4) << side << " " << a << " " << b;
             }
-        s.radii.assign(s.positions.size(), 0.15);
-        shapes::finish(s, 0.5, 0.0);
-        return s;
-    };
-    Scene scene;
-    append(scene, sheet(false));
-    const double alone = effective_areas(scene.surfels, {})[5];
-    append(scene, sheet(true));
-    const double creased = effective_areas(scene.surfels, {})[5];
-    EXPECT_GT(alone, 0.013);
-    EXPECT_NEAR(creased, 0.01, 1e-3);
+    }
+}
+
+TEST(EffectiveArea, EndsWhereTheSamplingEnds) {
+    // The lattice's outermost rows are taken for the border, and .08 of the spacing beyond them: the mean distance of
+    // the six nearest is .1 (4 + 2 sqrt 2) / 6 inside.
+    Surfels s;
+    add_lattice(s, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    const std::vector<double> areas = effective_areas(s, {});
+    const double margin = 0.08 * 0.1 * (4.0 + 2.0 * std::sqrt(2.0)) / 6.0;
+    EXPECT_NEAR(areas[60], 0.01, 1e-4);
+    EXPECT_NEAR(areas[5], 0.1 * (0.05 + margin), 4e-4);
+    EXPECT_NEAR(sum(areas), (1.0 + 2.0 * margin) * (1.0 + 2.0 * margin), 0.01);
+}
+
+TEST(EffectiveArea, KeepsStackedSheetsApart) {
+    // Same lattice, .1 higher and facing the same way: more than .35 (R + R). At .02 it is noise of one surface.
+    Surfels s;
+    add_lattice(s, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    const double one = sum(effective_areas(s, {}));
+    for (const auto& [height, sheets] : {std::pair(0.12, 2.0), std::pair(0.02, 1.0)}) {
+        Surfels two = s;
+        add_lattice(two, {0, 0, height}, {1, 0, 0}, {0, 1, 0});
+        EXPECT_NEAR(sum(effective_areas(two, {})), sheets * one, 1e-3 * one) << height;
+    }
+}
+
+TEST(EffectiveArea, DoesNotFollowNoise) {
+    // A sphere of 2000 jittered by a tenth of its spacing along the normals, which turn by 10 degrees.
+    Surfels s = shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0);
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        Random random(3, i);
+        const Frame frame = frame_around(s.normals[i]);
+        const double phi = 2.0 * pi * random.uniform(), tilt = 10.0 * pi / 180.0;
+        s.positions[i] *= 1.0 + 0.0079 * std::sqrt(12.0) * (random.uniform() - 0.5);
+        s.normals[i] = frame.to_world({std::sin(tilt) * std::cos(phi), std::sin(tilt) * std::sin(phi), std::cos(tilt)});
+    }
+    s.areas.clear();
+    EXPECT_NEAR(sum(effective_areas(s, {})) / (4.0 * pi), 1.0, 5e-3);
+    AreaOptions paper;
+    paper.method = AreaMethod::paper;
+    EXPECT_GT(sum(effective_areas(s, paper)) / (4.0 * pi), 1.02);
+}
+
+TEST(AreaShares, SumToOneAndIntegrateToTheArea) {
+    Surfels s = shapes::sphere(640, 1.0, 1.0, 0.5, 0.0);
+    s.areas.clear();
+    for (AreaMethod method : {AreaMethod::paper, AreaMethod::curved}) {
+        AreaOptions options;
+        options.method = method;
+        options.resolution = 128;
+        const std::vector<double> areas = effective_areas(s, options);
+        for (std::size_t i : {0u, 77u, 639u}) {
+            const DiskShares found = area_shares(s, i, options);
+            EXPECT_EQ(found.members[0], i);
+            EXPECT_EQ(found.area, areas[i]);
+            const std::size_t pixels = 128 * 128;
+            ASSERT_EQ(found.shares.size(), pixels * found.members.size());
+            double own = 0.0;
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const double x = (static_cast<double>(p % 128) + 0.5) / 64.0 - 1.0,
+                             y = (static_cast<double>(p / 128) + 0.5) / 64.0 - 1.0;
+                if (std::isnan(found.shares[p])) {
+                    EXPECT_GT(x * x + y * y, 0.97);
+                    continue;
+                }
+                double all = 0.0;
+                for (std::size_t k = 0; k < found.members.size(); ++k) all += found.shares[k * pixels + p];
+                EXPECT_NEAR(all, 1.0, 1e-12);
+                // On a sphere of radius 1 the element over the plane is 1 / n_z.
+                const double r2 = (x * x + y * y) * found.extent * found.extent;
+                own += found.shares[p] * (method == AreaMethod::curved ? 1.0 / std::sqrt(1.0 - r2) : 1.0);
+            }
+            own *= std::pow(found.extent / 64.0, 2);
+            // D04's element is the neighbours' mean, up to 1 / cos of the angle between the normals.
+            EXPECT_NEAR(own, found.area, (method == AreaMethod::curved ? 5e-4 : 0.05) * found.area);
+        }
+    }
+}
+
+TEST(AreaShares, RefusesWhatHasNoDisk) {
+    const Surfels s = shapes::cube_inside(2, 0.5, 0.0);
+    EXPECT_THROW(area_shares(s, 3, {}), ArgumentError);
+    EXPECT_THROW(area_shares(s, s.size(), {}), ArgumentError);
+}
+
+TEST(PolarGrid, GaussPointsIntegratePolynomials) {
+    // n points are exact up to degree 2 n - 1, and not beyond.
+    std::vector<double> nodes, weights;
+    for (int n : {1, 2, 5, 16, 256}) {
+        gauss_legendre(n, nodes, weights);
+        const auto integral = [&](int degree) {
+            double total = 0.0;
+            for (std::size_t k = 0; k < nodes.size(); ++k) total += weights[k] * std::pow(nodes[k], degree);
+            return total * (degree + 1);
+        };
+        for (int degree : {0, n, 2 * n - 1}) EXPECT_NEAR(integral(degree), 1.0, 1e-12) << n << " " << degree;
+        if (n <= 5) {
+            EXPECT_GT(std::abs(integral(2 * n) - 1.0), 1e-6) << n;
+        }
+    }
+}
+
+TEST(PolarGrid, WeightsAddUpToTheDisk) {
+    for (int resolution : {4, 5, 32, 512}) {
+        const PolarGrid grid(resolution);
+        double ring = 0.0;
+        for (float w : grid.weight) ring += static_cast<double>(w);
+        EXPECT_NEAR(ring * grid.directions, pi, 1e-5);
+    }
+}
+
+TEST(HullSides, HoldAllPointsAndTouchTheOutermost) {
+    std::vector<HalfPlane> sides;
+    std::vector<Point2> line{{0, 0}, {1, 1}, {2, 2}};
+    hull_sides(line, sides);
+    EXPECT_TRUE(sides.empty());
+    std::vector<Point2> points;
+    for (std::uint64_t k = 0; k < 200; ++k) {
+        Random random(1, k);
+        points.push_back({random.uniform(), 2.0 * random.uniform()});
+    }
+    hull_sides(points, sides);
+    ASSERT_GE(sides.size(), 3u);
+    for (const HalfPlane& h : sides) {
+        EXPECT_NEAR(std::hypot(h.x, h.y), 1.0, 1e-12);
+        double farthest = -1e9;
+        for (const Point2& p : points) farthest = std::max(farthest, h.x * p.x + h.y * p.y);
+        EXPECT_NEAR(farthest, h.limit, 1e-12);
+    }
+}
+
+TEST(SurfaceFit, IsExactOnSpheresAndPlanes) {
+    // From without and within, and on a plane, with any weights.
+    for (double curvature : {0.4, -0.5, 0.0}) {
+        std::vector<OrientedPoint> points;
+        for (std::uint64_t k = 0; k < 7; ++k) {
+            Random random(2, k);
+            const double x = 2.0 * random.uniform() - 1.0, y = 2.0 * random.uniform() - 1.0, t = curvature;
+            const double nz = std::sqrt(1.0 - t * t * (x * x + y * y));
+            const double z = t == 0.0 ? 0.0 : (nz - 1.0) / t;
+            points.push_back({{x, y, z}, {t * x, t * y, nz}, 0.2 + random.uniform()});
+        }
+        const SurfaceModel m = fit_surface(points);
+        EXPECT_NEAR(m.kxx, curvature, 1e-5);
+        EXPECT_NEAR(m.kyy, curvature, 1e-5);
+        EXPECT_NEAR(m.kxy, 0.0, 1e-5);
+        EXPECT_NEAR(m.z0, 0.0, 1e-5);
+        for (const OrientedPoint& p : points) {
+            EXPECT_NEAR(m.height(p.position.x, p.position.y), p.position.z, 1e-5);
+            EXPECT_NEAR(m.stretch(p.position.x, p.position.y), 1.0 / p.normal.z, 1e-4);
+        }
+    }
+    const SurfaceModel alone = fit_surface({});
+    EXPECT_EQ(alone.height(0.3, 0.4), 0.0);
+    EXPECT_EQ(alone.stretch(0.3, 0.4), 1.0);
 }
 
 TEST(EffectiveArea, StaysFiniteForAnyKappaAllowed) {

@@ -103,66 +103,6 @@ TEST(DiskIndex, AgreesWithBruteForceOverFourDecadesOfRadii) {
     }
 }
 
-TEST(Radii, AreTheDistanceToTheSixthNeighbourOnASquareGrid) {
-    // Inside a unit grid four neighbours are at 1 and four at sqrt 2: the sixth is at sqrt 2.
-    std::vector<Vec3> grid;
-    for (int x = 0; x < 7; ++x)
-        for (int y = 0; y < 7; ++y) grid.push_back({double(x), double(y), 0.0});
-    const std::vector<double> radii = estimate_radii(grid, 6);
-    EXPECT_NEAR(radii[3 * 7 + 3], std::sqrt(2.0), 1e-6);
-    // A duplicate is at the same place: it is nobody's further neighbour.
-    std::vector<Vec3> twice = grid;
-    twice.insert(twice.end(), grid.begin(), grid.end());
-    const std::vector<double> doubled = estimate_radii(twice, 6);
-    for (std::size_t i = 0; i < grid.size(); ++i) EXPECT_DOUBLE_EQ(doubled[i], radii[i]);
-}
-
-TEST(Radii, LeaveNoGapsBetweenRandomPointsOnASphere) {
-    // Not spread evenly at all: the sixth neighbour alone leaves 1e-3 of such a sphere uncovered.
-    Random random(8);
-    const auto on_sphere = [&random] {
-        const double z = 2.0 * random.uniform() - 1.0, phi = 2.0 * pi * random.uniform(), r = std::sqrt(1.0 - z * z);
-        return Vec3{r * std::cos(phi), r * std::sin(phi), z};
-    };
-    std::vector<Vec3> points(2000);
-    for (Vec3& p : points) p = on_sphere();
-    const DiskIndex disks(points, estimate_radii(points));
-    std::vector<Neighbor> over;
-    int uncovered = 0;
-    for (int k = 0; k < 100000; ++k) {
-        over.clear();
-        disks.reaching(on_sphere(), 0.0, over);
-        uncovered += over.empty();
-    }
-    EXPECT_LE(uncovered, 10);  // of 100 000
-}
-
-TEST(Radii, OfAnOutlierFollowThoseOfItsNeighbours) {
-    std::vector<Vec3> points;
-    for (int x = 0; x < 7; ++x)
-        for (int y = 0; y < 7; ++y) points.push_back({double(x), double(y), 0.0});
-    points.push_back({3.0, 3.0, 50.0});
-    const std::vector<double> radii = estimate_radii(points, 6);
-    EXPECT_NEAR(radii[3 * 7 + 3], std::sqrt(2.0), 1e-6);
-    EXPECT_NEAR(radii[49], 2.0 * std::sqrt(2.0), 1e-6);  // not 50: its neighbours lie in the middle of the grid
-}
-
-TEST(Radii, RefuseWhatHasNoNeighbours) {
-    EXPECT_EQ(refusal([] { estimate_radii({{0, 0, 0}}); }),
-              "radii: wanted at least 2 points to estimate them from, got 1; give radii");
-    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}); }),
-              "radii: all points coincide; give radii");
-    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {2, 1, 1}}, 0); }), "neighbors: wanted at least 1");
-}
-
-TEST(Radii, OfTwoPlacesReachEachOther) {
-    EXPECT_EQ(estimate_radii({{1, 0, 0}, {3, 0, 0}, {1, 0, 0}}, 6), (std::vector<double>{2.0, 2.0, 2.0}));
-}
-
-TEST(Radii, CanBeCancelled) {
-    EXPECT_THROW(estimate_radii(random_points(100, 9), 6, [](std::size_t, std::size_t) { return false; }), Cancelled);
-}
-
 // What a search past all of them takes grows with the cube of their number: this would not end.
 TEST(Estimates, DoNotSeeAPileOfCopies) {
     std::vector<Vec3> points = shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0).positions;

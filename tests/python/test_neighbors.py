@@ -34,8 +34,8 @@ def test_sampling_triangles_releases_the_gil():
 def test_radii_report_and_can_be_cancelled():
     points = np.random.default_rng(0).random((5000, 3))
     seen = []
-    radii = _core.estimate_radii(points, 6, progress=lambda done, total: seen.append((done, total)))
+    radii = _core.estimate_radii(points, None, progress=lambda done, total: seen.append((done, total)))
     assert seen[-1] == (5000, 5000)
-    assert np.array_equal(radii, _core.estimate_radii(points, 6))
+    assert np.array_equal(radii, _core.estimate_radii(points, None))
     with pytest.raises(_core.Cancelled):
-        _core.estimate_radii(points, 6, progress=lambda done, total: False)
+        _core.estimate_radii(points, None, progress=lambda done, total: False)

@@ -105,7 +105,7 @@ def test_missing_normals_and_radii_are_estimated():
     # On a plane every fit is exact, and the 6 nearest of a unit grid reach sqrt(2) inside.
     s = sf.Surfels(grid(9), viewpoint=[4, 4, 10])
     assert np.abs(s.normals - [0, 0, 1]).max() < 1e-6
-    assert s.radii.reshape(9, 9)[2:-2, 2:-2] == pytest.approx(np.sqrt(2), rel=1e-9)
+    assert s.radii.reshape(9, 9)[2:-2, 2:-2] == pytest.approx(1.1 * np.sqrt(0.5), rel=1e-9)
     below = sf.Surfels(grid(9), viewpoint=[4, 4, -10])
     assert np.abs(below.normals - [0, 0, -1]).max() < 1e-6
 

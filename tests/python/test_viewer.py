@@ -115,7 +115,9 @@ def test_a_picture_without_a_folder(tmp_path):
 def test_values_must_fit(tmp_path):
     with pytest.raises(ValueError, match=r"^level: wanted shape \(2,\) or \(2, 3\) for 2 surfels, got \(3,\)"):
         viewer.plot(pair(), color="level", values={"level": [1, 2, 3]}, screenshot=tmp_path / "a.png")
-    with pytest.raises(ValueError, match=r"^color: wanted one of emission, normal, radius, reflectance, .*got 'level'"):
+    with pytest.raises(
+        ValueError, match=r"^color: wanted one of area, coverage, emission, normal, radius, reflectance, .*got 'level'"
+    ):
         pair().plot("level")
 
 

@@ -17,19 +17,24 @@ struct AreaOptions {
     double epsilon = 0.8;  // neighbours on the same surface have n_i . n_j above this, D04 eq. 10
 };
 
+// Throws ArgumentError for a value out of range.
+void check(const AreaOptions& options);
+
+// Which surfels are disks, and not patches of a mesh.
+std::vector<bool> disks_among(const Surfels& surfels);
+
 // Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
 // take no part in the others' disks.
 //
 // paper: D04 eq. 4-9 (the area factor enters once, as in D03 eq. 9). All tangent planes lie outside a convex surface,
 // so that areas come out too large by O((R / r)^2).
 //
-// curved: second order. Weights are taken not on the disks but at an estimate of the surface point p over the pixel,
-// whose height is the mean of what the neighbours predict: the chord from x_j to p is normal to n_j + n, n the blended
-// normal there, which is exact on a sphere. The pixel's element is stretched by 1 / (n_i . n). The weight is
-// |p - x_j|^(-2 kappa) (1 - |p - x_j| / R_j): it depends on distance alone, not on distance over R_j, so that a piece
-// of surface goes to the nearest surfel however the radii vary (for large kappa the areas are those of Voronoi cells),
-// and it ends at the disk's rim without a step. Surfels around a crease (n_i . n_j <= epsilon) take no part in
-// predicting the surface, but their share of it: so a disk does not count twice what it overhangs.
+// curved: second order. The surface over disk i is a model fitted to the surfels around (surface_fit.h), exact on
+// spheres. Weights are taken not on the disks but at the model's point p over each point of the disk, and its element
+// is stretched by 1 / (n_i . n), n the model's normal there. The weight is |p - x_j|^(-2 kappa) (1 - |p - x_j|^2 /
+// R_j^2): it depends on distance alone, not on distance over R_j, so that a piece of surface goes to the nearest surfel
+// however the radii vary (for large kappa the areas are those of Voronoi cells), and it ends at the disk's rim without
+// a step. The disk ends at creases and at borders of the sampling (neighborhood.h), where D04 lets it overhang.
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress = {});
 
 }  // namespace surflux

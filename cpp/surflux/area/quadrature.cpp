@@ -102,108 +102,70 @@ SURFLUX_KERNEL double paper_kernel(const DiskTerm* terms, std::size_t count, flo
     return sum * static_cast<double>(step) * static_cast<double>(step);
 }
 
-// Weight of a neighbour at squared distance q: q^-kappa (1 - d / R_j), 0 from R_j on.
-template <bool cubed>
-SURFLUX_KERNEL float curved_weight(float q, float kappa, float inverse_radius) {
-    const float taper = 1.0f - std::sqrt(q) * inverse_radius;
-    const float inverse = 1.0f / (q < 1e-9f ? 1e-9f : q);
-    const float power = cubed ? inverse * inverse * inverse : exp_bounded(kappa * fast_log(inverse));
-    return taper > 0.0f ? power * taper : 0.0f;
-}
+// Directions times rings that are worked on together: what they need stays in the first-level cache.
+constexpr int chunk = 512;
 
 // `cubed` where kappa is 3, the default: no logarithm then.
 template <bool cubed>
-SURFLUX_KERNEL double curved_kernel(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa,
-                                    int resolution) {
-    alignas(64) float weight[max_resolution], nx[max_resolution], ny[max_resolution], nz[max_resolution];
-    alignas(64) float height[max_resolution], own[max_resolution];
-    const float step = 2.0f / static_cast<float>(resolution);
+SURFLUX_KERNEL double curved_kernel(const CurvedSurface& m, const Sharer* sharers, std::size_t count, const float* ends,
+                                    float kappa, const PolarGrid& grid) {
+    alignas(64) float x[chunk], y[chunk], z[chunk], area[chunk], square[chunk], own[chunk], ratio[chunk];
+    const float own_z = std::sqrt(1.0f - std::fmin(m.gx * m.gx + m.gy * m.gy, 0.75f));
+    const float own_taper = sharers[0].inverse_square_radius;
+    const int rings = grid.rings, together = chunk / rings;
     double sum = 0.0;
-    for (int row = 0; row < resolution; ++row) {
-        const float t = -1.0f + (static_cast<float>(row) + 0.5f) * step;
-        const Row inside = row_of(t, resolution);
-        const int length = inside.length;
-        const auto clear = [length](float* values) {
-            for (int i = 0; i < length; ++i) values[i] = 0.0f;
-        };
-        const auto add = [&](int i, float w, const CurvedTerm& d) {
-            weight[i] += w;
-            nx[i] += w * d.normal_x;
-            ny[i] += w * d.normal_y;
-            nz[i] += w * d.normal_z;
-        };
-        if (length <= 0) continue;
-        // First guess: each neighbour's own plane over the pixel; from it the blended normal.
-        for (float* values : {weight, nx, ny, nz, height}) clear(values);
-        for (std::size_t k = 0; k < surface; ++k) {
-            const CurvedTerm& d = terms[k];
-            const float flat = -1.0f / d.normal_z, dy = t - d.y;
-            for (int i = 0; i < length; ++i) {
-                const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
-                const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
-                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
-                add(i, w, d);
+    for (int first = 0; first < grid.directions; first += together) {
+        const int directions = grid.directions - first < together ? grid.directions - first : together;
+        const int length = directions * rings;
+        for (int d = 0; d < directions; ++d) {
+            const float end = ends[first + d], c = end * grid.cosine[static_cast<std::size_t>(first + d)],
+                        s = end * grid.sine[static_cast<std::size_t>(first + d)];
+            const float* radius = grid.radius.data();
+            const float* weight = grid.weight.data();
+            for (int k = 0; k < rings; ++k) {
+                x[d * rings + k] = c * radius[k];
+                y[d * rings + k] = s * radius[k];
+                area[d * rings + k] = end * end * weight[k];
             }
         }
+        // The surface over each point, the square of the distance from the surfel, and its own taper.
         for (int i = 0; i < length; ++i) {
-            // Divided before it is squared: close to a surfel weights are large.
-            const float mean = 1.0f / weight[i], x = nx[i] * mean, y = ny[i] * mean, z = nz[i] * mean;
-            const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
-            nx[i] = x * scale;
-            ny[i] = y * scale;
-            nz[i] = z * scale;
+            const float tx = m.gx + m.kxx * x[i] + m.kxy * y[i], ty = m.gy + m.kxy * x[i] + m.kyy * y[i];
+            const float across = tx * tx + ty * ty, nz = std::sqrt(1.0f - (across < 0.75f ? across : 0.75f));
+            const float rise = -(x[i] * (m.gx + tx) + y[i] * (m.gy + ty)) / (own_z + nz);
+            const float q = x[i] * x[i] + y[i] * y[i] + rise * rise;
+            const float taper = 1.0f - q * own_taper;
+            z[i] = m.z0 + rise;
+            square[i] = q;
+            area[i] = taper > 0.0f ? area[i] / nz : 0.0f;
+            own[i] = taper > 0.0f ? taper : 1.0f;
+            ratio[i] = 0.0f;
         }
-        // Where the surface is: every neighbour predicts it by the chord that is normal to n_j + n.
-        for (std::size_t k = 0; k < surface; ++k) {
-            const CurvedTerm& d = terms[k];
-            const float flat = -1.0f / d.normal_z, dy = t - d.y;
+        for (std::size_t k = 1; k < count; ++k) {
+            const Sharer& j = sharers[k];
             for (int i = 0; i < length; ++i) {
-                const float dx = inside.first_s + static_cast<float>(i) * step - d.x;
-                const float dz = (dx * d.normal_x + dy * d.normal_y) * flat;
-                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
-                const float chord = (dx * (d.normal_x + nx[i]) + dy * (d.normal_y + ny[i])) / (d.normal_z + nz[i]);
-                height[i] += w * (d.z - chord);
+                const float dx = x[i] - j.x, dy = y[i] - j.y, dz = z[i] - j.z;
+                const float q = dx * dx + dy * dy + dz * dz;
+                const float taper = 1.0f - q * j.inverse_square_radius;
+                const float nearer = square[i] / (q < 1e-9f ? 1e-9f : q);
+                const float power = cubed ? nearer * nearer * nearer : exp_bounded(kappa * fast_log(nearer));
+                ratio[i] += taper > 0.0f ? power * taper : 0.0f;
             }
         }
-        for (int i = 0; i < length; ++i) height[i] /= weight[i];
-        // Weights and normal at that point.
-        for (float* values : {weight, nx, ny, nz}) clear(values);
-        for (std::size_t k = 0; k < surface; ++k) {
-            const CurvedTerm& d = terms[k];
-            const float dy = t - d.y;
-            for (int i = 0; i < length; ++i) {
-                const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
-                const float w = curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
-                if (k == 0) own[i] = w;
-                add(i, w, d);
-            }
-        }
-        for (int i = 0; i < length; ++i) {
-            const float mean = 1.0f / weight[i], x = nx[i] * mean, y = ny[i] * mean, z = nz[i] * mean;
-            own[i] = own[i] > 0.0f ? own[i] * (std::sqrt(x * x + y * y + z * z) / z) : 0.0f;
-        }
-        for (std::size_t k = surface; k < count; ++k) {
-            const CurvedTerm& d = terms[k];
-            const float dy = t - d.y;
-            for (int i = 0; i < length; ++i) {
-                const float dx = inside.first_s + static_cast<float>(i) * step - d.x, dz = height[i] - d.z;
-                weight[i] += curved_weight<cubed>(dx * dx + dy * dy + dz * dz, kappa, d.inverse_radius);
-            }
-        }
-        for (int i = 0; i < length; ++i) own[i] = own[i] > 0.0f ? own[i] / weight[i] : 0.0f;
-        sum += sum_of(own, length);
+        for (int i = 0; i < length; ++i) area[i] *= own[i] / (own[i] + ratio[i]);
+        sum += sum_of(area, length);
     }
-    return sum * static_cast<double>(step) * static_cast<double>(step);
+    return sum;
 }
 
-#define SURFLUX_KERNELS(suffix, attribute)                                                                         \
-    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) {       \
-        return paper_kernel(terms, count, kappa, resolution);                                                      \
-    }                                                                                                              \
-    attribute double curved_##suffix(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, \
-                                     int resolution) {                                                             \
-        return kappa == 3.0f ? curved_kernel<true>(terms, surface, count, kappa, resolution)                       \
-                             : curved_kernel<false>(terms, surface, count, kappa, resolution);                     \
+#define SURFLUX_KERNELS(suffix, attribute)                                                                   \
+    attribute double paper_##suffix(const DiskTerm* terms, std::size_t count, float kappa, int resolution) { \
+        return paper_kernel(terms, count, kappa, resolution);                                                \
+    }                                                                                                        \
+    attribute double curved_##suffix(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, \
+                                     const float* ends, float kappa, const PolarGrid& grid) {                \
+        return kappa == 3.0f ? curved_kernel<true>(surface, sharers, count, ends, kappa, grid)               \
+                             : curved_kernel<false>(surface, sharers, count, ends, kappa, grid);             \
     }
 
 SURFLUX_KERNELS(baseline, )
@@ -214,7 +176,8 @@ SURFLUX_KERNELS(avx512, [[gnu::target("avx512f,avx512dq,avx512vl,avx512bw,avx2,f
 
 struct Dispatch {
     double (*paper)(const DiskTerm*, std::size_t, float, int) = paper_baseline;
-    double (*curved)(const CurvedTerm*, std::size_t, std::size_t, float, int) = curved_baseline;
+    double (*curved)(const CurvedSurface&, const Sharer*, std::size_t, const float*, float,
+                     const PolarGrid&) = curved_baseline;
     const char* name = "generic";
 };
 
@@ -242,8 +205,9 @@ double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, in
     return dispatch().paper(terms, count, kappa, resolution);
 }
 
-double integrate_curved(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, int resolution) {
-    return dispatch().curved(terms, surface, count, kappa, resolution);
+double integrate_curved(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, const float* ends,
+                        float kappa, const PolarGrid& grid) {
+    return dispatch().curved(surface, sharers, count, ends, kappa, grid);
 }
 
 const char* instruction_set() { return dispatch().name; }

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "surflux/area/polar_grid.h"
+
 namespace surflux {
 
 // Disk j as disk i sees it, in the coordinates (s, t) of disk i's plane, -1 to 1 across the disk. With y_j the point of
@@ -16,18 +18,21 @@ struct DiskTerm {
 // Uses AVX2 or AVX-512 where the processor has it.
 double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, int resolution);
 
-// Neighbour j in disk i's frame (u, v, n_i), in units of R_i: position, unit normal, 1 / R_j.
-struct CurvedTerm {
-    float x, y, z;
-    float normal_x, normal_y, normal_z;
-    float inverse_radius;
+// One that shares disk i, in its frame and in units of R_i: its place on the modelled surface and 1 / R_j^2.
+struct Sharer {
+    float x, y, z, inverse_square_radius;
 };
 
-// The second-order method (see effective_area.h) over disk i, whose own term stands first, in units of R_i^2. The first
-// `surface` terms predict the surface and share it; those after them, around a crease, only share it.
-double integrate_curved(const CurvedTerm* terms, std::size_t surface, std::size_t count, float kappa, int resolution);
+// The model of the surface (surface_fit.h) in single precision.
+struct CurvedSurface {
+    float kxx, kxy, kyy, gx, gy, z0;
+};
 
-constexpr int max_resolution = 512;
+// The second-order method (see effective_area.h) over disk i, in units of R_i^2: the integral of
+// w_i / (sum_j w_j) / n_z over the points of `grid`, whose direction d ends at `ends[d]`. The first of `count` sharers
+// is i itself.
+double integrate_curved(const CurvedSurface& surface, const Sharer* sharers, std::size_t count, const float* ends,
+                        float kappa, const PolarGrid& grid);
 
 // "x86-64-v2", "avx2" or "avx512": what the kernels run with on this machine.
 const char* instruction_set();

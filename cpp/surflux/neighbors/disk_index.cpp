@@ -22,15 +22,24 @@ DiskIndex::DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>
     }
 }
 
-void DiskIndex::reaching(const Vec3& query, double radius, std::vector<Neighbor>& out) const {
+void DiskIndex::reaching(const Vec3& query, double radius, std::vector<Neighbor>& out, double scale) const {
     std::size_t kept = out.size();
     for (const Octave& octave : octaves_) {
-        octave.tree.within(query, radius + octave.largest, out);
+        octave.tree.within(query, scale * (radius + octave.largest), out);
         for (std::size_t found = kept; found < out.size(); ++found) {
             const Neighbor n{octave.members[out[found].index], out[found].distance};
-            if (n.distance < radius + radii_[n.index]) out[kept++] = n;
+            if (n.distance < scale * (radius + radii_[n.index])) out[kept++] = n;
         }
         out.resize(kept);
+    }
+}
+
+void DiskIndex::centered_within(const Vec3& query, double radius, std::vector<Neighbor>& out) const {
+    for (const Octave& octave : octaves_) {
+        const std::size_t before = out.size();
+        octave.tree.within(query, radius, out);
+        for (std::size_t found = before; found < out.size(); ++found)
+            out[found].index = octave.members[out[found].index];
     }
 }
 

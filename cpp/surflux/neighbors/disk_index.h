@@ -12,8 +12,10 @@ class DiskIndex {
 public:
     DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii);
 
-    // Appends to `out` every disk k with |x_k - query| < radius + R_k.
-    void reaching(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
+    // Appends to `out` every disk k with |x_k - query| < scale (radius + R_k).
+    void reaching(const Vec3& query, double radius, std::vector<Neighbor>& out, double scale = 1.0) const;
+    // Appends every disk whose centre is at most `radius` away.
+    void centered_within(const Vec3& query, double radius, std::vector<Neighbor>& out) const;
 
 private:
     struct Octave {

@@ -57,7 +57,8 @@ double PairExchange::kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, c
 
 bool PairExchange::same_surface(std::uint32_t i, std::uint32_t j, double squared) const {
     const Surfels& s = scene_.surfels;
-    const double reach = s.radii[i] + s.radii[j];
+    // Disks that just close the surface touch only the nearest of the ring around: 1.5 takes in all of it.
+    const double reach = 1.5 * (s.radii[i] + s.radii[j]);
     return scene_.object[i] == scene_.object[j] && squared < reach * reach && !points_.is_patch(i) &&
            !points_.is_patch(j) && dot(s.normals[i], s.normals[j]) > epsilon_;
 }

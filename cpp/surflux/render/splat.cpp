@@ -42,30 +42,40 @@ void store(float* to, const Vec3& from) {
     for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(from[axis]);
 }
 
-// The radius that a splat is drawn with. Disks that reach far stick out of silhouettes and creases; where areas are
-// known, 1.4 sqrt(S) closes the surface as well as R does: on random points of a sphere neither leaves a hole. A
-// patch's own radius reaches its farthest corner, which in a square is nearer than the next centre: there the kernel
-// needs the spacing of the patches, sqrt(S).
-std::vector<double> splat_radii(const Surfels& surfels) {
-    std::vector<double> patch(surfels.size(), 0.0), radii = surfels.radii;
+// What surfels are drawn with: a disk that closes the surface, and a kernel that blends it smoothly.
+struct Reach {
+    double disk, kernel;
+};
+
+// Disks that reach far stick out of silhouettes and creases; where areas are known, 1.4 sqrt(S) closes the surface as
+// well as R does: on random points of a sphere neither leaves a hole. Kernels of that size are smooth, where those of
+// estimated radii, which just close the surface, show every surfel. A patch's own radius reaches its farthest corner,
+// which in a square is nearer than the next centre: there the kernel needs the spacing of the patches, sqrt(S).
+std::vector<Reach> reaches(const Surfels& surfels) {
+    std::vector<double> patch(surfels.size(), 0.0);
     for (const Triangle& t : surfels.triangles) patch[t.surfel] += area_of(t);
+    std::vector<Reach> out;
     for (std::size_t i = 0; i < surfels.size(); ++i) {
-        if (patch[i] > 0.0)
-            radii[i] = std::max(radii[i], std::sqrt(patch[i]));
-        else if (!surfels.areas.empty())
-            radii[i] = std::min(radii[i], 1.4 * std::sqrt(surfels.areas[i]));
+        const double radius = surfels.radii[i];
+        out.push_back({radius, radius});
+        if (patch[i] > 0.0) {
+            out[i].kernel = std::max(radius, std::sqrt(patch[i]));
+        } else if (!surfels.areas.empty()) {
+            const double even = 1.4 * std::sqrt(surfels.areas[i]);
+            out[i] = {std::min(radius, even), std::min(2.0 * radius, even)};
+        }
     }
-    return radii;
+    return out;
 }
 
 void add_splats(Geometry& geometry, const Surfels& surfels, const std::vector<Rgb>& radiance, const CameraFrame& frame,
                 double footprint) {
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels);
-    const std::vector<double> radii = splat_radii(surfels);
+    const std::vector<Reach> reach = reaches(surfels);
     for (std::size_t i = 0; i < surfels.size(); ++i) {
         const Vec3 center = frame.to_camera(surfels.positions[i]);
         const Vec3 normal = frame.turn(surfels.normals[i]);
-        const double kernel = footprint * radii[i];
+        const double kernel = footprint * reach[i].kernel;
         if (!(kernel > 0.0) || center.z + kernel <= 0.0) continue;
         // Turned away so far that no front-facing surface agrees with its normal (see blend_fragment).
         const double distance = length(center);
@@ -75,7 +85,7 @@ void add_splats(Geometry& geometry, const Surfels& surfels, const std::vector<Rg
         store(splat.normal, normal);
         store(splat.radiance, radiance[i]);
         splat.kernel = static_cast<float>(kernel);
-        splat.disk = begin[i] == begin[i + 1] ? static_cast<float>(radii[i]) : 0.0f;
+        splat.disk = begin[i] == begin[i + 1] ? static_cast<float>(reach[i].disk) : 0.0f;
         splat.index = static_cast<std::int32_t>(i);
         geometry.far_depth = std::max(geometry.far_depth, center.z + kernel);
     }

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "surflux/area/effective_area.h"
+#include "surflux/area/neighborhood.h"
+#include "surflux/area/quadrature.h"
+
+namespace surflux {
+
+// The effective area of one disk after the other, on the processor. For one thread.
+class DiskIntegrator {
+public:
+    explicit DiskIntegrator(const AreaOptions& options) : options_(options), grid_(options.resolution) {}
+
+    // Of the disk whose neighbourhood was found for the method of the options.
+    double area(const Neighborhood& around);
+
+private:
+    AreaOptions options_;
+    PolarGrid grid_;
+    std::vector<DiskTerm> terms_;
+    std::vector<Sharer> sharers_;
+    std::vector<float> ends_;
+};
+
+}  // namespace surflux

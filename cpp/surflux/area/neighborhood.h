@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/area/border.h"
+#include "surflux/area/surface_fit.h"
+#include "surflux/neighbors/disk_index.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// A surfel as another one's disk sees it: in the frame (u, v, n_i) and in units of its domain's radius.
+struct Member {
+    std::uint32_t surfel;
+    Vec3 position, normal;
+    double radius;
+};
+
+// Who shares disk i and where it ends.
+struct Neighborhood {
+    Frame frame;
+    double radius = 0.0;          // of the domain, in the unit of the positions
+    std::vector<Member> surface;  // i itself first, then its neighbours on the same surface: n_i . n_j > epsilon
+
+    // The rest serves the curved method alone.
+    std::vector<Member> crease;   // neighbours around a crease that does not end the disk: they share it
+    std::vector<HalfPlane> ends;  // the disk's domain lies within all of them
+    SurfaceModel model;
+};
+
+// Finds the neighbourhoods of disks. Const once made, for any number of threads.
+class NeighborhoodFinder {
+public:
+    // Of those surfels for which `is_disk` holds.
+    NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
+
+    const std::vector<std::uint32_t>& disks() const { return disks_; }
+
+    void find(std::uint32_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
+
+    // Frame, radius and surface, for D04's method: every disk that reaches disk i and is of its surface.
+    void flat(std::uint32_t i, Neighborhood& out) const;
+
+    // For the curved method:
+    //
+    // Layers. Of the disks with n_i . n_j > epsilon, those that lie high over disk i, while i lies high over theirs,
+    // are another layer (a stair, a sheet over a sheet) and have no part in disk i.
+    //
+    // Creases. A neighbour with n_i . n_j <= epsilon lies around an edge. Where i and its surface stay on one side of
+    // j's plane, and j and those of its direction on the same side of i's (both behind: a convex edge; both before: a
+    // concave one), disk i ends at j's plane. Where they do not, the surface is only coarsely sampled: then j shares
+    // the disk by distance.
+    //
+    // Borders. Beyond the sampling there is no surface: the disk ends with the convex hull of the points around i,
+    // as seen along n_i, plus a small part of their spacing, for the true border passes outside of its outermost
+    // samples (border_margin).
+    //
+    // Domains. Disks that just cover the surface together leave slits where it bends, and their weights would end where
+    // others' are still needed: each counts up to domain_ratio times its radius, unless it has no neighbours to end it.
+    //
+    // The surface is the model that the neighbours agree on, and they stand on it themselves: what noise lifts a point
+    // off its neighbours' surface does not make it farther.
+    void curved(std::uint32_t i, Neighborhood& out) const;
+
+private:
+    // Frame, radius, surface and crease, with `ratio` times every radius.
+    void gather(std::uint32_t i, double ratio, Neighborhood& out) const;
+    // The same for the curved method, complete. False where no neighbours end the domain.
+    bool complete(std::uint32_t i, double ratio, Neighborhood& out) const;
+    void add_creases(const std::vector<Member>& around, Neighborhood& out) const;
+    bool add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const;
+
+    const Surfels& surfels_;
+    double epsilon_;
+    std::vector<std::uint32_t> disks_;
+    DiskIndex index_;
+};
+
+}  // namespace surflux

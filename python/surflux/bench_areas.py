@@ -1,0 +1,271 @@
+"""`surflux bench --areas`: effective areas, error beside seconds.
+
+Tables of clouds with known areas, of each knob, of growth with the number of surfels, of the methods and backends, and,
+where it is installed, of the peer robust_laplacian (lumped mass of the point-cloud Laplacian of Sharp and Crane 2020).
+"""
+
+import contextlib
+import json
+import sys
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+import surflux as sf
+from surflux import bench_clouds as clouds
+
+# Name -> cloud; "random" is uniform, not blue noise.
+CLOUDS = {
+    "icosphere 642": lambda: clouds.icosphere(642),
+    "icosphere 2562": lambda: clouds.icosphere(2562),
+    "Fibonacci sphere 642": lambda: clouds.fibonacci_sphere(642),
+    "Fibonacci sphere 10 000": lambda: clouds.fibonacci_sphere(10_000),
+    "random sphere 2000": lambda: clouds.random_sphere(2000),
+    "random sphere 35 000": lambda: clouds.random_sphere(35_000),
+    "sphere 10 000, density 1:20": lambda: clouds.uneven_sphere(10_000),
+    "random torus 3000": lambda: clouds.random_torus(3000),
+    "cube, 400 a face": lambda: clouds.cube(400),
+    "open square 1000": lambda: clouds.open_square(1000),
+    "noisy Fibonacci sphere 2000": lambda: clouds.noisy(clouds.fibonacci_sphere(2000)),
+    "noisy random sphere 2000": lambda: clouds.noisy(clouds.random_sphere(2000)),
+    "Fibonacci sphere 2000, twice": lambda: clouds.twice(clouds.fibonacci_sphere(2000)),
+}
+SPEED_CLOUD = 100_000
+DENSITIES = (250, 1000, 4000, 16_000)
+
+
+def main(repeats, threads, markdown=None, json_path=None, plot=None, heading=""):
+    """Measures, prints the tables, writes them where asked, and returns them by title."""
+    steps = {
+        "Clouds": of_clouds,
+        "Convergence on random clouds": convergence,
+        "Knobs, on a random sphere of 2000": lambda: knobs(repeats, threads),
+        "Growth, on Fibonacci spheres": lambda: growth(repeats, threads),
+        f"Methods and peers, on a sphere of {SPEED_CLOUD}": lambda: methods(repeats, threads),
+    }
+    tables = {}
+    for title, step in steps.items():
+        print(f"bench: areas: {title}", file=sys.stderr)
+        tables[title] = step()
+    text = heading + "\n\n".join(f"### {title}\n\n{as_markdown(rows)}" for title, rows in tables.items())
+    print(text)
+    if markdown:
+        Path(markdown).write_text(text + "\n")
+    if json_path:
+        Path(json_path).write_text(json.dumps({"machine": dict(sf.info()), "tables": tables}, indent=2) + "\n")
+    if plot:
+        draw(tables["Knobs, on a random sphere of 2000"], plot)
+    return tables
+
+
+def as_markdown(rows):
+    columns = list(rows[0])
+    lines = [
+        "| " + " | ".join(columns) + " |",
+        "|" + "|".join("---" if k == 0 else "--:" for k in range(len(columns))) + "|",
+    ]
+    lines += ["| " + " | ".join(_text(row.get(c)) for c in columns) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def _text(value):
+    if value is None:
+        return ""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def _percent(x):
+    return float(f"{100 * x:.3g}")
+
+
+def timed(call, repeats):
+    """(median seconds, last result), after one call that is not counted."""
+    call()
+    seconds = []
+    for _ in range(repeats):
+        start = perf_counter()
+        result = call()
+        seconds.append(perf_counter() - start)
+    return median(seconds), result
+
+
+def of_clouds():
+    """Per cloud the errors of the total, and of single areas against their cells, in percent."""
+    rows = []
+    for name, make in CLOUDS.items():
+        cloud = make()
+        s = cloud.surfels()
+        found = sf.effective_areas(s)
+        paper = sf.effective_areas(s, method="paper")
+        row = {"cloud": name, "total, %": _percent(found.sum() / cloud.area - 1)}
+        row["paper's total, %"] = _percent(paper.sum() / cloud.area - 1)
+        row["robust_laplacian's total, %"] = _lumped_total(cloud)
+        if cloud.cells is not None:
+            ratio = found / cloud.cells
+            row["single, RMS %"] = _percent(np.sqrt(np.mean((ratio - 1) ** 2)))
+            row["least / cell"], row["most / cell"] = float(ratio.min()), float(ratio.max())
+        rows.append(row)
+    columns = {key: None for row in rows for key in row}
+    return [{key: row.get(key) for key in columns} for row in rows]
+
+
+def convergence():
+    """Mean errors over four clouds at each density: of totals, and of the harmonics of degree 1 to 4 as integrals."""
+    rows = []
+    for n in DENSITIES:
+        tori = [clouds.random_torus(n, seed) for seed in range(4)]
+        totals = [abs(sf.effective_areas(c.surfels()).sum() / c.area - 1) for c in tori]
+        row = {"n": n, "total of a torus, %": _percent(np.mean(totals))}
+        harmonics = _harmonics()
+        if harmonics:
+            ours, equal = [], []
+            for seed in range(4):
+                c = clouds.random_sphere(n, seed)
+                basis = harmonics(c.points)
+                ours.append(np.mean((basis @ sf.effective_areas(c.surfels())) ** 2))
+                equal.append(np.mean((basis.mean(axis=1) * c.area) ** 2))
+            row["harmonics, RMS"], row["with equal weights"] = (
+                float(f"{np.sqrt(np.mean(x)):.3g}") for x in (ours, equal)
+            )
+        rows.append(row)
+    orders = {"n": "order in n"}
+    for column in list(rows[0])[1:]:
+        values = np.log([row[column] for row in rows])
+        orders[column] = float(f"{-np.polyfit(np.log(DENSITIES), values, 1)[0]:.2f}")
+    return [*rows, orders]
+
+
+def knobs(repeats, threads):
+    """Error and seconds along each knob, the others at their defaults."""
+    cloud = clouds.random_sphere(2000)
+    s = cloud.surfels()
+    exact = sf.effective_areas(s, resolution=512)
+    rows = []
+    settings = [("resolution", r) for r in (4, 8, 16, 24, 32, 48, 64, 128)]
+    settings += [("kappa", k) for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)]
+    settings += [("epsilon", e) for e in (0.2, 0.5, 0.8, 0.9, 0.95, 0.99)]
+    for knob, value in settings:
+        seconds, found = timed(lambda k=knob, v=value: sf.effective_areas(s, threads=threads, **{k: v}), repeats)
+        row = {"knob": knob, "value": value, "seconds": float(f"{seconds:.3g}")}
+        row["total, %"] = _percent(found.sum() / cloud.area - 1)
+        if cloud.cells is not None:
+            row["single against cells, RMS %"] = _percent(np.sqrt(np.mean((found / cloud.cells - 1) ** 2)))
+        if knob == "resolution":
+            row["single against resolution 512, RMS %"] = _percent(np.sqrt(np.mean((found / exact - 1) ** 2)))
+        rows.append(row)
+    columns = {key: None for row in rows for key in row}
+    return [{key: row.get(key) for key in columns} for row in rows]
+
+
+def growth(repeats, threads):
+    """Seconds and peak memory from 10^4 to 10^6 surfels."""
+    rows = []
+    for n in (10_000, 100_000, 1_000_000):
+        points = clouds.spiral(n)
+        s = sf.Surfels(points, points)
+        before = _reset_peak()
+        seconds, found = timed(lambda s=s: sf.effective_areas(s, threads=threads), repeats)
+        after = _peak()
+        row = {"surfels": n, "seconds": float(f"{seconds:.3g}"), "surfels/s": round(n / seconds)}
+        row["total, %"] = _percent(found.sum() / (4 * np.pi) - 1)
+        if before and after:
+            row["bytes a surfel"] = round(max(0, after - before) / n)
+        rows.append(row)
+    return rows
+
+
+def methods(repeats, threads):
+    """Seconds of the methods and backends, and of robust_laplacian on the same points."""
+    points = clouds.spiral(SPEED_CLOUD)
+    s = sf.Surfels(points, points)
+    rows = []
+
+    def add(name, call):
+        seconds, found = timed(call, repeats)
+        rows.append(
+            {
+                "what": name,
+                "seconds": float(f"{seconds:.3g}"),
+                "points/s": round(SPEED_CLOUD / seconds),
+                "total, %": _percent(found.sum() / (4 * np.pi) - 1),
+            }
+        )
+
+    for method in ("curved", "paper"):
+        add(f"{method}, cpu", lambda m=method: sf.effective_areas(s, method=m, backend="cpu", threads=threads))
+    with contextlib.suppress(sf.DeviceError):
+        for method in ("curved", "paper"):
+            add(f"{method}, gl", lambda m=method: sf.effective_areas(s, method=m, backend="gl", threads=threads))
+    with contextlib.suppress(ModuleNotFoundError):
+        import robust_laplacian
+
+        add("robust_laplacian", lambda: robust_laplacian.point_cloud_laplacian(points)[1].diagonal())
+        add("curved, cpu, with its radii and normals", lambda: sf.effective_areas(sf.Surfels(points), threads=threads))
+    return rows
+
+
+def draw(rows, path):
+    """Error against seconds along each knob, as a picture."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 3.6), layout="constrained")
+    axes = figure.subplots(1, 3, sharey=True)
+    for axis, knob in zip(axes, ("resolution", "kappa", "epsilon"), strict=True):
+        of_knob = [row for row in rows if row["knob"] == knob]
+        seconds = [row["seconds"] for row in of_knob]
+        axis.loglog(seconds, [abs(row["total, %"]) for row in of_knob], "o-", label="total")
+        if "single against cells, RMS %" in of_knob[0]:
+            axis.loglog(seconds, [row["single against cells, RMS %"] for row in of_knob], "s-", label="single, RMS")
+        for row in of_knob:
+            axis.annotate(f"{row['value']:g}", (row["seconds"], abs(row["total, %"])), fontsize=8)
+        axis.set(title=knob, xlabel="seconds")
+    axes[0].set_ylabel("error, %")
+    axes[0].legend()
+    figure.savefig(path, dpi=150)
+
+
+def _lumped_total(cloud):
+    try:
+        import robust_laplacian
+    except ModuleNotFoundError:
+        return None
+    return _percent(robust_laplacian.point_cloud_laplacian(cloud.points)[1].diagonal().sum() / cloud.area - 1)
+
+
+def _harmonics():
+    """points (n, 3) -> the real spherical harmonics of degree 1 to 4 there, (24, n); None where scipy is missing."""
+    try:
+        from scipy.special import sph_harm_y
+    except ImportError:
+        return None
+
+    def values(points):
+        theta, phi = np.arccos(np.clip(points[:, 2], -1, 1)), np.arctan2(points[:, 1], points[:, 0])
+        degrees = [(degree, order) for degree in range(1, 5) for order in range(-degree, degree + 1)]
+        parts = ((sph_harm_y(d, abs(o), theta, phi), o) for d, o in degrees)
+        return np.array([(v.real if o >= 0 else v.imag) * (np.sqrt(2) if o else 1.0) for v, o in parts])
+
+    return values
+
+
+def _reset_peak():
+    """Resident bytes now, and the peak forgotten; None where the system does not say."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+        return _status("VmRSS")
+    except OSError:
+        return None
+
+
+def _peak():
+    return _status("VmHWM")
+
+
+def _status(name):
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith(name + ":"):
+                return 1024 * int(line.split()[1])
+    return None

@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
+#include "surflux/core/sampling.h"
+#include "surflux/neighbors/disk_index.h"
+#include "surflux/neighbors/radii.h"
+#include "surflux/neighbors/tangent_cell.h"
+
+namespace surflux {
+namespace {
+
+constexpr double margin = 1.1;
+
+using Sampler = std::function<Vec3(Random&)>;
+
+Vec3 on_sphere(Random& random) {
+    const double z = 2.0 * random.uniform() - 1.0, phi = 2.0 * pi * random.uniform(), r = std::sqrt(1.0 - z * z);
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+// Uniform on the torus of radii 1 and 0.4.
+Vec3 on_torus(Random& random) {
+    for (;;) {
+        const double u = 2.0 * pi * random.uniform(), v = 2.0 * pi * random.uniform(), r = 1.0 + 0.4 * std::cos(v);
+        if (1.4 * random.uniform() < r) return {r * std::cos(u), r * std::sin(u), 0.4 * std::sin(v)};
+    }
+}
+
+Vec3 on_square(Random& random) { return {random.uniform(), random.uniform(), 0.0}; }
+
+std::vector<Vec3> samples(std::size_t n, const Sampler& sampler, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<Vec3> points(n);
+    for (Vec3& p : points) p = sampler(random);
+    return points;
+}
+
+std::vector<Vec3> fibonacci_sphere(std::size_t n) {
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double z = 1.0 - 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+        const double phi = pi * (1.0 + std::sqrt(5.0)) * static_cast<double>(i), r = std::sqrt(1.0 - z * z);
+        points.push_back({r * std::cos(phi), r * std::sin(phi), z});
+    }
+    return points;
+}
+
+std::vector<Vec3> grid(int n) {
+    std::vector<Vec3> points;
+    for (int x = 0; x < n; ++x)
+        for (int y = 0; y < n; ++y) points.push_back({double(x), double(y), 0.0});
+    return points;
+}
+
+// Of 50 000 points on the surface, those that no disk reaches, and the area of the disks over that of the surface.
+struct Cover {
+    int uncovered = 0;
+    double overlap = 0.0;
+};
+
+Cover cover(const std::vector<Vec3>& points, const std::vector<double>& radii, const Sampler& sampler, double area) {
+    const DiskIndex disks(points, radii);
+    Cover out;
+    std::vector<Neighbor> over;
+    for (const Vec3& probe : samples(50000, sampler, 77)) {
+        over.clear();
+        disks.reaching(probe, 0.0, over);
+        out.uncovered += over.empty();
+    }
+    for (double r : radii) out.overlap += pi * r * r / area;
+    return out;
+}
+
+template <class Call>
+std::string refusal(const Call& call) {
+    try {
+        call();
+    } catch (const ArgumentError& error) {
+        return error.what();
+    }
+    return "none";
+}
+
+// Around the origin, in the plane z = 0.
+double covering_radius(const std::vector<Vec3>& neighbors) {
+    TangentCell cell;
+    cell.start({}, {0, 0, 1}, 100.0);
+    for (const Vec3& n : neighbors) cell.cut(n);
+    return cell.covering_radius();
+}
+
+TEST(TangentCell, ReachesTheCornersOfAcuteTriangles) {
+    const double h = std::sqrt(0.75);
+    const std::vector<Vec3> hexagon{{1, 0, 0}, {-1, 0, 0}, {0.5, h, 0}, {-0.5, h, 0}, {0.5, -h, 0}, {-0.5, -h, 0}};
+    EXPECT_NEAR(covering_radius(hexagon), 1.0 / std::sqrt(3.0), 1e-12);
+    EXPECT_NEAR(covering_radius({{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}), std::sqrt(0.5), 1e-12);
+}
+
+TEST(TangentCell, NeedsNotReachTheCornersOfObtuseOnes) {
+    // 150 degrees between neighbours at 1: their bisectors meet at 1.93, but leave the triangle at 0.518.
+    const double x = std::cos(pi * 75 / 180), y = std::sin(pi * 75 / 180);
+    EXPECT_NEAR(covering_radius({{x, y, 0}, {x, -y, 0}}), 0.5 / std::cos(pi * 15 / 180), 1e-12);
+    // The same triangle, twice, from a sharp end: there too the part that is nearest ends in the long side.
+    EXPECT_NEAR(covering_radius({{-x, y, 0}, {0, 2 * y, 0}, {x, y, 0}}), 0.5 / std::cos(pi * 15 / 180), 1e-12);
+}
+
+TEST(TangentCell, IsOpenWithoutNeighboursAllAround) {
+    EXPECT_EQ(covering_radius({}), 0.0);
+    EXPECT_NEAR(covering_radius({{1, 0, 0}, {-2, 0, 0}}), 1.0, 1e-12);  // strip: half way to either
+    EXPECT_EQ(covering_radius({{0, 0, 1}}), 0.0);                       // straight above
+}
+
+TEST(TangentCell, IsHardlyCutFromAnotherSheet) {
+    // Between a point of the plane and one 1 above it, 0.5 aside, the plane is halved 1.25 away.
+    EXPECT_NEAR(covering_radius({{0.5, 0, 1}}), 1.25, 1e-12);
+}
+
+TEST(Radii, OfASquareGridReachTheMiddlesOfItsCells) {
+    const std::vector<Vec3> points = grid(7);
+    const std::vector<double> radii = estimate_radii(points);
+    // On the border too: inwards there are corners all the same.
+    for (double r : radii) EXPECT_NEAR(r, margin * std::sqrt(0.5), 1e-9);
+    // A duplicate is at the same place: it is nobody's further neighbour.
+    std::vector<Vec3> twice = points;
+    twice.insert(twice.end(), points.begin(), points.end());
+    const std::vector<double> doubled = estimate_radii(twice);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_DOUBLE_EQ(doubled[i], radii[i]);
+        EXPECT_DOUBLE_EQ(doubled[points.size() + i], radii[i]);
+    }
+}
+
+TEST(Radii, LeaveNoGapsAndLittleOverlap) {
+    struct Case {
+        const char* name;
+        std::vector<Vec3> points;
+        Sampler surface;
+        double area, overlap;
+    };
+    // At least 1.21 (a hexagonal lattice) times the margin squared.
+    const Case cases[] = {
+        {"642 Fibonacci", fibonacci_sphere(642), on_sphere, 4 * pi, 1.85},
+        {"10 000 Fibonacci", fibonacci_sphere(10000), on_sphere, 4 * pi, 1.8},
+        {"2000 random", samples(2000, on_sphere, 8), on_sphere, 4 * pi, 3.6},
+        {"35 000 random", samples(35000, on_sphere, 8), on_sphere, 4 * pi, 3.6},
+        {"torus", samples(3000, on_torus, 8), on_torus, 1.6 * pi * pi, 3.7},
+        {"square", samples(1000, on_square, 8), on_square, 1.0, 4.0},
+    };
+    for (const Case& c : cases) {
+        const Cover got = cover(c.points, estimate_radii(c.points), c.surface, c.area);
+        EXPECT_LE(got.uncovered, 10) << c.name;  // 99.98 %
+        EXPECT_LE(got.overlap, c.overlap) << c.name;
+    }
+}
+
+TEST(Radii, WithoutMarginLeaveNoGapsEither) {
+    const std::vector<Vec3> points = samples(3000, on_torus, 9);
+    std::vector<double> radii = estimate_radii(points);
+    for (double& r : radii) r /= margin;
+    EXPECT_LE(cover(points, radii, on_torus, 1.6 * pi * pi).uncovered, 10);
+    for (double& r : radii) r *= 0.8;  // this test can tell
+    EXPECT_GE(cover(points, radii, on_torus, 1.6 * pi * pi).uncovered, 1000);
+}
+
+TEST(Radii, FollowTheDensity) {
+    // Density falls by 20 from pole to pole.
+    const Sampler uneven = [](Random& random) {
+        for (;;) {
+            const Vec3 p = on_sphere(random);
+            if (random.uniform() < std::pow(20.0, -0.5 * (1.0 + p.z))) return p;
+        }
+    };
+    const std::vector<Vec3> points = samples(5000, uneven, 5);
+    const Cover got = cover(points, estimate_radii(points, points), on_sphere, 4 * pi);
+    EXPECT_LE(got.uncovered, 25);
+    EXPECT_LE(got.overlap, 3.7);
+}
+
+TEST(Radii, KeepTheSheetsOfAThinPlateApart) {
+    // Two sheets a fifth of the spacing apart, facing out: with normals each covers itself as if it were alone.
+    const std::vector<Vec3> lower = grid(12);
+    std::vector<Vec3> points = lower, normals(lower.size(), {0, 0, -1});
+    for (const Vec3& p : lower) {
+        points.push_back(p + Vec3{0.4, 0.3, 0.2});
+        normals.push_back({0, 0, 1});
+    }
+    for (double r : estimate_radii(points, normals)) EXPECT_NEAR(r, margin * std::sqrt(0.5), 1e-9);
+    // Two-sided sheets stored as pairs: every place faces both ways.
+    std::vector<Vec3> pairs = lower, both(lower.size(), {0, 0, -1});
+    pairs.insert(pairs.end(), lower.begin(), lower.end());
+    both.insert(both.end(), lower.size(), {0, 0, 1});
+    for (double r : estimate_radii(pairs, both)) EXPECT_NEAR(r, margin * std::sqrt(0.5), 1e-9);
+    // A point that alone faces the other way has all its neighbours still.
+    std::vector<Vec3> flipped(lower.size(), {0, 0, 1});
+    flipped[5 * 12 + 5] = {0, 0, -1};
+    EXPECT_NEAR(estimate_radii(lower, flipped)[5 * 12 + 5], margin * std::sqrt(0.5), 1e-9);
+}
+
+TEST(Radii, OnALineReachHalfWay) {
+    std::vector<Vec3> line;
+    for (int k = 0; k < 30; ++k) line.push_back({0.3 * k, 0.4 * k, 0.0});
+    for (double r : estimate_radii(line)) EXPECT_NEAR(r, margin * 0.25, 1e-9);
+    // Seen along the line, all are straight above and below.
+    for (double r : estimate_radii(line, std::vector<Vec3>(30, {0.6, 0.8, 0.0}))) EXPECT_NEAR(r, margin * 0.25, 1e-9);
+}
+
+TEST(Radii, OfAnOutlierFollowThoseOfItsNeighbours) {
+    std::vector<Vec3> points = grid(7);
+    points.push_back({3.0, 3.0, 50.0});
+    const std::vector<double> radii = estimate_radii(points);
+    EXPECT_NEAR(radii[3 * 7 + 3], margin * std::sqrt(0.5), 1e-6);
+    EXPECT_NEAR(radii[49], 3.0 * margin * std::sqrt(0.5), 1e-6);  // not 25, half way
+}
+
+TEST(Radii, OfTwoPlacesReachHalfWay) {
+    for (double r : estimate_radii({{1, 0, 0}, {3, 0, 0}, {1, 0, 0}})) EXPECT_NEAR(r, margin, 1e-12);
+}
+
+TEST(Radii, AreTheSameForAnyNumberOfThreads) {
+    const std::vector<Vec3> points = samples(5000, on_torus, 3);
+    const std::vector<double> many = estimate_radii(points);
+    const ThreadLimit one(1);
+    EXPECT_EQ(estimate_radii(points), many);
+}
+
+TEST(Radii, RefuseWhatHasNoNeighbours) {
+    EXPECT_EQ(refusal([] { estimate_radii({{0, 0, 0}}); }),
+              "radii: wanted at least 2 points to estimate them from, got 1; give radii");
+    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}); }),
+              "radii: all points coincide; give radii");
+    EXPECT_EQ(refusal([] { estimate_radii({{1, 1, 1}, {2, 1, 1}}, {{0, 0, 1}}); }),
+              "normals: wanted as many as points, 2, got 1");
+}
+
+TEST(Radii, CanBeCancelled) {
+    const std::vector<Vec3> points = samples(100, on_sphere, 9);
+    EXPECT_THROW(estimate_radii(points, {}, [](std::size_t, std::size_t) { return false; }), Cancelled);
+}
+
+}  // namespace
+}  // namespace surflux

@@ -1,0 +1,73 @@
+"""`surflux view --areas`: what it writes, says and returns."""
+
+import numpy as np
+import pytest
+
+from area_pictures import PICKED, read
+from surflux import cli, shapes
+
+ROOM = '[[object]]\nshape = "room"\npatches = 6\n[camera]\neye = [0.5, -1.4, 0.5]\ntarget = [0.5, 0.5, 0.5]\n'
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capfd):
+    """Runs `surflux view` in a folder with a cloud of 162 points and a room of 6 patches."""
+    monkeypatch.chdir(tmp_path)
+    shapes.sphere(162, 2.0).save("ball.ply")
+    (tmp_path / "room.toml").write_text(ROOM)
+
+    def call(*arguments):
+        return cli.main(["view", *arguments]), *capfd.readouterr()
+
+    return call
+
+
+def test_areas_of_a_cloud(run):
+    status, out, err = run("ball.ply", "--areas", "--screenshot", "areas.png", "--size", "400x300")
+    assert (status, out) == (0, "picture: areas.png\n")
+    assert err.splitlines().count("surflux: areas") == 1
+    image = read("areas.png")
+    assert image.shape == (300, 400, 3)
+    assert not (image == PICKED).all(axis=2).any()
+
+
+def test_a_picked_surfel(run):
+    assert run("ball.ply", "--areas", "--pick", "7", "--screenshot", "curved.png")[0] == 0
+    assert read("curved.png")[263, 247].tolist() == PICKED
+    assert run("ball.ply", "--areas", "--pick", "7", "--screenshot", "paper.png", "--method", "paper")[0] == 0
+    assert (read("paper.png") != read("curved.png")).any()
+    options = ("--eye", "0,-9,0", "--color", "normal", "--screenshot", "far.png")
+    assert run("ball.ply", "--areas", "--pick", "7", *options)[0] == 0
+    assert read("far.png")[263, 247] == pytest.approx([128, 0, 128], abs=20)
+
+
+def test_a_scene_has_a_camera_of_its_own_but_not_for_one_surfel(run):
+    assert run("room.toml", "--areas", "--color", "normal", "--screenshot", "room.png")[0] == 0
+    assert read("room.png")[263, 247] == pytest.approx([128, 0, 128], abs=2)  # the back wall faces -y
+    assert run("room.toml", "--areas", "--pick", "3", "--screenshot", "patch.png")[0] == 0
+    assert read("patch.png")[263, 247].tolist() == PICKED
+
+
+def test_coverage_without_the_panel(run):
+    assert run("ball.ply", "--color", "coverage", "--screenshot", "plain.png")[0] == 0
+    assert len(np.unique(read("plain.png").reshape(-1, 3), axis=0)) > 10
+
+
+WRONG = [
+    # What is wrong with the options is told before the file is looked at.
+    (["none.ply", "--pick", "1"], "--pick: goes with --areas"),
+    (["none.ply", "--method", "paper"], "--method: goes with --areas"),
+    (["none.ply", "--areas", "--pick", "-1"], "--pick: wanted a whole number from 0"),
+    (["none.ply", "--areas"], "none.ply: no such file"),
+    (["ball.ply", "--areas", "--pick", "162"], "pick: wanted a whole number from 0 to 161, got 162"),
+    (["ball.ply", "--areas", "--color", "level"], "color: wanted one of 'coverage', 'area', 'radius', 'normal', got"),
+    (["ball.ply", "--areas", "--method", "best"], "method: wanted one of 'paper', 'curved', got 'best'"),
+    (["ball.ply", "--areas", "--screenshot", "a.gif"], "screenshot: wanted a name ending in .png or .jpg"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG, ids=lambda v: " ".join(v) if isinstance(v, list) else "")
+def test_what_cannot_be_shown(arguments, message, run):
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert f"surflux: error: {message}" in err
