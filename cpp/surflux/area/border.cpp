@@ -34,4 +34,24 @@ void hull_sides(std::vector<Point2>& points, std::vector<HalfPlane>& sides) {
     }
 }
 
+void sharpen_corners(std::vector<HalfPlane>& sides, double tolerance) {
+    while (sides.size() > 3) {
+        std::size_t least = 0;
+        double least_height = tolerance;
+        for (std::size_t k = 0; k < sides.size(); ++k) {
+            const HalfPlane &a = sides[(k + sides.size() - 1) % sides.size()], &b = sides[(k + 1) % sides.size()];
+            const double turn = a.x * b.y - a.y * b.x;
+            if (turn <= 1e-9) continue;  // they do not meet beyond
+            const double x = (a.limit * b.y - b.limit * a.y) / turn, y = (a.x * b.limit - b.x * a.limit) / turn;
+            const double height = sides[k].x * x + sides[k].y * y - sides[k].limit;
+            if (height < least_height) {
+                least = k;
+                least_height = height;
+            }
+        }
+        if (least_height >= tolerance) return;
+        sides.erase(sides.begin() + static_cast<std::ptrdiff_t>(least));
+    }
+}
+
 }  // namespace surflux

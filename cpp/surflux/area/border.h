@@ -17,4 +17,8 @@ struct HalfPlane {
 // Reorders the points.
 void hull_sides(std::vector<Point2>& points, std::vector<HalfPlane>& sides);
 
+// Leaves out sides that only bevel a corner: beyond which their neighbours meet within `tolerance`. `sides` go around a
+// convex polygon; at least three remain.
+void sharpen_corners(std::vector<HalfPlane>& sides, double tolerance);
+
 }  // namespace surflux

@@ -27,15 +27,14 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
     std::vector<double> areas(surfels.size(), 0.0);
     for (const Triangle& t : surfels.triangles) areas[t.surfel] += area_of(t);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
-    const std::vector<std::uint32_t>& disks = finder.disks();
     parallel_blocks(
-        disks.size(), 64,
+        finder.size(), 64,
         [&](std::size_t begin, std::size_t end) {
             DiskIntegrator integrator(options);
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
-                finder.find(disks[k], options.method == AreaMethod::curved, around);
-                areas[disks[k]] = integrator.area(around);
+                finder.find(k, options.method == AreaMethod::curved, around);
+                areas[finder.surfel(k)] = integrator.area(around);
             }
         },
         progress);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "surflux/core/morton.h"
+
 namespace surflux {
 
 namespace {
@@ -20,50 +22,34 @@ constexpr double layer_height = 0.27, layer_slope = 0.35;
 // What may stick out over a crease's plane, over the sum of the two radii.
 constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its radius, the hull of the points is taken.
-constexpr double border_reach = 3.0;
+constexpr double border_reach = 5.0;
 // How far the border lies outside of the outermost samples, over the mean distance of the six nearest
 // places: what makes the
 // area of the unit square right within 1 % from 1000 samples, by dart throwing or sample elimination or at random.
-constexpr double border_margin = 0.1;
-
-std::vector<std::uint32_t> disks_of(const std::vector<bool>& is_disk) {
-    std::vector<std::uint32_t> disks;
-    for (std::uint32_t i = 0; i < is_disk.size(); ++i)
-        if (is_disk[i]) disks.push_back(i);
-    return disks;
-}
-
-template <class T>
-std::vector<T> those(const std::vector<T>& values, const std::vector<std::uint32_t>& which) {
-    std::vector<T> out;
-    out.reserve(which.size());
-    for (std::uint32_t i : which) out.push_back(values[i]);
-    return out;
-}
+constexpr double border_margin = 0.05;
+// A corner that no sample fills up to this far, over the same spacing, is still a corner.
+constexpr double corner_tolerance = 0.6;
 
 Vec3 in_frame(const Frame& frame, const Vec3& v) { return {dot(v, frame.u), dot(v, frame.v), dot(v, frame.n)}; }
 
+double across(double x, double y) { return std::sqrt(x * x + y * y); }
+
 // A frame that turns with the cloud, so that the quadrature does too: u points to the nearest neighbour, among equals
 // to the first. Neighbours right above or below show no direction.
-Frame frame_of(const Surfels& surfels, std::uint32_t i, const std::vector<std::uint32_t>& around) {
-    const Vec3& n = surfels.normals[i];
-    const auto across = [&](std::uint32_t j) {
-        const Vec3 d = surfels.positions[j] - surfels.positions[i];
-        return d - dot(d, n) * n;
-    };
-    double nearest = surfels.radii[i] * 4.0;
+Frame frame_towards(const Vec3& normal, double radius, const std::vector<Vec3>& offsets) {
+    double nearest = 4.0 * radius;
     Vec3 u;
-    for (std::uint32_t j : around) {
-        const Vec3 d = across(j);
+    for (const Vec3& offset : offsets) {
+        const Vec3 d = offset - dot(offset, normal) * normal;
         const double distance = length(d);
-        if (distance > 1e-6 * surfels.radii[i] && distance < nearest * (1.0 - 1e-6)) {
+        if (distance > 1e-6 * radius && distance < nearest * (1.0 - 1e-6)) {
             nearest = distance;
             u = d;
         }
     }
-    if (!(length_squared(u) > 0.0)) return frame_around(n);
+    if (!(length_squared(u) > 0.0)) return frame_around(normal);
     u = normalized(u);
-    return {u, cross(n, u), n};
+    return {u, cross(normal, u), normal};
 }
 
 // Of the first point from the six nearest others, each place once; 0 where there is none.
@@ -72,10 +58,10 @@ double mean_spacing(const std::vector<Point2>& points) {
     constexpr double same_place = 1e-3;  // in units of the disk
     std::vector<std::pair<double, Point2>> nearest;
     for (const Point2& p : points) {
-        const double distance = std::hypot(p.x - points[0].x, p.y - points[0].y);
+        const double distance = across(p.x - points[0].x, p.y - points[0].y);
         if (distance < same_place || (nearest.size() == wanted && distance >= nearest.back().first)) continue;
         if (std::any_of(nearest.begin(), nearest.end(),
-                        [&](const auto& n) { return std::hypot(n.second.x - p.x, n.second.y - p.y) < same_place; }))
+                        [&](const auto& n) { return across(n.second.x - p.x, n.second.y - p.y) < same_place; }))
             continue;
         const auto place =
             std::find_if(nearest.begin(), nearest.end(), [&](const auto& n) { return n.first > distance; });
@@ -89,43 +75,63 @@ double mean_spacing(const std::vector<Point2>& points) {
 
 }  // namespace
 
+std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels& surfels,
+                                                                   const std::vector<bool>& is_disk) {
+    std::vector<Disk> disks;
+    for (std::uint32_t i : morton_order(surfels.positions))
+        if (is_disk[i]) disks.push_back({surfels.positions[i], surfels.normals[i], surfels.radii[i], i});
+    return disks;
+}
+
+template <class T>
+std::vector<T> NeighborhoodFinder::of_each(const std::vector<Disk>& disks, T Disk::* member) {
+    std::vector<T> out;
+    out.reserve(disks.size());
+    for (const Disk& disk : disks) out.push_back(disk.*member);
+    return out;
+}
+
 NeighborhoodFinder::NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon)
-    : surfels_(surfels),
+    : disks_(disks_of(surfels, is_disk)),
       epsilon_(epsilon),
-      disks_(disks_of(is_disk)),
-      index_(those(surfels.positions, disks_), those(surfels.radii, disks_)) {}
+      index_(of_each(disks_, &Disk::position), of_each(disks_, &Disk::radius)) {}
 
-void NeighborhoodFinder::flat(std::uint32_t i, Neighborhood& out) const { gather(i, 1.0, out); }
+void NeighborhoodFinder::flat(std::size_t i, Neighborhood& out) const { gather(i, 1.0, out); }
 
-void NeighborhoodFinder::curved(std::uint32_t i, Neighborhood& out) const {
+void NeighborhoodFinder::curved(std::size_t i, Neighborhood& out) const {
     if (!complete(i, domain_ratio, out)) complete(i, 1.0, out);
 }
 
-void NeighborhoodFinder::gather(std::uint32_t i, double ratio, Neighborhood& out) const {
-    std::vector<Neighbor> near;
-    index_.reaching(surfels_.positions[i], surfels_.radii[i], near, ratio);
-    std::vector<std::uint32_t> around;
-    for (const Neighbor& n : near)
-        if (disks_[n.index] != i) around.push_back(disks_[n.index]);
-    std::sort(around.begin(), around.end());
-    out.frame = frame_of(surfels_, i, around);
-    out.radius = ratio * surfels_.radii[i];
-    out.surface.assign(1, {i, {}, {0.0, 0.0, 1.0}, 1.0});
+void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) const {
+    const Disk& disk = disks_[i];
+    thread_local std::vector<Neighbor> near;
+    thread_local std::vector<Vec3> offsets;
+    near.clear();
+    offsets.clear();
+    index_.reaching(disk.position, disk.radius, near, ratio);
+    near.erase(std::find_if(near.begin(), near.end(), [i](const Neighbor& n) { return n.index == i; }));
+    std::sort(near.begin(), near.end(),
+              [this](const Neighbor& a, const Neighbor& b) { return disks_[a.index].surfel < disks_[b.index].surfel; });
+    for (const Neighbor& n : near) offsets.push_back(disks_[n.index].position - disk.position);
+    out.frame = frame_towards(disk.normal, disk.radius, offsets);
+    out.radius = ratio * disk.radius;
+    out.surface.assign(1, {disk.surfel, {}, {0.0, 0.0, 1.0}, 1.0});
     out.crease.clear();
     out.ends.clear();
-    for (std::uint32_t j : around) {
-        const Member member{j, in_frame(out.frame, (surfels_.positions[j] - surfels_.positions[i]) / out.radius),
-                            in_frame(out.frame, surfels_.normals[j]), ratio * surfels_.radii[j] / out.radius};
+    for (std::size_t k = 0; k < near.size(); ++k) {
+        const Disk& other = disks_[near[k].index];
+        const Member member{other.surfel, in_frame(out.frame, offsets[k] / out.radius),
+                            in_frame(out.frame, other.normal), other.radius / disk.radius};
         (member.normal.z > epsilon_ ? out.surface : out.crease).push_back(member);
     }
 }
 
-bool NeighborhoodFinder::complete(std::uint32_t i, double ratio, Neighborhood& out) const {
+bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out) const {
     gather(i, ratio, out);
     const auto is_layer = [](const Member& m) {
         const double high = layer_height * (1.0 + m.radius);
         return std::abs(m.position.z) > high && std::abs(dot(m.normal, m.position)) > high &&
-               std::abs(m.position.z) > layer_slope * std::hypot(m.position.x, m.position.y);
+               std::abs(m.position.z) > layer_slope * across(m.position.x, m.position.y);
     };
     out.surface.erase(std::remove_if(out.surface.begin() + 1, out.surface.end(), is_layer), out.surface.end());
     std::vector<Member> around(out.surface.begin() + 1, out.surface.end());
@@ -164,18 +170,18 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
             out.crease.push_back(m);
             continue;
         }
-        const double slope = std::hypot(m.normal.x, m.normal.y);
+        const double slope = across(m.normal.x, m.normal.y);
         out.ends.push_back(
             {side * m.normal.x / slope, side * m.normal.y / slope, std::max(-side * over_j, 0.0) / slope});
     }
 }
 
-bool NeighborhoodFinder::add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const {
+bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const {
     std::vector<Point2> points(1, {0.0, 0.0});
     for (const Member& m : around)
         if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
-    const double margin = border_margin * mean_spacing(points);
-    if (!(margin > 0.0)) return false;
+    const double spacing = mean_spacing(points), margin = border_margin * spacing;
+    if (!(spacing > 0.0)) return false;
 
     // The disks that reach mostly surround the whole disk: no need to look farther then.
     std::vector<HalfPlane> sides;
@@ -183,16 +189,19 @@ bool NeighborhoodFinder::add_borders(std::uint32_t i, const std::vector<Member>&
     hull_sides(points, sides);
     if (!sides.empty() && std::none_of(sides.begin(), sides.end(), ends_disk)) return true;
 
-    std::vector<Neighbor> near;
-    index_.centered_within(surfels_.positions[i], border_reach * out.radius, near);
+    thread_local std::vector<Neighbor> near;
+    near.clear();
+    const Disk& disk = disks_[i];
+    index_.centered_within(disk.position, border_reach * spacing * out.radius, near);
     points.assign(1, {0.0, 0.0});
     for (const Neighbor& n : near) {
-        const std::uint32_t j = disks_[n.index];
-        if (dot(surfels_.normals[i], surfels_.normals[j]) <= sharpest_crease) continue;
-        const Vec3 d = (surfels_.positions[j] - surfels_.positions[i]) / out.radius;
+        const Disk& other = disks_[n.index];
+        if (dot(disk.normal, other.normal) <= sharpest_crease) continue;
+        const Vec3 d = (other.position - disk.position) / out.radius;
         points.push_back({dot(d, out.frame.u), dot(d, out.frame.v)});
     }
     hull_sides(points, sides);
+    sharpen_corners(sides, corner_tolerance * spacing);
     for (const HalfPlane& side : sides)
         if (ends_disk(side)) out.ends.push_back({side.x, side.y, side.limit + margin});
     return !sides.empty();

@@ -29,18 +29,20 @@ struct Neighborhood {
     SurfaceModel model;
 };
 
-// Finds the neighbourhoods of disks. Const once made, for any number of threads.
+// Finds the neighbourhoods of disks; const once made, for any number of threads.
 class NeighborhoodFinder {
 public:
     // Of those surfels for which `is_disk` holds.
     NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
 
-    const std::vector<std::uint32_t>& disks() const { return disks_; }
+    // Disks are numbered here along a curve through space; which surfel disk i is, surfel(i) says.
+    std::size_t size() const { return disks_.size(); }
+    std::uint32_t surfel(std::size_t i) const { return disks_[i].surfel; }
 
-    void find(std::uint32_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
+    void find(std::size_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
 
     // Frame, radius and surface, for D04's method: every disk that reaches disk i and is of its surface.
-    void flat(std::uint32_t i, Neighborhood& out) const;
+    void flat(std::size_t i, Neighborhood& out) const;
 
     // For the curved method:
     //
@@ -53,27 +55,36 @@ public:
     // the disk by distance.
     //
     // Borders. Beyond the sampling there is no surface: the disk ends with the convex hull of the points around i,
-    // as seen along n_i, plus a small part of their spacing, for the true border passes outside of its outermost
-    // samples (border_margin).
+    // as seen along n_i, without sides that only bevel a corner, plus a small part of their spacing, for the true
+    // border passes outside of its outermost samples.
     //
     // Domains. Disks that just cover the surface together leave slits where it bends, and their weights would end where
     // others' are still needed: each counts up to domain_ratio times its radius, unless it has no neighbours to end it.
     //
     // The surface is the model that the neighbours agree on, and they stand on it themselves: what noise lifts a point
     // off its neighbours' surface does not make it farther.
-    void curved(std::uint32_t i, Neighborhood& out) const;
+    void curved(std::size_t i, Neighborhood& out) const;
 
 private:
     // Frame, radius, surface and crease, with `ratio` times every radius.
-    void gather(std::uint32_t i, double ratio, Neighborhood& out) const;
+    void gather(std::size_t i, double ratio, Neighborhood& out) const;
     // The same for the curved method, complete. False where no neighbours end the domain.
-    bool complete(std::uint32_t i, double ratio, Neighborhood& out) const;
+    bool complete(std::size_t i, double ratio, Neighborhood& out) const;
     void add_creases(const std::vector<Member>& around, Neighborhood& out) const;
-    bool add_borders(std::uint32_t i, const std::vector<Member>& around, Neighborhood& out) const;
+    bool add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const;
 
-    const Surfels& surfels_;
+    struct Disk {
+        Vec3 position, normal;
+        double radius;
+        std::uint32_t surfel;
+    };
+    // In Morton order, so that what a search finds lies together in memory too.
+    static std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);
+    template <class T>
+    static std::vector<T> of_each(const std::vector<Disk>& disks, T Disk::* member);
+
+    std::vector<Disk> disks_;
     double epsilon_;
-    std::vector<std::uint32_t> disks_;
     DiskIndex index_;
 };
 

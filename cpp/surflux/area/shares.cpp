@@ -42,7 +42,9 @@ DiskShares area_shares(const Surfels& surfels, std::size_t index, const AreaOpti
     const bool curved = options.method == AreaMethod::curved;
     const NeighborhoodFinder finder(surfels, is_disk, options.epsilon);
     Neighborhood around;
-    finder.find(static_cast<std::uint32_t>(index), curved, around);
+    std::size_t disk = 0;
+    while (finder.surfel(disk) != index) ++disk;
+    finder.find(disk, curved, around);
     std::vector<Member> members = around.surface;
     if (curved) members.insert(members.end(), around.crease.begin(), around.crease.end());
 

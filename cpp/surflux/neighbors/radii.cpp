@@ -17,9 +17,7 @@ namespace {
 // Neighbours: the first look completes most cells, the second all but those on borders.
 constexpr std::size_t first_look = 20, second_look = 60;
 constexpr std::size_t ring = 6;
-// Cosines between normals, as for areas: of one surface above the first (D04 eq. 10); over a crease down to the second,
-// below which neighbours face the other way.
-constexpr double same_surface = 0.8, sharpest_crease = -0.5;
+constexpr double same_face = 0.8;  // cosine between normals, as for areas (D04 eq. 10)
 // Over the third smallest of the six radii around: at most, so that disks do not bridge a hole with the others on its
 // rim, and at most in order to cover a sheet of one's own. At rims and tips the neighbours that face the other way are
 // the same surface, and disks that looked past them would stick out.
@@ -103,7 +101,7 @@ private:
         near.erase(std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); }));
     }
 
-    // By all neighbours, or by those that do not face the other way: did any of these?
+    // By all neighbours, or by those that do not face the other way: did any of these? Others may lie around a crease.
     bool cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
         bool skipped = false;
         std::size_t done = 0;
@@ -112,14 +110,14 @@ private:
             for (; done < work.near.size(); ++done) {
                 const Neighbor& n = work.near[done];
                 if (n.distance > 2.0 * work.cell.farthest()) return skipped;
-                const Vec3 &other = distinct_.places[n.index], &facing = facing_[n.index];
-                const double cosine = dot(facing, normal);
-                if (all || cosine > same_surface || facing == Vec3{})
-                    work.cell.cut(other);
-                else if (cosine > sharpest_crease)
-                    work.cell.cut(beyond_crease(points_[i], normal, other, facing));
-                else
+                const double cosine = dot(facing_[n.index], normal);
+                const Vec3& other = distinct_.places[n.index];
+                if (!all && cosine < -same_face)
                     skipped = true;
+                else if (std::abs(cosine) > same_face || !(length_squared(facing_[n.index]) > 0.0))
+                    work.cell.cut(other);
+                else
+                    work.cell.cut(beyond_crease(points_[i], normal, other, facing_[n.index]));
             }
         }
         return skipped;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "surflux/core/error.h"
+#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/neighbors/disk_index.h"
@@ -20,34 +21,6 @@ constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 constexpr int most_rays = 64, emitter_rays = 16;
 constexpr double rays_per_factor = 256.0;
-
-// Surfels along a Morton curve: rays of a tile then start and end close together, which Embree rewards.
-std::vector<std::uint32_t> morton_order(const Surfels& s) {
-    const Box box = bounds_of(s);
-    const Vec3 span = box.high - box.low;
-    const double side = std::max({span.x, span.y, span.z, 1e-300});
-    const auto spread = [](std::uint64_t v) {
-        v &= 0x1fffff;
-        v = (v | v << 32) & 0x1f00000000ffffull;
-        v = (v | v << 16) & 0x1f0000ff0000ffull;
-        v = (v | v << 8) & 0x100f00f00f00f00full;
-        v = (v | v << 4) & 0x10c30c30c30c30c3ull;
-        return (v | v << 2) & 0x1249249249249249ull;
-    };
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(s.size());
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
-        std::uint64_t key = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double x = (s.positions[i][axis] - box.low[axis]) / side;
-            key |= spread(static_cast<std::uint64_t>(x * 2097151.0)) << axis;
-        }
-        keys[i] = {key, i};
-    }
-    std::sort(keys.begin(), keys.end());
-    std::vector<std::uint32_t> order(s.size());
-    for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
-    return order;
-}
 
 }  // namespace
 
@@ -136,7 +109,8 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     const std::size_t n = s.size();
     require_memory_for_pairs(n, options.max_memory);
     const PairExchange pairs(scene, options.epsilon);
-    const std::vector<std::uint32_t> order = morton_order(s);
+    // Rays of a tile then start and end close together, which Embree rewards.
+    const std::vector<std::uint32_t> order = morton_order(s.positions);
 
     Exchange out;
     out.size = n;
