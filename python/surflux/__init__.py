@@ -29,6 +29,7 @@ _HOME = {
     "area_shares": "areas",
     "effective_areas": "areas",
     "form_factors": "solver",
+    "inward_patches": "orientation",
     "load_scene": "scene_file",
     "load_solution": "solution",
     "read": "files",

@@ -159,16 +159,51 @@ def _areas_bunny(method):
     return run
 
 
-def _normals_bunny(threads):
+def _normals(points, truth, threads):
     from surflux._passes import thread_limit
 
-    s, _ = _bunny()
     with thread_limit(threads):
         start = perf_counter()
-        found = sf.Surfels(s.points)
+        found = sf.Surfels(points)
         seconds = perf_counter() - start
-    wrong = np.mean(np.sum(found.normals * s.normals, axis=1) < np.cos(np.radians(20.0)))
-    return _run(len(s), seconds, wrong, "share of normals more than 20 degrees off the mesh's")
+    wrong = np.mean(np.sum(found.normals * truth, axis=1) < np.cos(np.radians(20.0)))
+    return _run(len(points), seconds, wrong, "share of normals more than 20 degrees off the mesh's")
+
+
+def _normals_of_vertices(name):
+    """Normals and radii from the vertices of a statue, against the area-weighted mean of the faces around each."""
+
+    def run(threads):
+        vertices, corners, faces = _statue(name)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = np.zeros_like(vertices)
+        for k in range(3):
+            np.add.at(normals, faces[:, k], cross)
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        used = length[:, 0] > 0
+        return _normals(vertices[used], normals[used] / length[used], threads)
+
+    return run
+
+
+def _normals_of_samples(name):
+    """The same of 300 000 points, uniformly random on its faces, against the normals of the faces."""
+
+    def run(threads):
+        _, corners, _ = _statue(name)
+        points, triangle = sf._core.sample_triangles(corners, 300_000, 0)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangle]
+        return _normals(points, cross / np.linalg.norm(cross, axis=1, keepdims=True), threads)
+
+    return run
+
+
+def _statue(name):
+    from surflux.meshes import read_mesh
+
+    mesh = read_mesh(Path(os.environ["SURFLUX_DATA"]) / "statues" / f"{name}.ply")
+    faces = np.asarray(mesh.indices).reshape(-1, 3)
+    return mesh.vertices, mesh.vertices[faces], faces
 
 
 def _furnace(surfels, threads):
@@ -253,7 +288,12 @@ CASES = {
     "areas of an icosphere, paper's": (False, _areas_icosphere("paper")),
     "areas of the bunny": (True, _areas_bunny("curved")),
     "areas of the bunny, paper's": (True, _areas_bunny("paper")),
-    "normals and radii of the bunny": (True, _normals_bunny),
+    "normals and radii of the bunny": (True, _normals_of_vertices("bunny_34834")),
+    "normals and radii of the armadillo": (True, _normals_of_vertices("armadillo_43k")),
+    "normals and radii, bunny sampled": (True, _normals_of_samples("bunny_34834")),
+    "normals and radii, armadillo sampled": (True, _normals_of_samples("armadillo_43k")),
+    "normals and radii, buddha sampled": (True, _normals_of_samples("buddha_50k")),
+    "normals and radii, dragon sampled": (True, _normals_of_samples("dragon_50k")),
     "furnace in a cube": (False, _furnace_cube),
     "furnace in a sphere": (False, _furnace_sphere),
     "sphere inside": (False, _sphere_inside),

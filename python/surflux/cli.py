@@ -76,6 +76,12 @@ def _parser():
     area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
     _common_options(area)
 
+    check = command("check", _check_cloud, "Find patches of a point cloud whose normals point inwards.")
+    check.add_argument("input", metavar="CLOUD")
+    check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
+    check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
+    _common_options(check)
+
     render = command("render", _render, "Pictures of a solved file.")
     render.add_argument("input", metavar="OUT.ply")
     _image_options(render)
@@ -148,6 +154,7 @@ def _check_options(options):
     checks = {
         "thin": lambda name, value: _check.count(name, value, 2),
         "threads": _check.count,
+        "smallest": _check.count,
         "seed": _check.seed,
         "tolerance": lambda name, value: _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
         "pick": lambda name, value: _check.count(name, value, 0),
@@ -252,6 +259,29 @@ def _area(options):
     print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
     if options.output:
         print(f"surfels with areas: {options.output}")
+    return 0
+
+
+def _check_cloud(options):
+    cloud = sf.read(options.input)
+    patches = sf.inward_patches(cloud, smallest=options.smallest, threads=options.threads, progress=True)
+    sizes = np.bincount(patches)[1:]
+    if options.output:
+        cloud.flipped(patches > 0).save(options.output)
+    largest = [(int(size), cloud.points[patches == k].mean(axis=0)) for k, size in enumerate(sizes[:10], 1)]
+    result = {"input": options.input, "surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
+    if options.json:
+        largest = [{"surfels": size, "center": center} for size, center in largest]
+        return _print_json(result | {"largest": largest, "output": options.output})
+    if not len(sizes):
+        print(f"{_check.counted(len(cloud), 'surfel')}, none in a patch that points inwards")
+        return 0
+    many = "1 patch" if len(sizes) == 1 else f"{len(sizes)} patches"
+    print(f"{_check.counted(len(cloud), 'surfel')}, {sizes.sum()} of them point inwards, in {many}")
+    for size, center in largest:
+        print(f"  {size} around ({', '.join(f'{x:.6g}' for x in center)})")
+    if options.output:
+        print(f"surfels turned round: {options.output}")
     return 0
 
 

@@ -3,9 +3,7 @@
 import numpy as np
 
 from surflux import _check, _core
-
-# Neighbours that a plane is fitted to.
-NORMAL_NEIGHBORS = 16
+from surflux.estimates import estimated_normals, estimated_radii
 
 
 class Surfels:
@@ -15,7 +13,8 @@ class Surfels:
 
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
-        normals: (n, 3), normalized here; None to estimate them from 16 neighbours (needs 3 points).
+        normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
+            line, and to orient them outwards, sheet by sheet (needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
@@ -71,9 +70,9 @@ class Surfels:
         emission = _check.per_surfel_rgb("emission", emission, n)
         two_sided = _check.flag("two_sided", two_sided)
         if normals is None:
-            normals = _estimated_normals(points, viewpoint)
+            normals = estimated_normals(points, viewpoint)
         if radii is None:
-            radii = _estimated_radii(points, normals)
+            radii = estimated_radii(points, normals)
         core = _make_core(points, normals, radii, areas, reflectance, emission)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
@@ -231,6 +230,23 @@ class Surfels:
         """
         return Surfels._from_core(self._core.select(_check.selection("selection", selection, len(self))))
 
+    def flipped(self, mask):
+        """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
+
+        For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
+
+        Raises:
+            ValueError: not a mask of that shape.
+        """
+        mask = np.asarray(mask)
+        if mask.dtype != bool or mask.shape != (len(self),):
+            raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
+        normals = np.where(mask[:, None], -self.normals, self.normals)
+        of_turned = mask[self.triangle_surfel]
+        triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
+        rest = (self.radii, self.areas, self.reflectance, self.emission, triangles, self.triangle_surfel)
+        return Surfels._from_core(_make_core(self.points, normals, *rest))
+
     def thinned(self, n, seed=0):
         """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
 
@@ -257,7 +273,7 @@ class Surfels:
         points = np.ascontiguousarray(self.points[kept])
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
         normals = np.ascontiguousarray(self.normals[kept])
-        radii = np.minimum(_estimated_radii(points, normals), largest)
+        radii = np.minimum(estimated_radii(points, normals), largest)
         core = _make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
         return Surfels._from_core(core)
 
@@ -370,7 +386,7 @@ def sampled_surfels(polygons, n, seed, reflectance, emission):
     points = np.ascontiguousarray(points[kept])
     normals = patches.normals[patches.triangle_patch[triangle[kept]]]
     return Surfels._from_core(
-        _make_core(points, normals, _estimated_radii(points, normals), None, reflectance, emission)
+        _make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission)
     )
 
 
@@ -378,23 +394,3 @@ def _make_core(points, normals, radii, areas, reflectance, emission, triangles=N
     if triangles is None:
         triangles, triangle_surfel = np.zeros((0, 3, 3)), np.zeros(0, np.uint32)
     return _core.Surfels(points, normals, radii, areas, reflectance, emission, triangles, triangle_surfel)
-
-
-def _estimated_normals(points, viewpoint):
-    if len(points) < 3:
-        few = _check.counted(len(points), "point")
-        raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
-    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
-
-
-def _estimated_radii(points, normals):
-    if len(points) < 2:
-        raise ValueError("radii: must be given for a single point, which has no neighbours; got None")
-    radii = _core.estimate_radii(points, normals)
-    flat = np.flatnonzero(~(radii > 0))
-    if len(flat):
-        raise ValueError(
-            f"radii: must be given, since {_check.counted(len(flat), 'point')} (the first at index {flat[0]}) "
-            f"{'coincides' if len(flat) == 1 else 'coincide'} with all of the nearest neighbours; got None"
-        )
-    return radii

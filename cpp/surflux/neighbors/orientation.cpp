@@ -1,0 +1,137 @@
+#include "surflux/neighbors/orientation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+struct Edge {
+    float weight;
+    bool opposite;  // one of the two normals has to be turned
+    std::uint32_t a, b;
+    bool operator<(const Edge& other) const {
+        if (weight != other.weight) return weight < other.weight;
+        return a != other.a ? a < other.a : b < other.b;
+    }
+};
+
+// Which tree each place is in, and whether its normal is turned against that of the root (union-find with parity).
+class Forest {
+public:
+    explicit Forest(std::size_t n) : parent_(n), size_(n, 1), turned_(n, 0) {
+        std::iota(parent_.begin(), parent_.end(), 0u);
+    }
+    std::uint32_t root(std::uint32_t i, bool& turned) const {
+        turned = false;
+        for (; parent_[i] != i; i = parent_[i]) turned ^= turned_[i] != 0;
+        return i;
+    }
+    void join(const Edge& edge) {
+        bool turned_a, turned_b;
+        std::uint32_t a = root(edge.a, turned_a), b = root(edge.b, turned_b);
+        if (a == b) return;
+        if (size_[a] < size_[b]) std::swap(a, b);  // no path gets longer than log2 n
+        parent_[b] = a;
+        turned_[b] = turned_a ^ turned_b ^ edge.opposite;
+        size_[a] += size_[b];
+    }
+
+private:
+    std::vector<std::uint32_t> parent_, size_;
+    std::vector<std::uint8_t> turned_;
+};
+
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double outwardness(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                   const std::vector<std::uint32_t>& members, const std::vector<Vec3>& normals) {
+    // Not the mean, not the vectors themselves, no area without a limit: one outlier would outweigh all the others.
+    Vec3 center;
+    std::vector<double> values(members.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        for (std::size_t k = 0; k < members.size(); ++k) values[k] = places[members[k]][axis];
+        center[axis] = median(values);
+    }
+    for (std::size_t k = 0; k < members.size(); ++k) values[k] = spacing[members[k]];
+    const double largest = 4.0 * median(values);
+    double sum = 0.0;
+    for (std::uint32_t i : members) {
+        const Vec3 d = places[i] - center;
+        const double side = std::min(spacing[i], largest);
+        if (length_squared(d) > 0.0) sum += side * side * dot(normalized(d), normals[i]);
+    }
+    return sum;
+}
+
+}  // namespace
+
+double agreement(const Vec3& n, const Vec3& m, const Vec3& d) {
+    return dot(n, m) - 2.0 * dot(n, d) * dot(m, d) / length_squared(d);
+}
+
+std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals) {
+    std::vector<std::size_t> start(places.size() + 1, 0);
+    for (std::size_t i = 0; i < places.size(); ++i) start[i + 1] = start[i] + graph[i].size();
+    std::vector<Edge> edges(start.back());
+    parallel_for(places.size(), 1024, [&](std::size_t i) {
+        for (std::size_t k = 0; k < graph[i].size(); ++k) {
+            const auto from = static_cast<std::uint32_t>(i);
+            const std::uint32_t to = graph[i][k];
+            const Vec3 d = places[to] - places[i];
+            const double agree = agreement(normals[i], normals[to], d);
+            const double weight = 1.0 - std::abs(agree) + 0.1 * length(d) / (spacing[i] + spacing[to]);
+            // Without the mirror, normals say the opposite on two thin sheets, but also where noise has put one point
+            // above another.
+            const bool doubtful = (agree < 0.0) != (dot(normals[i], normals[to]) < 0.0);
+            // Smaller index first, so that an edge seen from both its ends is the same edge.
+            Edge& edge = edges[start[i] + k];
+            edge = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};
+            if (least > 0.0 && (doubtful || std::abs(agree) < least)) edge.a = edge.b;  // leads nowhere
+        }
+    });
+    std::sort(edges.begin(), edges.end());
+    Forest forest(places.size());
+    for (const Edge& edge : edges) forest.join(edge);
+
+    std::vector<std::uint32_t> roots(places.size());
+    parallel_for(places.size(), 1024, [&](std::size_t i) {
+        bool turned;
+        roots[i] = forest.root(static_cast<std::uint32_t>(i), turned);
+        if (turned) normals[i] = -normals[i];
+    });
+    return roots;
+}
+
+void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
+                         const NeighborGraph& graph, std::vector<Vec3>& normals) {
+    for (const std::vector<std::uint32_t>& members : groups_of(orient_sheets(places, spacing, graph, 0.0, normals)))
+        if (outwardness(places, spacing, members, normals) < 0.0)
+            for (std::uint32_t i : members) normals[i] = -normals[i];
+}
+
+std::vector<std::vector<std::uint32_t>> groups_of(const std::vector<std::uint32_t>& numbers) {
+    constexpr std::uint32_t none = 0xffffffffu;
+    std::vector<std::uint32_t> group(numbers.size(), none);  // of each number, all of which are indices
+    std::vector<std::vector<std::uint32_t>> out;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        std::uint32_t& g = group[numbers[i]];
+        if (g == none) {
+            g = static_cast<std::uint32_t>(out.size());
+            out.emplace_back();
+        }
+        out[g].push_back(static_cast<std::uint32_t>(i));
+    }
+    return out;
+}
+
+}  // namespace surflux
