@@ -33,6 +33,8 @@ CLOUDS = {
     "Fibonacci sphere 2000, twice": lambda: clouds.twice(clouds.fibonacci_sphere(2000)),
 }
 SPEED_CLOUD = 100_000
+KNOB_CLOUD = 20_000
+KNOB_TITLE = f"Knobs, on a random sphere of {KNOB_CLOUD}"
 DENSITIES = (250, 1000, 4000, 16_000)
 
 
@@ -41,7 +43,7 @@ def main(repeats, threads, markdown=None, json_path=None, plot=None, heading="")
     steps = {
         "Clouds": of_clouds,
         "Convergence on random clouds": convergence,
-        "Knobs, on a random sphere of 2000": lambda: knobs(repeats, threads),
+        KNOB_TITLE: lambda: knobs(repeats, threads),
         "Growth, on Fibonacci spheres": lambda: growth(repeats, threads),
         f"Methods and peers, on a sphere of {SPEED_CLOUD}": lambda: methods(repeats, threads),
     }
@@ -56,7 +58,7 @@ def main(repeats, threads, markdown=None, json_path=None, plot=None, heading="")
     if json_path:
         Path(json_path).write_text(json.dumps({"machine": dict(sf.info()), "tables": tables}, indent=2) + "\n")
     if plot:
-        draw(tables["Knobs, on a random sphere of 2000"], plot)
+        draw(tables[KNOB_TITLE], plot)
     return tables
 
 
@@ -139,7 +141,7 @@ def convergence():
 
 def knobs(repeats, threads):
     """Error and seconds along each knob, the others at their defaults."""
-    cloud = clouds.random_sphere(2000)
+    cloud = clouds.random_sphere(KNOB_CLOUD)
     s = cloud.surfels()
     exact = sf.effective_areas(s, resolution=512)
     rows = []
@@ -207,22 +209,23 @@ def methods(repeats, threads):
 
 
 def draw(rows, path):
-    """Error against seconds along each knob, as a picture."""
+    """Error and seconds along each knob, as a picture."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10, 3.6), layout="constrained")
-    axes = figure.subplots(1, 3, sharey=True)
-    for axis, knob in zip(axes, ("resolution", "kappa", "epsilon"), strict=True):
+    figure = Figure(figsize=(10, 5), layout="constrained")
+    axes = figure.subplots(2, 3, sharex="col", sharey="row")
+    for (above, below), knob in zip(axes.T, ("resolution", "kappa", "epsilon"), strict=True):
         of_knob = [row for row in rows if row["knob"] == knob]
-        seconds = [row["seconds"] for row in of_knob]
-        axis.loglog(seconds, [abs(row["total, %"]) for row in of_knob], "o-", label="total")
-        if "single against cells, RMS %" in of_knob[0]:
-            axis.loglog(seconds, [row["single against cells, RMS %"] for row in of_knob], "s-", label="single, RMS")
-        for row in of_knob:
-            axis.annotate(f"{row['value']:g}", (row["seconds"], abs(row["total, %"])), fontsize=8)
-        axis.set(title=knob, xlabel="seconds")
-    axes[0].set_ylabel("error, %")
-    axes[0].legend()
+        values = [row["value"] for row in of_knob]
+        above.semilogy(values, [abs(row["total, %"]) for row in of_knob], "o-", label="total")
+        for column in ("single against cells, RMS %", "single against resolution 512, RMS %"):
+            if of_knob[0].get(column) is not None:
+                above.semilogy(values, [row[column] for row in of_knob], "s-", label=column.removesuffix(", RMS %"))
+        below.plot(values, [row["seconds"] for row in of_knob], "o-", color="black")
+        below.set(xlabel=knob, ylim=(0, None))
+    axes[0, 0].set_ylabel("error, %")
+    axes[1, 0].set_ylabel("seconds")
+    axes[0, 0].legend()
     figure.savefig(path, dpi=150)
 
 
