@@ -13,6 +13,7 @@ import numpy as np
 import surflux as sf
 from surflux import _check
 from surflux.camera import framing
+from surflux.cli_options import command_line
 
 # A solver of all pairs takes n^2 / 2 exchanges: a scan goes in by this many of its points.
 CLOUD_LIMIT = 10_000
@@ -24,7 +25,7 @@ def main(arguments=None):
     if arguments[:1] == ["bench"]:  # has options of its own
         options = argparse.Namespace(run=_bench, arguments=arguments[1:])
     else:
-        options = _parser().parse_args(arguments)
+        options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
@@ -47,101 +48,6 @@ def main(arguments=None):
 def _fail(error, status):
     print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
     return status
-
-
-def _parser():
-    parser = argparse.ArgumentParser(prog="surflux", description="Diffuse global illumination directly on points.")
-    parser.add_argument("--version", action="version", version=f"surflux {sf.__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-
-    def command(name, run, text):
-        sub = commands.add_parser(name, help=text, description=text)
-        sub.set_defaults(run=run)
-        return sub
-
-    solve = command("solve", _solve, "Solve a scene file, or a point cloud under a plain sky.")
-    solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
-    solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
-    solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {CLOUD_LIMIT})")
-    solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
-    solve.add_argument("--zeta", type=float, help="fraction of the RMS irradiance that a link may be wrong by")
-    solve.add_argument("--seed", type=int, help="of everything random")
-    _image_options(solve)
-    _common_options(solve)
-
-    area = command("area", _area, "Effective areas of a point cloud.")
-    area.add_argument("input", metavar="CLOUD")
-    area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
-    area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
-    area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
-    _common_options(area)
-
-    check = command("check", _check_cloud, "Find patches of a point cloud whose normals point inwards.")
-    check.add_argument("input", metavar="CLOUD")
-    check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
-    check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
-    _common_options(check)
-
-    render = command("render", _render, "Pictures of a solved file.")
-    render.add_argument("input", metavar="OUT.ply")
-    _image_options(render)
-    _common_options(render)
-
-    view = command("view", _view, "Look at a scene, a cloud or a solved file.")
-    view.add_argument("input", metavar="FILE")
-    view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
-    view.add_argument("--color", help="radiosity, reflectance, emission, area, coverage, radius, normal, level")
-    view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
-    view.add_argument("--pick", type=int, metavar="INDEX", help="with --areas: the surfel to pick and to look at")
-    view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
-    view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
-    _camera_options(view)
-
-    command("bench", _bench, "Seconds and errors of every stage on this machine.")
-
-    info = command("info", _info, "What this installation is made of.")
-    info.add_argument("--json", action="store_true", help="print results for programs")
-    return parser
-
-
-def _common_options(parser):
-    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
-    parser.add_argument("--json", action="store_true", help="print results for programs; progress goes to stderr")
-
-
-def _image_options(parser):
-    text = "write a picture; again for more (default: next to the output, .png)"
-    parser.add_argument("--image", action="append", metavar="OUT.exr|OUT.png", help=text)
-    parser.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
-    _camera_options(parser)
-
-
-def _camera_options(parser):
-    parser.add_argument("--eye", type=_vector, metavar="X,Y,Z", help="where the camera stands")
-    parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
-    parser.add_argument(
-        "--up",
-        type=_vector,
-        metavar="X,Y,Z",
-        help="what is up in the picture; the default camera turns with it (default: 0,0,1)",
-    )
-    parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
-
-
-def _vector(text):
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
-    return (x, y, z)
-
-
-def _size(text):
-    try:
-        width, height = (int(part) for part in text.lower().split("x"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"wanted WIDTHxHEIGHT, such as 800x600, got {text!r}") from None
-    return (width, height)
 
 
 def _say(text):
@@ -400,3 +306,14 @@ def _plain(value):
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+RUNS = {
+    "solve": _solve,
+    "area": _area,
+    "check": _check_cloud,
+    "render": _render,
+    "view": _view,
+    "bench": _bench,
+    "info": _info,
+}
