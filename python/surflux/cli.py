@@ -304,10 +304,6 @@ def _plain(value):
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 RUNS = {
     "solve": _solve,
     "area": _area,
@@ -317,3 +313,6 @@ RUNS = {
     "bench": _bench,
     "info": _info,
 }
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -110,7 +110,8 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
     near.clear();
     offsets.clear();
     index_.reaching(disk.position, disk.radius, near, ratio);
-    near.erase(std::find_if(near.begin(), near.end(), [i](const Neighbor& n) { return n.index == i; }));
+    // A disk whose radius squared is 0 reaches nothing, not even itself.
+    near.erase(std::remove_if(near.begin(), near.end(), [i](const Neighbor& n) { return n.index == i; }), near.end());
     std::sort(near.begin(), near.end(),
               [this](const Neighbor& a, const Neighbor& b) { return disks_[a.index].surfel < disks_[b.index].surfel; });
     for (const Neighbor& n : near) offsets.push_back(disks_[n.index].position - disk.position);
@@ -160,9 +161,16 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
         // Height of j over plane i, and of i over plane j: the same sign, or none where one lies in the other's plane.
         const double over_i = m.position.z, over_j = -dot(m.normal, m.position);
         const double lowest = std::min(over_i, over_j), highest = std::max(over_i, over_j);
-        const double side = lowest < -rounding && highest <= rounding   ? 1.0
-                            : highest > rounding && lowest >= -rounding ? -1.0
-                                                                        : 0.0;
+        double side = lowest < -rounding && highest <= rounding   ? 1.0
+                      : highest > rounding && lowest >= -rounding ? -1.0
+                                                                  : 0.0;
+        // Both on the edge itself, as a mesh's corners are, stored once for each face: the rest of the surface tells.
+        if (side == 0.0 && std::max(-lowest, highest) <= tolerance) {
+            double sum = 0.0;
+            for (const Member& k : around)
+                if (k.normal.z > epsilon_) sum += dot(m.normal, k.position - m.position);
+            side = sum < 0.0 ? 1.0 : sum > 0.0 ? -1.0 : 0.0;
+        }
         const auto out_of_line = [&](const Member& k) {
             if (k.normal.z > epsilon_ && side * dot(m.normal, k.position - m.position) > tolerance) return true;
             return dot(k.normal, m.normal) > epsilon_ && side * k.position.z > tolerance;
