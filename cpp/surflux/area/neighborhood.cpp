@@ -35,6 +35,13 @@ Vec3 in_frame(const Frame& frame, const Vec3& v) { return {dot(v, frame.u), dot(
 
 double across(double x, double y) { return std::sqrt(x * x + y * y); }
 
+// Whether one of those with n_i . n_j > epsilon is of another layer.
+bool is_layer(const Member& m) {
+    const double high = layer_height * (1.0 + m.radius);
+    return std::abs(m.position.z) > high && std::abs(dot(m.normal, m.position)) > high &&
+           std::abs(m.position.z) > layer_slope * across(m.position.x, m.position.y);
+}
+
 // A frame that turns with the cloud, so that the quadrature does too: u points to the nearest neighbour, among equals
 // to the first. Neighbours right above or below show no direction.
 Frame frame_towards(const Vec3& normal, double radius, const std::vector<Vec3>& offsets) {
@@ -130,11 +137,6 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
 
 bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out) const {
     gather(i, ratio, out);
-    const auto is_layer = [](const Member& m) {
-        const double high = layer_height * (1.0 + m.radius);
-        return std::abs(m.position.z) > high && std::abs(dot(m.normal, m.position)) > high &&
-               std::abs(m.position.z) > layer_slope * across(m.position.x, m.position.y);
-    };
     out.surface.erase(std::remove_if(out.surface.begin() + 1, out.surface.end(), is_layer), out.surface.end());
     std::vector<Member> around(out.surface.begin() + 1, out.surface.end());
     std::vector<OrientedPoint> points;
@@ -188,7 +190,8 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
 bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const {
     std::vector<Point2> points(1, {0.0, 0.0});
     for (const Member& m : around)
-        if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
+        if (m.normal.z > sharpest_crease && !(m.normal.z > epsilon_ && is_layer(m)))
+            points.push_back({m.position.x, m.position.y});
     const double spacing = mean_spacing(around), margin = border_margin * spacing;
     if (!(spacing > 0.0)) return false;
 
@@ -205,8 +208,12 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
     points.assign(1, {0.0, 0.0});
     for (const Neighbor& n : near) {
         const Disk& other = disks_[n.index];
-        if (dot(disk.normal, other.normal) <= sharpest_crease) continue;
+        const double cosine = dot(disk.normal, other.normal);
+        if (cosine <= sharpest_crease) continue;
         const Vec3 d = (other.position - disk.position) / out.radius;
+        if (cosine > epsilon_ && is_layer({other.surfel, in_frame(out.frame, d), in_frame(out.frame, other.normal),
+                                           other.radius / disk.radius}))
+            continue;
         points.push_back({dot(d, out.frame.u), dot(d, out.frame.v)});
     }
     hull_sides(points, sides);
