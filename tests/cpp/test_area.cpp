@@ -196,6 +196,20 @@ TEST(EffectiveArea, IsHalfOnAnEdgeAndAQuarterInACorner) {
     }
 }
 
+// One half of a floor lies three spacings higher: each half has a border of its own there.
+TEST(EffectiveArea, EndsWhereAnotherLayerBegins) {
+    Surfels s;
+    for (int x = 0; x < 20; ++x)
+        for (int y = 0; y < 10; ++y) {
+            s.positions.push_back({double(x), double(y), x < 10 ? 0.0 : 3.0});
+            s.normals.push_back({0, 0, 1});
+        }
+    shapes::finish(s, 0.5, 0.0);
+    s.radii.assign(s.size(), 2.0);
+    const std::vector<double> areas = effective_areas(s, {});
+    for (int x : {9, 10}) EXPECT_NEAR(areas[static_cast<std::size_t>(x) * 10 + 5], areas[5], 1e-3) << x;
+}
+
 TEST(EffectiveArea, OfDisksWithoutExtentIsZero) {
     Surfels s = shapes::disk({0, 0, 0}, {0, 0, 1}, 1e-200);  // squared, that is 0
     s = select(s, {0, 0, 0});
