@@ -6,6 +6,7 @@ where it is installed, of the peer robust_laplacian (lumped mass of the point-cl
 
 import contextlib
 import json
+import subprocess
 import sys
 from pathlib import Path
 from statistics import median
@@ -32,6 +33,7 @@ CLOUDS = {
     "noisy random sphere 2000": lambda: clouds.noisy(clouds.random_sphere(2000)),
     "Fibonacci sphere 2000, twice": lambda: clouds.twice(clouds.fibonacci_sphere(2000)),
 }
+SIZES = (10_000, 100_000, 1_000_000)
 SPEED_CLOUD = 100_000
 KNOB_CLOUD = 20_000
 KNOB_TITLE = f"Knobs, on a random sphere of {KNOB_CLOUD}"
@@ -45,7 +47,7 @@ def main(repeats, threads, markdown=None, json_path=None, plot=None, heading="")
         "Convergence on random clouds": convergence,
         KNOB_TITLE: lambda: knobs(repeats, threads),
         "Growth, on Fibonacci spheres": lambda: growth(repeats, threads),
-        f"Methods and peers, on a sphere of {SPEED_CLOUD}": lambda: methods(repeats, threads),
+        f"Methods and peers, on a Fibonacci sphere of {SPEED_CLOUD}": lambda: methods(repeats, threads),
     }
     tables = {}
     for title, step in steps.items():
@@ -140,16 +142,17 @@ def convergence():
 
 
 def knobs(repeats, threads):
-    """Error and seconds along each knob, the others at their defaults."""
-    cloud = clouds.random_sphere(KNOB_CLOUD)
-    s = cloud.surfels()
-    exact = sf.effective_areas(s, resolution=512)
+    """Error and seconds along each knob, the others at their defaults; epsilon where normals are noisy."""
+    even = clouds.random_sphere(KNOB_CLOUD)
+    exact = sf.effective_areas(even.surfels(), resolution=512)
     rows = []
-    settings = [("resolution", r) for r in (4, 8, 16, 24, 32, 48, 64, 128)]
-    settings += [("kappa", k) for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)]
-    settings += [("epsilon", e) for e in (0.2, 0.5, 0.8, 0.9, 0.95, 0.99)]
-    for knob, value in settings:
-        seconds, found = timed(lambda k=knob, v=value: sf.effective_areas(s, threads=threads, **{k: v}), repeats)
+    settings = [("resolution", r, even) for r in (4, 8, 16, 24, 32, 48, 64, 128)]
+    settings += [("kappa", k, even) for k in (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)]
+    noisy = clouds.noisy(even)
+    settings += [("epsilon", e, noisy) for e in (0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99)]
+    for knob, value, cloud in settings:
+        s = cloud.surfels()
+        seconds, found = timed(lambda s=s, k=knob, v=value: sf.effective_areas(s, threads=threads, **{k: v}), repeats)
         row = {"knob": knob, "value": value, "seconds": float(f"{seconds:.3g}")}
         row["total, %"] = _percent(found.sum() / cloud.area - 1)
         if cloud.cells is not None:
@@ -162,20 +165,38 @@ def knobs(repeats, threads):
 
 
 def growth(repeats, threads):
-    """Seconds and peak memory from 10^4 to 10^6 surfels."""
+    """Seconds from 10^4 to 10^6 surfels, and the memory that it takes in a process of its own."""
     rows = []
-    for n in (10_000, 100_000, 1_000_000):
+    for n in SIZES:
         points = clouds.spiral(n)
         s = sf.Surfels(points, points)
-        before = _reset_peak()
         seconds, found = timed(lambda s=s: sf.effective_areas(s, threads=threads), repeats)
-        after = _peak()
         row = {"surfels": n, "seconds": float(f"{seconds:.3g}"), "surfels/s": round(n / seconds)}
         row["total, %"] = _percent(found.sum() / (4 * np.pi) - 1)
-        if before and after:
-            row["bytes a surfel"] = round(max(0, after - before) / n)
+        with contextlib.suppress(OSError, ValueError, subprocess.CalledProcessError):
+            taken = subprocess.run([sys.executable, "-c", _MEMORY, str(n)], check=True, capture_output=True, text=True)
+            row["bytes a surfel"] = round(int(taken.stdout) / n)
         rows.append(row)
     return rows
+
+
+# Prints by how many bytes the peak of the process (Linux) grows in effective_areas.
+_MEMORY = """
+import re, sys
+from pathlib import Path
+import surflux as sf
+from surflux import bench_clouds
+def status(name):
+    return 1024 * int(re.search(name + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
+small = bench_clouds.spiral(100)
+sf.effective_areas(sf.Surfels(small, small))
+points = bench_clouds.spiral(int(sys.argv[1]))
+s = sf.Surfels(points, points, radii=(4 / len(points)) ** 0.5)
+before = status("VmRSS")
+Path("/proc/self/clear_refs").write_text("5")
+sf.effective_areas(s)
+print(status("VmHWM") - before)
+"""
 
 
 def methods(repeats, threads):
@@ -251,24 +272,3 @@ def _harmonics():
         return np.array([(v.real if o >= 0 else v.imag) * (np.sqrt(2) if o else 1.0) for v, o in parts])
 
     return values
-
-
-def _reset_peak():
-    """Resident bytes now, and the peak forgotten; None where the system does not say."""
-    try:
-        Path("/proc/self/clear_refs").write_text("5")
-        return _status("VmRSS")
-    except OSError:
-        return None
-
-
-def _peak():
-    return _status("VmHWM")
-
-
-def _status(name):
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith(name + ":"):
-                return 1024 * int(line.split()[1])
-    return None

@@ -78,12 +78,13 @@ def test_as_quadrature_weights_they_converge_and_beat_equal_ones():
     assert order > 1.0  # equal weights: 1/2
 
 
+@pytest.mark.parametrize("seed", [0, 2, 7])  # 2 and 7 have points right beside a corner
 @pytest.mark.parametrize("inward", [False, True])
-def test_creases_end_a_disk(inward):
-    cloud = clouds.cube(400)
+def test_creases_end_a_disk(inward, seed):
+    cloud = clouds.cube(400, seed)
     normals = -cloud.normals if inward else cloud.normals
     areas = sf.effective_areas(sf.Surfels(cloud.points, normals))
-    assert areas.sum() == pytest.approx(6.0, rel=0.01)
+    assert areas.sum() == pytest.approx(6.0, rel=0.001)
     ratio = areas / cloud.cells
     assert ratio.min() > 0.5
     assert ratio.max() < 2.0

@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from surflux import bench, cli
+import surflux as sf
+from surflux import bench, bench_areas, cli
 
 
 def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
@@ -50,6 +51,7 @@ def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
     [
         (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
+        (["--plot", "knobs.png"], "--plot: goes with --areas"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):
@@ -60,3 +62,29 @@ def test_wrong_arguments(capsys, arguments, message):
 def test_the_cases_can_be_listed(capsys):
     assert cli.main(["bench", "--list"]) == 0
     assert capsys.readouterr().out.split("\n")[:-1] == list(bench.CASES)
+
+
+def test_tables_of_areas(monkeypatch, tmp_path, capsys):
+    small = {
+        "CLOUDS": {"icosphere 642": bench_areas.CLOUDS["icosphere 642"]},
+        "DENSITIES": (100, 400, 1600),
+        "SIZES": (300, 600),
+        "SPEED_CLOUD": 300,
+        "KNOB_CLOUD": 300,
+    }
+    for name, value in small.items():
+        monkeypatch.setattr(bench_areas, name, value)
+    markdown, rows, plot = tmp_path / "areas.md", tmp_path / "areas.json", tmp_path / "knobs.png"
+    options = ["--markdown", str(markdown), "--json", str(rows), "--plot", str(plot)]
+    assert cli.main(["bench", "--areas", "--repeats", "1", *options]) == 0
+    assert markdown.read_text() in capsys.readouterr().out
+    clouds, densities, knobs, growth, methods = json.loads(rows.read_text())["tables"].values()
+    assert clouds[0]["cloud"] == "icosphere 642"
+    assert abs(clouds[0]["total, %"]) < 0.1 < clouds[0]["paper's total, %"]
+    assert densities[-1]["n"] == "order in n"
+    assert densities[-1]["harmonics, RMS"] > 1.0
+    errors = [row["single against resolution 512, RMS %"] for row in knobs if row["knob"] == "resolution"]
+    assert errors == sorted(errors, reverse=True)
+    assert [row["surfels"] for row in growth] == [300, 600]
+    assert {"curved, cpu", "paper, cpu"} <= {row["what"] for row in methods}
+    assert sf.read_image(plot).std() > 0.05  # something is drawn

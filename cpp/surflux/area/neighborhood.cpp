@@ -24,9 +24,8 @@ constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its spacing, the hull of the points is taken; where points crowd, over .6 of its
 // domain, which is as wide as a cell.
 constexpr double border_reach = 5.0;
-// How far the border lies outside of the outermost samples, over the mean distance of the six nearest
-// places: what makes the
-// area of the unit square right within 1 % from 1000 samples, by dart throwing or sample elimination or at random.
+// How far the border lies outside of the outermost samples, over the mean distance of the six nearest places. So the
+// area of the unit square is right within .5 % from 1000 samples of blue noise (by dart throwing or elimination).
 constexpr double border_margin = 0.05;
 // A corner that no sample fills up to this far, over the same spacing, is still a corner.
 constexpr double corner_tolerance = 0.6;

@@ -79,13 +79,16 @@ public:
         for (std::size_t k = 0; k < around(); ++k) nearest[k] = work.near[k].index;
         const double half_way = 0.5 * work.near.front().distance, limit = 2.0 * work.near.back().distance;
         const Vec3 normal = normals_.empty() ? plane_around(distinct_.places, work.near, points_[i]) : normals_[i];
-        work.cell.start(points_[i], normal, limit);
-        const bool skipped = cut(i, normal, false, work);
-        const double own = work.cell.covering_radius();
-        if (!skipped && own > 0.0) return {own, own};
-        work.cell.start(points_[i], normal, limit);
-        cut(i, normal, true, work);
-        double all = work.cell.covering_radius();
+        const auto covering = [&](By by) {
+            work.cell.start(points_[i], normal, limit);
+            const Met met = cut(i, normal, by, work);
+            return std::pair(work.cell.covering_radius(), met);
+        };
+        auto [own, met] = covering(By::own_sheet_to_edges);
+        // Where surfaces are rough, what seems an edge may be none.
+        if (met.crease) own = std::max(own, covering(By::own_sheet).first);
+        if (!met.other_sheet && own > 0.0) return {own, own};
+        double all = covering(By::all).first;
         if (!(all > 0.0)) all = half_way;  // straight above and below
         return {own > 0.0 ? own : all, all};
     }
@@ -106,37 +109,48 @@ private:
         near.erase(self != near.end() ? self : near.end() - 1);
     }
 
-    // By all neighbours, or by those that do not face the other way: did any of these? Others may lie around a crease.
-    bool cut(std::size_t i, const Vec3& normal, bool all, Work& work) const {
-        bool skipped = false;
+    // Cuts the cell by neighbours that do not face the other way, those around a crease at its edge or like the others;
+    // or by all.
+    enum class By { own_sheet_to_edges, own_sheet, all };
+    struct Met {
+        bool other_sheet = false, crease = false;
+    };
+
+    Met cut(std::size_t i, const Vec3& normal, By by, Work& work) const {
+        Met met;
         std::size_t done = 0;
         for (const std::size_t count : {first_look, second_look}) {
             if (done > 0 && count > work.near.size()) look(i, count, work.near);
             for (; done < work.near.size(); ++done) {
                 const Neighbor& n = work.near[done];
-                if (n.distance > 2.0 * work.cell.farthest()) return skipped;
+                if (n.distance > 2.0 * work.cell.farthest()) return met;
                 const double cosine = dot(facing_[n.index], normal);
                 const Vec3& other = distinct_.places[n.index];
-                if (!all && cosine < -same_face)
-                    skipped = true;
-                else if (std::abs(cosine) > same_face || !(length_squared(facing_[n.index]) > 0.0))
+                if (by != By::all && cosine < -same_face) {
+                    met.other_sheet = true;
+                } else if (by != By::own_sheet_to_edges || cosine > same_face || facing_[n.index] == Vec3{}) {
                     work.cell.cut(other);
-                else
-                    work.cell.cut(beyond_crease(points_[i], normal, other, facing_[n.index]));
+                } else {
+                    met.crease = true;
+                    cut_around_crease(points_[i], normal, other, facing_[n.index], work.cell);
+                }
             }
         }
-        return skipped;
+        return met;
     }
 
-    // Around a crease a disk has to reach the edge: as far as if the point's mirror image stood behind it. Where the
-    // two do not form an edge, and no farther than them, the neighbour itself.
-    static Vec3 beyond_crease(const Vec3& point, const Vec3& normal, const Vec3& other, const Vec3& facing) {
+    // Around a crease a disk has to reach the edge, where the other's plane meets its own. Where the two do not form an
+    // edge, they share what is between them.
+    static void cut_around_crease(const Vec3& point, const Vec3& normal, const Vec3& other, const Vec3& facing,
+                                  TangentCell& cell) {
         const Vec3 d = other - point;
         const double over = dot(d, normal), under = dot(d, facing);  // of the other's plane over the point
-        if (over * under >= 0.0) return other;
-        Vec3 across = facing - dot(facing, normal) * normal;
-        across *= under / length_squared(across);
-        return 4.0 * length_squared(across) > length_squared(d) ? point + 2.0 * across : other;
+        const Vec3 across = facing - dot(facing, normal) * normal;
+        const Vec3 to_edge = across * (under / length_squared(across));
+        if (over * under < 0.0 && length_squared(to_edge) > 1e-12 * length_squared(d))
+            cell.cut_at_crease(point + 2.0 * to_edge);
+        else
+            cell.cut(other);
     }
 
     const std::vector<Vec3>&points_, &normals_;

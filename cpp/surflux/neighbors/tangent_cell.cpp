@@ -29,11 +29,11 @@ void TangentCell::start(const Vec3& center, const Vec3& normal, double limit) {
     corners_.clear();
     for (int k = 0; k < 8; ++k) {
         const double angle = 0.25 * pi * k;
-        corners_.push_back({limit * std::cos(angle), limit * std::sin(angle), 0.0, 0.0});
+        corners_.push_back({limit * std::cos(angle), limit * std::sin(angle), 0.0, 0.0, false});
     }
 }
 
-void TangentCell::cut(const Vec3& neighbor) {
+void TangentCell::cut(const Vec3& neighbor, bool crease) {
     const Vec3 d = neighbor - center_;
     const double x = dot(d, frame_.u), y = dot(d, frame_.v);
     const double flat = x * x + y * y;
@@ -55,8 +55,8 @@ void TangentCell::cut(const Vec3& neighbor) {
         if (fa <= 0.0) keep(a);
         if ((fa <= 0.0) == (fb <= 0.0)) continue;
         const double t = fa / (fa - fb);
-        const Corner at{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.nx, a.ny};
-        keep(fa <= 0.0 ? Corner{at.x, at.y, nx, ny} : at);
+        const Corner at{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.nx, a.ny, a.crease};
+        keep(fa <= 0.0 ? Corner{at.x, at.y, nx, ny, crease} : at);
     }
     farthest_ = std::sqrt(farthest_);
     std::swap(corners_, cut_);
@@ -67,7 +67,9 @@ double TangentCell::covering_radius() const {
     for (std::size_t k = 0; k < corners_.size(); ++k) {
         const Corner &before = corners_[k > 0 ? k - 1 : corners_.size() - 1], &c = corners_[k];
         const double p = std::hypot(before.nx, before.ny), q = std::hypot(c.nx, c.ny);
-        if (p > 0.0 && q > 0.0)
+        if (p > 0.0 && q > 0.0 && (before.crease || c.crease))
+            radius = std::max(radius, std::hypot(c.x, c.y));
+        else if (p > 0.0 && q > 0.0)
             radius = std::max(radius, reach_in_triangle(before.nx, before.ny, c.nx, c.ny, std::hypot(c.x, c.y)));
         else
             radius = std::max(radius, 0.5 * std::max(p, q));

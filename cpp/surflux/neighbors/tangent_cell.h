@@ -15,7 +15,10 @@ public:
     // Starts as an octagon, `limit` from its middle to its corners, that neighbours then cut.
     void start(const Vec3& center, const Vec3& normal, double limit);
     // Neighbours can come in any order, nearest first is fastest. One straight above the centre cuts nothing.
-    void cut(const Vec3& neighbor);
+    void cut(const Vec3& neighbor) { cut(neighbor, false); }
+    // By the line half way to `image`, behind which a crease hides what the disk has to reach, and no disk comes to
+    // meet it: `image` is the centre's own, mirrored.
+    void cut_at_crease(const Vec3& image) { cut(image, true); }
     // To the farthest corner, open ones included: no neighbour more than twice as far away can cut any more (Levy and
     // Bonneel 2012, radius of security).
     double farthest() const { return farthest_; }
@@ -28,7 +31,10 @@ private:
     struct Corner {
         double x, y;
         double nx, ny;  // the neighbour, turned down, whose bisector the side from here on belongs to; 0, 0: none's
+        bool crease;
     };
+    void cut(const Vec3& neighbor, bool crease);
+
     Vec3 center_;
     Frame frame_;
     double farthest_ = 0.0;
