@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from area_pictures import PICKED, read
 import surflux as sf
+from area_pictures import PICKED, read
 from surflux import cli, shapes
 
 ROOM = '[[object]]\nshape = "room"\npatches = 6\n[camera]\neye = [0.5, -1.4, 0.5]\ntarget = [0.5, 0.5, 0.5]\n'
