@@ -23,9 +23,8 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
       that face the same side and that it crosses from behind, as between surfels, and what it crosses from behind
       within 2e-6 of the size of the scene over the place, unless that faces the place.
     - A point given by the caller belongs to the surfel nearest to it along its normal, among disks no farther than
-      their radius and mesh patches that touch it, facing its way. So points between surfels, slightly over or under
-      the disks, are not in their shadow. Other points are in the air. Each is moved by 1e-6 of the size of the scene
-      along its normal.
+      half their radius and mesh patches that touch it, facing its way. So points between surfels, slightly over or
+      under the disks, are not in their shadow. Other points are in the air.
 
     Lights, images of the sky and emissive surfels that cover at most a quarter of all surface are aimed at from every
     vertex of a path, and shared with the rays that meet them by chance by the balance heuristic (Veach and Guibas
@@ -36,7 +35,7 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
         points: (m, 3).
         normals: (m, 3), of any length but 0; light comes from the side they point to.
         samples: paths per point, 16 or more, rounded up to equal batches. Each batch is spread evenly and randomized on
-            its own; there are about sqrt(samples) of them, at least 16, and about the square root of 4096 gives 64.
+            its own; there are about sqrt(samples) of them, at least 16: 64 batches of 64 paths for 4096.
         seed: of all that is random; the result is the same for the same seed, whatever the number of threads.
         threads: at most this many; None for all.
         progress: True for a bar on stderr, or a callback (done, total) -> bool; False cancels.

@@ -38,7 +38,7 @@ void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
 Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
     Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, nullptr, &normal};
     embree::init(query.context);
-    Departure out{point + double{impl_->contact} * normal, normal, no_surfel};
+    Departure out{point, normal, no_surfel};
     double nearest = std::numeric_limits<double>::infinity();
     // A ray may miss what it begins on.
     const double before = 2.0 * impl_->contact;

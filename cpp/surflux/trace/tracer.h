@@ -60,8 +60,7 @@ public:
     // Do they meet nothing within their length?
     void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
-    // meets nearest to it, among disks no farther than their radius and patches that touch it, and facing its way. It
-    // stands off by the contact distance, so that rounding does not put it behind its own surface.
+    // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.
     Departure departure(const Vec3& point, const Vec3& normal) const;
 
 private:

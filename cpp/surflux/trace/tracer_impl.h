@@ -121,7 +121,7 @@ struct Tracer::Impl {
         const Disk& q = disks[hit.surfel];
         const double cosine = dot(normal, {q.normal[0], q.normal[1], q.normal[2]});
         const bool faces = cosine > 0.0 || (q.twin != no_surfel && cosine != 0.0);
-        return !faces || hit.distance > (hit.is_disk ? q.radius : 4.0f * contact);
+        return !faces || hit.distance > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {
