@@ -28,7 +28,7 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
 
     Lights, images of the sky and emissive surfels that cover at most a quarter of all surface are aimed at from every
     vertex of a path, and shared with the rays that meet them by chance by the balance heuristic (Veach and Guibas
-    1995). From the third vertex on, Russian roulette ends paths.
+    1995). Russian roulette ends paths whose throughput has fallen below 1/16.
 
     Args:
         scene: Scene. Its areas are not used.
