@@ -88,32 +88,50 @@ struct Tracer::Impl {
 
     // What the filters need to know of a crossing.
     struct Crossing {
+        const RTCFilterFunctionNArguments* arguments;
+        unsigned n;
         std::uint32_t surfel;
         bool is_disk;
-        float origin[3], direction[3];  // of the ray
-        float distance;
-        float height;  // of the plane that is crossed over the origin
+        float direction[3];  // of the ray
+        float distance() const { return RTCRayN_tfar(arguments->ray, arguments->N, n); }
+        float from(const Disk& disk, int axis) const {
+            const unsigned count = arguments->N;
+            RTCRayN* ray = arguments->ray;
+            const float origin = axis == 0   ? RTCRayN_org_x(ray, count, n)
+                                 : axis == 1 ? RTCRayN_org_y(ray, count, n)
+                                             : RTCRayN_org_z(ray, count, n);
+            return origin - disk.position[axis];
+        }
+        // Of the plane that is crossed over the origin of the ray.
+        float height() const {
+            RTCHitN* hit = arguments->hit;
+            const unsigned count = arguments->N;
+            const float normal[3] = {RTCHitN_Ng_x(hit, count, n), RTCHitN_Ng_y(hit, count, n),
+                                     RTCHitN_Ng_z(hit, count, n)};
+            const float along = normal[0] * direction[0] + normal[1] * direction[1] + normal[2] * direction[2];
+            const float squared = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+            return distance() * std::abs(along) / std::sqrt(squared);
+        }
     };
 
     // The rule of stands_off for a ray from any place. What is met from behind within rounding of the place is the
     // place's own surface or goes on from it, unless it faces the place: that covers it.
     bool ignores(const Departure& from, const Crossing& hit) const {
+        if (from.surfel == hit.surfel) return true;
         const Disk& q = disks[hit.surfel];
-        if (from.surfel != no_surfel && (from.surfel == hit.surfel || disks[from.surfel].twin == hit.surfel))
-            return true;
-        float squared = 0.0f, cosine = 0.0f, along = 0.0f;
-        for (int axis = 0; axis < 3; ++axis) {
-            const float d = hit.origin[axis] - q.position[axis];
-            squared += d * d;
-            cosine += static_cast<float>(from.normal[axis]) * q.normal[axis];
-            along += hit.direction[axis] * q.normal[axis];
-        }
+        float along = hit.direction[0] * q.normal[0] + hit.direction[1] * q.normal[1] + hit.direction[2] * q.normal[2];
+        if (q.twin == no_surfel && along <= 0.0f) return false;  // nearly always
+        if (q.twin != no_surfel && from.surfel == q.twin) return true;
+        float cosine = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) cosine += static_cast<float>(from.normal[axis]) * q.normal[axis];
         if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
         if (along <= 0.0f) return false;
-        if (hit.height <= 2.0f * contact && cosine > -0.5f) return true;
+        if (cosine > -0.5f && hit.height() <= 2.0f * contact) return true;
+        if (!hit.is_disk || cosine <= steepest_ridge || from.surfel == no_surfel) return false;
+        float squared = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) squared += hit.from(q, axis) * hit.from(q, axis);
         const float reach = 2.0f * q.radius;
-        return hit.is_disk && from.surfel != no_surfel && disks[from.surfel].object == q.object &&
-               cosine > steepest_ridge && squared < reach * reach;
+        return disks[from.surfel].object == q.object && squared < reach * reach;
     }
 
     // A surface that faces away from the point, or is farther along the normal than it may be, is not the point's own.
@@ -121,7 +139,7 @@ struct Tracer::Impl {
         const Disk& q = disks[hit.surfel];
         const double cosine = dot(normal, {q.normal[0], q.normal[1], q.normal[2]});
         const bool faces = cosine > 0.0 || (q.twin != no_surfel && cosine != 0.0);
-        return !faces || hit.distance > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
+        return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {
@@ -129,33 +147,21 @@ struct Tracer::Impl {
         const Impl& impl = *query->impl;
         const unsigned count = arguments->N;
         RTCRayN* ray = arguments->ray;
-        RTCHitN* hit = arguments->hit;
         for (unsigned n = 0; n < count; ++n) {
             if (arguments->valid[n] != -1) continue;
-            const unsigned primitive = RTCHitN_primID(hit, count, n);
-            Crossing c;
-            c.is_disk = RTCHitN_geomID(hit, count, n) == disk_geometry;
-            c.surfel = c.is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive];
-            c.direction[0] = RTCRayN_dir_x(ray, count, n);
-            c.direction[1] = RTCRayN_dir_y(ray, count, n);
-            c.direction[2] = RTCRayN_dir_z(ray, count, n);
-            bool ignored;
-            if (query->rays || query->nearby) {
-                c.origin[0] = RTCRayN_org_x(ray, count, n);
-                c.origin[1] = RTCRayN_org_y(ray, count, n);
-                c.origin[2] = RTCRayN_org_z(ray, count, n);
-                c.distance = RTCRayN_tfar(ray, count, n);
-                const Vec3 normal{RTCHitN_Ng_x(hit, count, n), RTCHitN_Ng_y(hit, count, n),
-                                  RTCHitN_Ng_z(hit, count, n)};
-                const Vec3 direction{c.direction[0], c.direction[1], c.direction[2]};
-                c.height = static_cast<float>(c.distance * std::abs(dot(normal, direction)) / length(normal));
-                ignored = query->nearby ? impl.is_strange(*query->nearby, c)
-                                        : impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, c);
-            } else {
-                ignored = impl.ignores(query->from, c.surfel, c.is_disk, c.direction, true) ||
-                          impl.ignores(query->to, c.surfel, c.is_disk, c.direction, false);
-            }
-            if (ignored) arguments->valid[n] = 0;
+            const unsigned primitive = RTCHitN_primID(arguments->hit, count, n);
+            const bool is_disk = RTCHitN_geomID(arguments->hit, count, n) == disk_geometry;
+            const Crossing crossing{
+                arguments,
+                n,
+                is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive],
+                is_disk,
+                {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
+            if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
+                : query->nearby ? impl.is_strange(*query->nearby, crossing)
+                                : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
+                                      impl.ignores(query->to, crossing.surfel, is_disk, crossing.direction, false))
+                arguments->valid[n] = 0;
         }
     }
 
