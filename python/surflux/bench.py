@@ -51,6 +51,8 @@ def main(arguments=None):
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
     if options.plot and not options.areas:
         raise ValueError("--plot: goes with --areas")
+    if options.areas and options.case:
+        raise ValueError("--case: does not go with --areas, which has tables of its own")
     if options.areas:
         from surflux import bench_areas
 
@@ -63,6 +65,9 @@ def main(arguments=None):
     rows = []
     for name in options.case or CASES:
         needs_data, run = CASES[name]
+        if name in SCENE_FILES and data_folder() is None:
+            print(f"bench: {name} left out: no data/{SCENE_FILES[name]}.toml here, where surflux runs", file=sys.stderr)
+            continue
         if needs_data and not os.environ.get("SURFLUX_DATA"):
             print(f"bench: {name} left out: SURFLUX_DATA names no folder of scans", file=sys.stderr)
             continue
@@ -275,12 +280,15 @@ def _scene_file(name):
 
 
 def data_folder():
-    """The folder data/ with the scene files, of the checkout that this package was installed from, or here."""
+    """The folder data/ with the scene files, here or in the checkout that this package was installed from, or None."""
     for folder in (Path.cwd() / "data", Path(__file__).resolve().parents[2] / "data"):
         if (folder / "three_spheres.toml").is_file():
             return folder
-    raise sf.FileError("data/three_spheres.toml: not found; run surflux bench from the folder of the project")
+    return None
 
+
+# Name -> file in data/.
+SCENE_FILES = {"three spheres": "three_spheres", "statues": "statues", "two bunnies": "two_bunnies"}
 
 # Name -> (needs SURFLUX_DATA, run).
 CASES = {
@@ -299,7 +307,5 @@ CASES = {
     "sphere inside": (False, _sphere_inside),
     "concentric spheres": (False, _concentric),
     "form factors in a cube": (False, _cube_factors),
-    "three spheres": (False, _scene_file("three_spheres")),
-    "statues": (False, _scene_file("statues")),
-    "two bunnies": (True, _scene_file("two_bunnies")),
+    **{name: (name == "two bunnies", _scene_file(file)) for name, file in SCENE_FILES.items()},
 }

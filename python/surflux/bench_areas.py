@@ -36,7 +36,7 @@ CLOUDS = {
 SIZES = (10_000, 100_000, 1_000_000)
 SPEED_CLOUD = 100_000
 KNOB_CLOUD = 20_000
-KNOB_TITLE = f"Knobs, on a random sphere of {KNOB_CLOUD}"
+KNOB_TITLE = f"Knobs, on a random sphere of {KNOB_CLOUD}; epsilon on a noisy one"
 DENSITIES = (250, 1000, 4000, 16_000)
 
 

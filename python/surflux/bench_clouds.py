@@ -92,7 +92,8 @@ def cube(n, seed=0):
             points.append(np.insert(p, axis, side, axis=1))
             normals.append(np.tile((2.0 * side - 1.0) * np.eye(3)[axis], (n, 1)))
             cells.append(square_cells(p))
-    return Cloud(np.concatenate(points), np.concatenate(normals), 6.0, np.concatenate(cells))
+    known = None if cells[0] is None else np.concatenate(cells)
+    return Cloud(np.concatenate(points), np.concatenate(normals), 6.0, known)
 
 
 def noisy(cloud, jitter=0.1, tilt=10.0, seed=0):

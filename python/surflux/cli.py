@@ -72,6 +72,8 @@ def _check_options(options):
     for name in ("pick", "method"):
         if name in given and options.command == "view" and not options.areas:
             raise ValueError(f"--{name}: goes with --areas")
+    if "viewpoint" in given and _is_scene(options.input):
+        raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
     for side in given.get("size", ()):
         _check.count("--size", side, 1, 16384)
     if "output" in given:
@@ -129,7 +131,7 @@ def _scene_to_solve(options):
         if not scene.lights and not scene.surfels.emission.any():
             _say("nothing in this scene gives light: it has no [[light]] and no emission")
         return scene
-    cloud = sf.read(options.input)
+    cloud = _cloud(options)
     limit = CLOUD_LIMIT if options.thin is None else options.thin
     if len(cloud) > limit:
         _say(f"{len(cloud)} points are thinned to {limit}, since this solver takes all pairs (--thin sets the number)")
@@ -138,14 +140,24 @@ def _scene_to_solve(options):
     return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
 
 
+def _cloud(options):
+    return sf.read(options.input, viewpoint=options.viewpoint)
+
+
 def _is_scene(path):
     return Path(path).suffix.lower() == ".toml"
 
 
 def _area(options):
-    cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else sf.read(options.input)
+    cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else _cloud(options)
+    knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
     areas = sf.effective_areas(
-        cloud, method=options.method, backend=options.backend, threads=options.threads, progress=True
+        cloud,
+        method=options.method,
+        backend=options.backend,
+        threads=options.threads,
+        progress=True,
+        **{name: value for name, value in knobs.items() if value is not None},
     )
     if options.output:
         cloud.areas = areas
@@ -169,7 +181,7 @@ def _area(options):
 
 
 def _check_cloud(options):
-    cloud = sf.read(options.input)
+    cloud = _cloud(options)
     patches = sf.inward_patches(cloud, smallest=options.smallest, threads=options.threads, progress=True)
     sizes = np.bincount(patches)[1:]
     if options.output:
@@ -243,10 +255,11 @@ def _view(options):
             surfels, camera = solution.surfels, solution.camera
             values = {name: getattr(solution, name) for name in ("radiosity", "irradiance", "direct")}
         except (sf.FileError, ValueError):
-            surfels = sf.read(options.input)  # not solved, or not readable: then this says why
+            surfels = _cloud(options)  # not solved, or not readable: then this says why
+    chosen = (options.eye, options.target, *(() if options.areas else (options.up, options.fov)))
     if options.pick is not None:
         camera = None  # close to the surfel, unless told otherwise
-    if camera is not None or any(v is not None for v in (options.eye, options.target, options.up, options.fov)):
+    if camera is not None or any(v is not None for v in chosen):
         camera = _camera(options, surfels, camera)
     if options.areas:
         return _view_areas(options, surfels, camera)
@@ -265,6 +278,7 @@ def _view_areas(options, surfels, camera):
         progress=True,
         screenshot=options.screenshot,
         camera=camera,
+        up=options.up,
         size=options.size,
     )
     if path is not None:
@@ -304,10 +318,6 @@ def _plain(value):
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 RUNS = {
     "solve": _solve,
     "area": _area,
@@ -317,3 +327,6 @@ RUNS = {
     "bench": _bench,
     "info": _info,
 }
+
+if __name__ == "__main__":
+    sys.exit(main())

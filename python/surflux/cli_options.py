@@ -23,6 +23,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
     solve.add_argument("--zeta", type=float, help="fraction of the RMS irradiance that a link may be wrong by")
     solve.add_argument("--seed", type=int, help="of everything random")
+    _viewpoint_option(solve)
     _image_options(solve)
     _common_options(solve)
 
@@ -31,12 +32,17 @@ def command_line(runs, cloud_limit):
     area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
     area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
     area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
+    area.add_argument("--kappa", type=float, help="how fast a surfel's share falls with distance (default: 3)")
+    area.add_argument("--resolution", type=int, metavar="N", help="samples across a disk (default: 32)")
+    area.add_argument("--epsilon", type=float, help="cosine between normals of one surface (default: 0.8)")
+    _viewpoint_option(area)
     _common_options(area)
 
     check = command("check", "Find patches of a point cloud whose normals point inwards.")
     check.add_argument("input", metavar="CLOUD")
     check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
     check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
+    _viewpoint_option(check)
     _common_options(check)
 
     render = command("render", "Pictures of a solved file.")
@@ -52,6 +58,7 @@ def command_line(runs, cloud_limit):
     view.add_argument("--pick", type=int, metavar="INDEX", help="with --areas: the surfel to pick and to look at")
     view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
     view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    _viewpoint_option(view)
     _camera_options(view)
 
     command("bench", "Seconds and errors of every stage on this machine.")
@@ -59,6 +66,11 @@ def command_line(runs, cloud_limit):
     info = command("info", "What this installation is made of.")
     info.add_argument("--json", action="store_true", help="print results for programs")
     return parser
+
+
+def _viewpoint_option(parser):
+    text = "where a cloud was scanned from: estimated normals point there"
+    parser.add_argument("--viewpoint", type=_vector, metavar="X,Y,Z", help=text)
 
 
 def _common_options(parser):

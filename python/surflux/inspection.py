@@ -5,7 +5,7 @@ import numpy as np
 from surflux import _check, sharing
 from surflux.areas import METHODS, effective_areas
 from surflux.inspection_panel import MAIN, Panel, closed_line
-from surflux.viewer import colors_of, destination, disk_corners, polygons, quiet_vtk, rings, window_size
+from surflux.viewer import camera_or_none, colors_of, destination, disk_corners, polygons, quiet_vtk, rings, window_size
 
 COLORS = {"c": "coverage", "a": "area", "d": "radius", "n": "normal"}  # by key: VTK itself takes r
 TITLES = {
@@ -21,7 +21,16 @@ _LEAST = 0.015  # part of the disk that is worth a number
 
 
 def plot_areas(
-    s, pick=None, *, color="coverage", method=None, progress=False, screenshot=None, camera=None, size=(800, 600)
+    s,
+    pick=None,
+    *,
+    color="coverage",
+    method=None,
+    progress=False,
+    screenshot=None,
+    camera=None,
+    up=None,
+    size=(800, 600),
 ):
     """See Surfels.plot_areas.
 
@@ -36,6 +45,7 @@ def plot_areas(
         _check.choice("method", method, METHODS)
     if pick is not None:
         pick = _check.count("pick", pick, 0, len(s) - 1)
+    camera_or_none(camera)
     path = destination(screenshot)
     areas = s.areas if method is None else None
     method = method or "curved"
@@ -46,7 +56,7 @@ def plot_areas(
         try:
             view.show_color(color)
             view.pick(pick)
-            view.frame(camera)
+            view.frame(camera, (0.0, 0.0, 1.0) if up is None else _check.direction("up", up))
             if path is None:
                 view.listen()
                 view.plotter.show()
@@ -79,6 +89,7 @@ class AreaView:
         self.plotter = self._panel.plotter
         self._renderer = self.plotter.renderers[MAIN]
         self._close_up = None
+        self._up = np.array([0.0, 0.0, 1.0])
         self._renderer.AddObserver("ResetCameraClippingRangeEvent", self._cut)
 
     def show_color(self, color):
@@ -100,15 +111,17 @@ class AreaView:
         actor = self._panel.draw(MAIN, self._mesh, "surfels", scalars="shown", culling="back", **look)
         self._panel.show_scale(title, actor.mapper if kind == "scalar" else None)
 
-    def frame(self, camera):
-        """Looks through camera; without one, at the picked surfel, or at everything."""
+    def frame(self, camera, up=(0.0, 0.0, 1.0)):
+        """Looks through camera; without one, at the picked surfel, or at everything, with `up` up where it can be."""
+        self._up = np.array(up)
         view = self._renderer.camera
         if camera is None and self.picked is not None:
             self.fly_to_picked()
         elif camera is None:
             mean = self.surfels.normals.mean(axis=0)
             # A sheet is looked at from its front, for from behind nothing is drawn.
-            towards = mean if np.linalg.norm(mean) > 0.5 else np.ones(3)
+            aside = np.roll(self._up, 1) - self._up * np.dot(np.roll(self._up, 1), self._up)
+            towards = mean if np.linalg.norm(mean) > 0.5 else self._up + aside + np.cross(self._up, aside)
             reach = np.max(np.linalg.norm(self._centers, axis=1) + self.surfels.radii)
             self._look(np.zeros(3), towards / np.linalg.norm(towards), reach)
         else:
@@ -186,7 +199,7 @@ class AreaView:
         width, height = self._renderer.GetSize()
         half = np.arctan(np.tan(np.radians(view.view_angle / 2)) * min(1.0, width / height))
         view.position, view.focal_point = target + reach / np.sin(half) * towards, target
-        view.up = (0.0, 0.0, 1.0) if abs(towards[2]) < 0.9 else (0.0, 1.0, 0.0)
+        view.up = self._up if abs(np.dot(towards, self._up)) < 0.9 else np.roll(self._up, -1)
         self._renderer.ResetCameraClippingRange()
 
     def _cut(self, *_):

@@ -81,12 +81,22 @@ def words(s, areas, picked):
         f"area         {areas[i]:.5g}",
         f"radius R     {s.radii[i]:.5g}",
         f"area/disk    {coverage(s, areas)[i]:.4f}",
+        *_keeps(s, picked),
         "",
         f"  {'position':>16} {'normal':>10}",
     ]
     for axis, x, n in zip("xyz", s.points[i], s.normals[i], strict=True):
         lines.append(f"{axis} {x:>16.{digits}f} {n:>10.4f}")
     return lines
+
+
+def _keeps(s, picked):
+    """What the percentages on the neighbours are of, and the surfel's own."""
+    if picked.shares is None:
+        return []
+    ratio = picked.shares.extent / s.radii[picked.index]
+    circle = "its disk" if ratio < 1.001 else f"the circle of {ratio:.1f} R"
+    return [f"keeps {100 * picked.parts[0]:.0f}% of {circle}"]
 
 
 def summary(s, areas):

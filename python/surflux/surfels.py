@@ -28,7 +28,8 @@ class Surfels:
     each its nearest part: in an acute one the circumradius, as in the covering radius of a lattice (Conway and Sloane
     1999, Sphere Packings, Lattices and Groups, chapter 2). The triangulation is that of the points' Voronoi cells in
     their tangent planes (Boissonnat and Ghosh 2010, tangential Delaunay complexes). Each side of a thin sheet covers
-    itself. On borders disks reach half way to their neighbours; no radius is more than three times the median around.
+    itself. On borders disks reach half way to their neighbours; no radius is more than 2.5 times what is
+    usual around, the third smallest of the six nearest neighbours'.
 
     Raises:
         ValueError: names the argument, what came and what was wanted.
@@ -312,8 +313,8 @@ class Surfels:
         looked into through its walls.
 
         Args:
-            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2), the share of
-                its disk that a surfel keeps) or a name in values. Areas left open are computed for the picture.
+            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2); above 1 where
+                few points stand far apart) or a name in values. Areas left open are computed for the picture.
             values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
@@ -346,6 +347,7 @@ class Surfels:
             method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
             progress: of the areas, as effective_areas takes it.
             screenshot, camera, size: as plot takes them; so are what is returned and raised.
+            up: (3,) what is up in the picture where no camera is given; None for z.
         """
         from surflux.inspection import plot_areas
 

@@ -142,6 +142,7 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
     """
     width, height = window_size(size)
     kind, value = colors_of(s, color, dict(values or {}))
+    camera_or_none(camera)
     path = destination(screenshot)
 
     import pyvista
@@ -174,6 +175,14 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
         finally:
             plotter.close()
     return path
+
+
+def camera_or_none(camera):
+    """Refuses what is neither."""
+    from surflux.camera import Camera
+
+    if not isinstance(camera, (Camera, type(None))):
+        raise ValueError(f"camera: wanted a Camera or None, got {camera!r}")
 
 
 def destination(screenshot):

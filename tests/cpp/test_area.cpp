@@ -10,6 +10,7 @@
 #include "surflux/area/shares.h"
 #include "surflux/area/surface_fit.h"
 #include "surflux/core/error.h"
+#include "surflux/core/gauss_legendre.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 

@@ -230,6 +230,20 @@ TEST(Radii, AreTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(estimate_radii(points), many);
 }
 
+// The pole of a globe made by sines: many places that differ by rounding alone, which a search from afar cannot tell
+// apart.
+TEST(Radii, AreThereWhereManyPlacesDifferByRoundingAlone) {
+    std::vector<Vec3> points;
+    for (int ball = 0; ball < 3; ++ball)
+        for (int i = 0; i <= 16; ++i)
+            for (int j = 0; j < 64; ++j) {
+                const double theta = pi * i / 16, phi = 2.0 * pi * j / 64, r = std::sin(theta);
+                const double along = 3.0 * ball;
+                points.push_back({r * std::cos(phi) + along, r * std::sin(phi) + along, std::cos(theta)});
+            }
+    for (double radius : estimate_radii(points)) EXPECT_TRUE(radius > 0.0 && radius < 0.5) << radius;
+}
+
 TEST(Radii, RefuseWhatHasNoNeighbours) {
     EXPECT_EQ(refusal([] { estimate_radii({{0, 0, 0}}); }),
               "radii: wanted at least 2 points to estimate them from, got 1; give radii");

@@ -52,11 +52,18 @@ def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
         (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
         (["--plot", "knobs.png"], "--plot: goes with --areas"),
+        (["--areas", "--case", "statues"], "--case: does not go with --areas"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):
     assert cli.main(["bench", *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "data_folder", lambda: None)
+    assert cli.main(["bench", "--case", "statues"]) == 0
+    assert "statues left out" in capsys.readouterr().err
 
 
 def test_the_cases_can_be_listed(capsys):

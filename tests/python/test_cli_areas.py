@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import surflux as sf
 from area_pictures import PICKED, read
 from surflux import cli, shapes
 
@@ -71,3 +72,33 @@ def test_what_cannot_be_shown(arguments, message, run):
     status, out, err = run(*arguments)
     assert (status, out) == (2, "")
     assert f"surflux: error: {message}" in err
+
+
+def test_up_without_a_camera(run):
+    """It turns the picture, and leaves all of it, or the picked surfel, in view."""
+    pictures = {}
+    for up in ("0,0,1", "0,1,0"):
+        assert run("ball.ply", "--areas", "--up", up, "--color", "normal", "--screenshot", "up.png")[0] == 0
+        pictures[up] = read("up.png").astype(float)
+    assert np.abs(pictures["0,0,1"] - pictures["0,1,0"]).mean() > 1.0
+    # Light is where the normal points to, in that colour's channel: green for y, blue for z.
+    for up, channel in (("0,0,1", 2), ("0,1,0", 1)):
+        half = pictures[up][:, : pictures[up].shape[1] // 2, channel]
+        assert half[: len(half) // 3].mean() > half[-len(half) // 3 :].mean()
+    assert run("ball.ply", "--areas", "--pick", "7", "--up", "0,1,0", "--screenshot", "picked.png")[0] == 0
+    assert (read("picked.png") == PICKED).all(axis=2).any()
+
+
+def test_knobs_and_a_viewpoint(run, capfd):
+    for arguments in (["--resolution", "64"], ["--kappa", "6"], ["--epsilon", "0.99"]):
+        assert cli.main(["area", "ball.ply", *arguments]) == 0
+    assert cli.main(["area", "ball.ply", "--resolution", "3"]) == 2
+    assert "resolution: wanted" in capfd.readouterr().err
+    rows = "".join(f"{x} {y} 0\n" for x, y in np.random.default_rng(0).uniform(size=(99, 2)))
+    properties = "property float x\nproperty float y\nproperty float z\n"
+    with open("sheet.ply", "w") as file:  # without normals
+        file.write(f"ply\nformat ascii 1.0\nelement vertex 99\n{properties}end_header\n{rows}")
+    assert cli.main(["area", "sheet.ply", "-o", "seen.ply", "--viewpoint", "0,0,-9"]) == 0
+    assert (sf.read("seen.ply").normals[:, 2] < -0.99).all()
+    assert cli.main(["area", "room.toml", "--viewpoint", "0,0,9"]) == 2
+    assert "--viewpoint: is for a cloud" in capfd.readouterr().err

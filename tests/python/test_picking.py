@@ -148,6 +148,7 @@ def test_the_words():
         "area         0.25",
         "radius R     0.5",
         "area/disk    0.3183",
+        "keeps 75% of its disk",
         "",
         "          position     normal",
         "x     5100000.4000     0.0000",

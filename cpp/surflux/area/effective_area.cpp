@@ -48,10 +48,11 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
         for (std::size_t k = 0; k < finder.size(); ++k) areas[finder.surfel(k)] = drawn[k];
         return areas;
     }
+    const PolarGrid grid(options.resolution);
     parallel_blocks(
-        finder.size(), 64,
+        finder.size(), 16,  // few: where radii are so large that all disks reach all, each takes long
         [&](std::size_t begin, std::size_t end) {
-            DiskIntegrator integrator(options);
+            DiskIntegrator integrator(options, grid);
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, options.method == AreaMethod::curved, around);

@@ -18,7 +18,4 @@ struct PolarGrid {
     std::vector<float> weight;        // of each ring: times the square of that end, the area that a point stands for
 };
 
-// Nodes in (0, 1), ascending, and weights that sum to 1.
-void gauss_legendre(int count, std::vector<double>& nodes, std::vector<double>& weights);
-
 }  // namespace surflux

@@ -49,7 +49,12 @@ DiskShares area_shares(const Surfels& surfels, std::size_t index, const AreaOpti
     if (curved) members.insert(members.end(), around.crease.begin(), around.crease.end());
 
     const auto n = static_cast<std::size_t>(options.resolution);
-    DiskShares out{around.frame, around.radius, DiskIntegrator(options).area(around), options.resolution, {}, {}};
+    DiskShares out{around.frame,
+                   around.radius,
+                   DiskIntegrator(options, PolarGrid(options.resolution)).area(around),
+                   options.resolution,
+                   {},
+                   {}};
     for (const Member& m : members) out.members.push_back(m.surfel);
     out.shares.assign(members.size() * n * n, std::numeric_limits<double>::quiet_NaN());
     std::vector<double> weights(members.size());

@@ -101,7 +101,12 @@ private:
 
     void look(std::size_t i, std::size_t count, std::vector<Neighbor>& near) const {
         index_.nearest(points_[i], count + 1, near);
-        near.erase(std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); }));
+        // Places that differ by rounding alone (sin of pi is no 0) can be at distance 0 all of them: look past these.
+        for (std::size_t more = count; near.back().distance == 0.0 && near.size() < places();)
+            index_.nearest(points_[i], (more *= 2) + 1, near);
+        const auto self =
+            std::find_if(near.begin(), near.end(), [&](const Neighbor& n) { return n.index == place(i); });
+        near.erase(self != near.end() ? self : near.end() - 1);
     }
 
     // Cuts the cell by neighbours that do not face the other way, those around a crease at its edge or like the others;

@@ -11,7 +11,9 @@ namespace surflux {
 
 namespace {
 
-constexpr double far_ratio = 10.0, mid_ratio = 3.5;
+constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
+// Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to 2e-8.
+constexpr int touching_points = 12, apart_points = 6;
 
 }  // namespace
 
@@ -44,6 +46,17 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
                 for (double b : {g, 1.0 - g}) nodes_.push_back(points_.at(i, a, b));
         }
         node_begin_.push_back(static_cast<std::uint32_t>(nodes_.size()));
+    }
+    polygons_.resize(s.size());
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        if (const SurfelPoints::Parallelogram* p = points_.parallelogram(i)) {
+            Polygon polygon{p->corner, p->corner + p->u, p->corner + p->u + p->v, p->corner + p->v};
+            if (dot(cross(p->u, p->v), s.normals[i]) < 0.0) std::reverse(polygon.begin(), polygon.end());
+            polygons_[i].push_back(std::move(polygon));
+        } else {
+            for (const Triangle* t = points_.triangles_begin(i); t != points_.triangles_end(i); ++t)
+                polygons_[i].push_back({t->a, t->b, t->c});
+        }
     }
 }
 
@@ -117,6 +130,36 @@ double PairExchange::near_factor(std::uint32_t i, std::uint32_t j) const {
     return sum;
 }
 
+// G_ij by the kernel between all nodes of either.
+double PairExchange::between_nodes(std::uint32_t i, std::uint32_t j) const {
+    const Surfels& s = scene_.surfels;
+    double sum = 0.0;
+    for (std::uint32_t a = node_begin_[i]; a < node_begin_[i + 1]; ++a)
+        for (std::uint32_t b = node_begin_[j]; b < node_begin_[j + 1]; ++b)
+            sum += kernel(nodes_[a], s.normals[i], nodes_[b], s.normals[j]);
+    const double pairs = static_cast<double>(node_begin_[i + 1] - node_begin_[i]) *
+                         static_cast<double>(node_begin_[j + 1] - node_begin_[j]);
+    return s.areas[i] * s.areas[j] * sum / pairs;
+}
+
+// G_ij of two patches: what of each lies in front of the other.
+double PairExchange::between_polygons(std::uint32_t i, std::uint32_t j, int count) const {
+    const Surfels& s = scene_.surfels;
+    thread_local std::vector<Polygon> front;
+    front.resize(polygons_[j].size());
+    for (std::size_t b = 0; b < front.size(); ++b)
+        clip_to_front(polygons_[j][b], s.positions[i], s.normals[i], front[b]);
+    thread_local Polygon before;
+    double g = 0.0;
+    for (const Polygon& a : polygons_[i]) {
+        clip_to_front(a, s.positions[j], s.normals[j], before);
+        if (before.size() < 3) continue;
+        for (const Polygon& b : front)
+            if (b.size() >= 3) g += polygon_exchange(before, b, count);
+    }
+    return g;
+}
+
 PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) const {
     const Surfels& s = scene_.surfels;
     const Vec3 d = s.positions[j] - s.positions[i];
@@ -124,7 +167,12 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     const double to_j = dot(s.normals[i], d), to_i = -dot(s.normals[j], d);
     const double extent = std::max(extent_[i], extent_[j]);
     const double areas = s.areas[i] * s.areas[j];
+    const bool patches = points_.is_patch(i) && points_.is_patch(j);
     if (squared > far_ratio * far_ratio * extent * extent) {
+        if (patches && squared <= patches_far_ratio * patches_far_ratio * extent * extent) {
+            const double g = between_nodes(i, j);
+            return g > 0.0 ? Pair{g, Range::far} : Pair{};
+        }
         if (to_j <= 0.0 || to_i <= 0.0) return {};
         return {areas * to_j * to_i / (pi * squared * squared), Range::far};
     }
@@ -135,19 +183,20 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
         const double bounded = std::max(squared, 0.25 * (s.areas[i] + s.areas[j]));
         return {areas * to_j * to_i / (pi * squared * bounded), Range::same_surface};
     }
-    if (squared > mid_ratio * mid_ratio * extent * extent) {
-        double sum = 0.0;
-        for (std::uint32_t a = node_begin_[i]; a < node_begin_[i + 1]; ++a)
-            for (std::uint32_t b = node_begin_[j]; b < node_begin_[j + 1]; ++b)
-                sum += kernel(nodes_[a], s.normals[i], nodes_[b], s.normals[j]);
-        const double pairs = static_cast<double>((node_begin_[i + 1] - node_begin_[i])) *
-                             static_cast<double>((node_begin_[j + 1] - node_begin_[j]));
-        return sum > 0.0 ? Pair{areas * sum / pairs, Range::mid} : Pair{};
+    const bool is_mid = squared > mid_ratio * mid_ratio * extent * extent;
+    if (is_mid && !patches) {
+        const double g = between_nodes(i, j);
+        return g > 0.0 ? Pair{g, Range::mid} : Pair{};
     }
     // Neither reaches above the other's plane, coplanar neighbours above all: nothing to integrate.
     const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
     const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
     if (above_i <= contact_ || above_j <= contact_) return {};
+    if (patches) {
+        const double g = between_polygons(i, j, is_mid ? apart_points : touching_points);
+        const double least = std::min(s.areas[i], s.areas[j]);
+        return g > 1e-12 * least ? Pair{std::min(g, least), is_mid ? Range::mid : Range::near} : Pair{};
+    }
     // The outer integral belongs over the smaller surfel: the grid on a much larger one would step over the smaller.
     const double over_i = extent_[i] > 2.0 * extent_[j] ? 0.0 : extent_[j] > 2.0 * extent_[i] ? 1.0 : 0.5;
     double g = 0.0;

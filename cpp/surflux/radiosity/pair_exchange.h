@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/lights/sample_points.h"
+#include "surflux/radiosity/polygon_exchange.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -14,8 +15,9 @@ namespace surflux {
 //   far   (r > 10 s)   the kernel of D04 eq. 2 between the centres
 //   mid   (r > 3.5 s)  the same kernel between small quadratures of both surfels
 //   near               element-to-polygon closed form, integrated over either surfel, and the two averaged
-// with s the larger of both extents. Disks that overlap on the same surface are neighbours, not partners that face
-// each other: the kernel, kept finite.
+// with s the larger of both extents. Two patches have the small quadratures from 10 s to 40 s, and the contour integral
+// of their polygons (polygon_exchange.h) up to 10 s, exact to some 1e-7. Disks that overlap on the same
+// surface are neighbours, not partners that face each other: the kernel, kept finite.
 class PairExchange {
 public:
     explicit PairExchange(const Scene& scene, double epsilon = 0.8);
@@ -51,6 +53,8 @@ private:
     bool emits(std::uint32_t i) const { return !(scene_.surfels.emission[i] == Rgb{}); }
     double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
     double near_factor(std::uint32_t i, std::uint32_t j) const;
+    double between_nodes(std::uint32_t i, std::uint32_t j) const;
+    double between_polygons(std::uint32_t i, std::uint32_t j, int count) const;
     double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
     Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;
@@ -62,7 +66,8 @@ private:
     bool few_emit_ = false;
     std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;
-    std::vector<Vec3> nodes_;  // quadrature of the mid range, equal weights
+    std::vector<Vec3> nodes_;                     // quadrature of the mid range, equal weights
+    std::vector<std::vector<Polygon>> polygons_;  // of patches: a parallelogram, or triangles
 };
 
 }  // namespace surflux

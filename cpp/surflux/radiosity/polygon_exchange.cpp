@@ -1,0 +1,90 @@
+#include "surflux/radiosity/polygon_exchange.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "surflux/core/gauss_legendre.h"
+#include "surflux/core/sampling.h"
+
+namespace surflux {
+
+namespace {
+
+// Integral of ln sqrt(x^2 + h^2) from 0 to x.
+double log_integral(double x, double h) {
+    const double squared = x * x + h * h;
+    if (!(squared > 0.0)) return 0.0;
+    return 0.5 * x * std::log(squared) - x + (h > 0.0 ? h * std::atan(x / h) : 0.0);
+}
+
+// Integral of ln |p - q| over the points q of the edge from b along the unit vector u.
+double log_distance(const Vec3& p, const Vec3& b, const Vec3& u, double length_b) {
+    const Vec3 d = p - b;
+    const double along = dot(d, u);
+    const double h = length(d - along * u);
+    return log_integral(length_b - along, h) + log_integral(along, h);
+}
+
+struct Rule {
+    std::vector<double> at, weight;
+};
+
+// Gauss and Legendre's rule on [0, 1] after t = s^2 (3 - 2 s), which is flat at both ends.
+Rule graded(int count) {
+    Rule rule;
+    gauss_legendre(count, rule.at, rule.weight);
+    for (std::size_t k = 0; k < rule.at.size(); ++k) {
+        const double s = rule.at[k];
+        rule.at[k] = s * s * (3.0 - 2.0 * s);
+        rule.weight[k] *= 6.0 * s * (1.0 - s);
+    }
+    return rule;
+}
+
+constexpr int most_points = 32;
+
+const Rule& graded_rule(int count) {
+    static const std::array<Rule, most_points + 1> rules = [] {
+        std::array<Rule, most_points + 1> all;
+        for (int n = 1; n <= most_points; ++n) all[static_cast<std::size_t>(n)] = graded(n);
+        return all;
+    }();
+    return rules[static_cast<std::size_t>(count)];
+}
+
+}  // namespace
+
+void clip_to_front(const Polygon& polygon, const Vec3& point, const Vec3& normal, Polygon& out) {
+    out.clear();
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+        const double height_a = dot(a - point, normal), height_b = dot(b - point, normal);
+        if (height_a >= 0.0) out.push_back(a);
+        if ((height_a > 0.0 && height_b < 0.0) || (height_a < 0.0 && height_b > 0.0))
+            out.push_back(a + (height_a / (height_a - height_b)) * (b - a));
+    }
+}
+
+double polygon_exchange(const Polygon& a, const Polygon& b, int count) {
+    const Rule& rule = graded_rule(count);
+    double sum = 0.0;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+        const Vec3 edge_b = b[(j + 1) % b.size()] - b[j];
+        const double length_b = length(edge_b);
+        if (!(length_b > 0.0)) continue;
+        const Vec3 u = edge_b / length_b;
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            const Vec3 edge_a = a[(i + 1) % a.size()] - a[i];
+            const double turn = dot(edge_a, u);
+            if (std::abs(turn) < 1e-14 * length(edge_a)) continue;
+            double inner = 0.0;
+            for (std::size_t k = 0; k < rule.at.size(); ++k)
+                inner += rule.weight[k] * log_distance(a[i] + rule.at[k] * edge_a, b[j], u, length_b);
+            sum += turn * inner;
+        }
+    }
+    return sum / (2.0 * pi);
+}
+
+}  // namespace surflux
