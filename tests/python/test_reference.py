@@ -101,20 +101,20 @@ def test_convex_cloud_under_a_uniform_sky(height):
     assert_agrees(scene, np.r_[height * points, cloud.points[:64]], np.r_[points, cloud.points[:64]], 2 * np.pi)
 
 
-def test_concentric_spheres():
-    """Inner black with M = 1, rho2 = .5: B2 = .2, H2 = .4. Inscribed polyhedra: off by what their areas are."""
+@pytest.mark.parametrize("radius", [0.5, 0.2])  # met by chance, and aimed at
+def test_concentric_spheres(radius):
+    """Inner black with M = 1, rho2 = .5: for r1 = .5 B2 = .2, H2 = .4. For polyhedra with the ratio of their areas."""
     points, faces = shapes.icosphere(4)
-    inner = sf.Surfels.from_mesh((0.5 * points, faces), reflectance=0.0, emission=1.0)
+    inner = sf.Surfels.from_mesh((radius * points, faces), reflectance=0.0, emission=1.0)
     outer = sf.Surfels.from_mesh((points, faces[:, ::-1]), reflectance=0.5)
     at = slice(None, None, 20)
     scene = sf.Scene([inner, outer])
     value, error = sf.reference_irradiance(scene, outer.points[at], outer.normals[at], samples=2048)
-    ratio = np.sum(inner.areas) / np.sum(
-        outer.areas
-    )  # F21, of polyhedra as of spheres: inner ones see outer ones alone
+    ratio = np.sum(inner.areas) / np.sum(outer.areas)  # F21: inner ones see outer ones alone
     mean, spread = value[:, 0].mean(), np.sqrt((error[:, 0] ** 2).sum()) / len(error)
     assert abs(mean - ratio / (1 - 0.5 * (1 - ratio))) < 4.5 * spread + 5e-4
-    assert spread < 1e-3
+    # The order of an icosphere's faces is periodic: were they drawn in it, the spread would be five times as large.
+    assert error.max() < 0.02 * mean
 
 
 def test_canyon():

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/morton.h"
 #include "surflux/core/sampling.h"
 
 namespace surflux {
@@ -39,13 +40,17 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters) : surfels_
 
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels_);
     double all = 0.0, emitting = 0.0;
+    std::vector<Piece> pieces;
+    std::vector<double> powers;
+    std::vector<Vec3> places;
     const auto add = [&](const Piece& piece, double area) {
         all += area;
         const double weight = brightness(surfels_.emission[piece.surfel]);
         if (!(weight > 0.0) || !(area > 0.0)) return;
         emitting += area;
-        emitters_.push_back(piece);
-        emitters_up_to_.push_back(power_ += weight * area);
+        pieces.push_back(piece);
+        powers.push_back(weight * area);
+        places.push_back(piece.is_disk ? piece.a : (piece.a + piece.b + piece.c) / 3.0);
     };
     for (std::uint32_t i = 0; i < surfels_.size(); ++i) {
         if (begin[i] == begin[i + 1]) {
@@ -58,7 +63,13 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters) : surfels_
             add({i, false, t.a, t.b, t.c, area > 0.0 ? cross_of(t) / (2.0 * area) : surfels_.normals[i]}, area);
         }
     }
-    if (emitting > small_emitters * all) emitters_.clear(), emitters_up_to_.clear();
+    if (emitting > small_emitters * all) return;
+    // Neighbours stand together, so that evenly spread numbers are evenly spread places; a mesh's own order may be
+    // periodic, and then all samples of a batch would fall on like places.
+    for (std::uint32_t k : morton_order(places)) {
+        emitters_.push_back(pieces[k]);
+        emitters_up_to_.push_back(power_ += powers[k]);
+    }
     for (double& up_to : emitters_up_to_) up_to /= power_;
 }
 

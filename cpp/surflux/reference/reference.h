@@ -11,7 +11,9 @@ namespace surflux {
 struct ReferenceOptions {
     std::size_t samples = 4096;  // paths per point, rounded up to equal batches
     std::uint64_t seed = 0;
-    double small_emitters = 0.25;  // emissive surfels are aimed at if they cover at most this share of all surface
+    // Emissive surfels are aimed at if they cover at most this share of all surface. Measured on a sphere in a sphere
+    // and a lamp in a room: a gain of 2 at 0.1, of 30 at 0.04, and none from 0.2 on.
+    double small_emitters = 0.15;
 };
 
 struct Reference {
