@@ -12,7 +12,8 @@ namespace surflux {
 namespace {
 
 constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
-// Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to 2e-8.
+// Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to
+// 2e-8.
 constexpr int touching_points = 12, apart_points = 6;
 
 }  // namespace
