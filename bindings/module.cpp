@@ -39,6 +39,7 @@ PYBIND11_MODULE(_core, module) {
     bind_neighbors(module);
     bind_area(module);
     bind_trace(module);
+    bind_reference(module);
     bind_radiosity(module);
     bind_image(module);
     bind_render(module);

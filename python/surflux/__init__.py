@@ -34,6 +34,7 @@ _HOME = {
     "load_solution": "solution",
     "read": "files",
     "read_image": "images",
+    "reference_irradiance": "reference",
     "solve": "solver",
     "tone_map": "images",
     "write_image": "images",

@@ -107,6 +107,11 @@ class Scene:
                 cores.append(_with_areas(s._core, self._computed_areas[index]))
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
+    def _to_core_without_areas(self):
+        """The compiled scene for passes that use no areas."""
+        cores = [s._core if s.areas is None else _with_areas(s._core, None) for s in self._objects]
+        return _core.Scene(cores, [light._to_core() for light in self._lights])
+
 
 def _with_areas(core, areas):
     copy = core.select(np.arange(len(core), dtype=np.uint32))

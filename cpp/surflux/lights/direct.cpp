@@ -8,6 +8,7 @@
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/lights/spot_cone.h"
 
 namespace surflux {
 
@@ -52,11 +53,6 @@ double solid_angle(const Vec3& eye, const Triangle& t) {
            std::abs(std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb));
 }
 
-double smoothstep(double x) {
-    x = std::clamp(x, 0.0, 1.0);
-    return x * x * (3.0 - 2.0 * x);
-}
-
 struct PointEmitter : Emitter {
     explicit PointEmitter(const PointLight& light) : position(light.position) { color = light.intensity; }
     Arrival arrival(const Vec3& point, const Vec3& normal, double, double) const override {
@@ -81,19 +77,9 @@ struct PointEmitter : Emitter {
 };
 
 struct SpotEmitter final : PointEmitter {
-    explicit SpotEmitter(const SpotLight& light)
-        : PointEmitter({light.position, light.intensity}),
-          axis(light.direction),
-          outer(light.cone * pi / 360.0),
-          inner(std::max(0.0, light.cone - light.penumbra) * pi / 360.0) {}
-    // Full within half of (cone - penumbra) of the axis, 0 from half of the cone on, smoothstep in angle between.
-    double towards(const Vec3& d) const override {
-        const double angle = std::atan2(length(cross(d, axis)), dot(d, axis));
-        if (angle >= outer) return 0.0;
-        return outer > inner ? smoothstep((outer - angle) / (outer - inner)) : 1.0;
-    }
-    Vec3 axis;
-    double outer, inner;
+    explicit SpotEmitter(const SpotLight& light) : PointEmitter({light.position, light.intensity}), cone(light) {}
+    double towards(const Vec3& d) const override { return cone.share(d); }
+    SpotCone cone;
 };
 
 struct DirectionalEmitter final : Emitter {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,19 @@ struct Hit {
     bool front = false;     // met on the side that its normal points to
     double distance = 0.0;  // along the ray, in units of its direction
     explicit operator bool() const { return surfel != none; }
+};
+
+// A place that rays leave from: a point with the normal of the surface there, and the surfel that it lies on (`none`
+// for a point in the air).
+struct Departure {
+    Vec3 position, normal;
+    std::uint32_t surfel = Hit::none;
+};
+
+struct Ray {
+    Departure from;
+    Vec3 direction;  // unit
+    double length = std::numeric_limits<double>::infinity();
 };
 
 // Visibility among the surfels of a scene: disks, and the triangles of those that have some, block from both sides.
@@ -37,6 +51,17 @@ public:
     bool escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
     // What the ray from surfel i meets first.
     Hit closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
+
+    // For rays from anywhere on a surface, many at a time: what each meets first, within its length. The rule at their
+    // beginning is that of a surfel, with the place itself instead of the surfel's centre; besides, what a ray crosses
+    // from behind within twice the contact distance over its place is ignored, unless it faces the place. At their end
+    // there is no rule.
+    void closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const;
+    // Do they meet nothing within their length?
+    void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
+    // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
+    // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.
+    Departure departure(const Vec3& point, const Vec3& normal) const;
 
 private:
     struct Impl;

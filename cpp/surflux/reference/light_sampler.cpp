@@ -1,0 +1,198 @@
+#include "surflux/reference/light_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/morton.h"
+#include "surflux/core/sampling.h"
+
+namespace surflux {
+
+namespace {
+
+double brightness(const Rgb& c) { return c.x + c.y + c.z; }
+
+// A target's own plane does not block; the same hair that Tracer::visible leaves.
+constexpr double short_of = 1.0 - 1e-5;
+
+}  // namespace
+
+LightSampler::LightSampler(const Scene& scene, double small_emitters) : surfels_(scene.surfels) {
+    for (const Light& light : scene.lights) {
+        if (const auto* p = std::get_if<PointLight>(&light))
+            point_like_.push_back({PointLike::point, p->position, p->intensity, SpotCone({})});
+        if (const auto* p = std::get_if<SpotLight>(&light))
+            point_like_.push_back({PointLike::spot, p->position, p->intensity, SpotCone(*p)});
+        if (const auto* p = std::get_if<DirectionalLight>(&light))
+            point_like_.push_back({PointLike::distant, -p->direction, p->irradiance, SpotCone({})});
+        if (const auto* p = std::get_if<AreaLight>(&light)) {
+            const Vec3 across = cross(p->edge_u, p->edge_v);
+            const double area = length(across);
+            if (area > 0.0) areas_.push_back({p->corner, p->edge_u, p->edge_v, across / area, area, p->exitance});
+        }
+        if (const auto* p = std::get_if<Environment>(&light)) {
+            if (p->pixels.empty())
+                constant_sky_ += p->radiance;
+            else
+                images_.emplace_back(*p);
+        }
+    }
+
+    const std::vector<std::uint32_t> begin = triangle_ranges(surfels_);
+    double all = 0.0, emitting = 0.0;
+    std::vector<Piece> pieces;
+    std::vector<double> powers;
+    std::vector<Vec3> places;
+    const auto add = [&](const Piece& piece, double area) {
+        all += area;
+        const double weight = brightness(surfels_.emission[piece.surfel]);
+        if (!(weight > 0.0) || !(area > 0.0)) return;
+        emitting += area;
+        pieces.push_back(piece);
+        powers.push_back(weight * area);
+        places.push_back(piece.is_disk ? piece.a : (piece.a + piece.b + piece.c) / 3.0);
+    };
+    for (std::uint32_t i = 0; i < surfels_.size(); ++i) {
+        if (begin[i] == begin[i + 1]) {
+            const double r = surfels_.radii[i];
+            add({i, true, surfels_.positions[i], {r, r, r}, {}, surfels_.normals[i]}, pi * r * r);
+        }
+        for (std::uint32_t k = begin[i]; k < begin[i + 1]; ++k) {
+            const Triangle& t = surfels_.triangles[k];
+            const double area = area_of(t);
+            add({i, false, t.a, t.b, t.c, area > 0.0 ? cross_of(t) / (2.0 * area) : surfels_.normals[i]}, area);
+        }
+    }
+    if (emitting > small_emitters * all) return;
+    // Neighbours stand together, so that evenly spread numbers are evenly spread places; a mesh's own order may be
+    // periodic, and then all samples of a batch would fall on like places.
+    for (std::uint32_t k : morton_order(places)) {
+        emitters_.push_back(pieces[k]);
+        emitters_up_to_.push_back(power_ += powers[k]);
+    }
+    for (double& up_to : emitters_up_to_) up_to /= power_;
+}
+
+LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const {
+    // Reservoir of one. Given the candidates, each is kept with its share p of their sum and brings irradiance / p,
+    // which is the sum of them all in the mean.
+    LightRay kept;
+    double kept_weight = 0.0, sum = 0.0;
+    const auto offer = [&](const LightRay& ray) {
+        const double weight = brightness(ray.irradiance);
+        if (!(weight > 0.0)) return;
+        sum += weight;
+        const double share = weight / sum;
+        if (choice < share) {
+            kept = ray;
+            kept_weight = weight;
+            choice /= share;
+        } else {
+            choice = (choice - share) / (1.0 - share);
+        }
+    };
+    for (const PointLike& light : point_like_) offer(towards(light, point, normal));
+    for (const Rectangle& light : areas_) offer(towards(light, point, normal, u, v));
+    for (std::size_t k = 0; k < images_.size(); ++k) offer(towards_sky(k, normal, u, v));
+    if (!emitters_.empty()) offer(towards_emitters(point, normal, u, v));
+    if (kept_weight > 0.0) kept.irradiance *= sum / kept_weight;
+    return kept;
+}
+
+Rgb LightSampler::found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
+    const double cosine = dot(normal, direction);
+    Rgb out;
+    for (const Rectangle& light : areas_) {
+        const double facing = -dot(light.normal, direction);
+        if (facing <= 0.0) continue;
+        const double distance = dot(point - light.corner, light.normal) / facing;
+        if (distance <= 0.0 || (hit && distance * short_of >= hit.distance)) continue;
+        const Vec3 across = point + distance * direction - light.corner;
+        const double s = dot(across, light.u) / length_squared(light.u);
+        const double t = dot(across, light.v) / length_squared(light.v);
+        if (s < 0.0 || s >= 1.0 || t < 0.0 || t >= 1.0) continue;
+        const double other = distance * distance / (facing * light.area);
+        out += (cosine / (cosine + pi * other)) * light.exitance;
+    }
+    if (!hit) {
+        out += pi * constant_sky_;
+        for (std::size_t k = 0; k < images_.size(); ++k)
+            out += (pi * sky_share(k, direction, cosine)) * images_[k].radiance(direction);
+    } else if (hit.front) {
+        const Rgb& emission = surfels_.emission[hit.surfel];
+        if (emitters_.empty() || brightness(emission) <= 0.0) return out + emission;
+        const double other = emitter_density(hit.surfel, direction, hit.distance);
+        out += (cosine / (cosine + pi * other)) * emission;
+    }
+    return out;
+}
+
+double LightSampler::sky_share(std::size_t image, const Vec3& direction, double cosine) const {
+    return cosine / (cosine + pi * images_[image].density(direction));
+}
+
+LightRay LightSampler::towards(const PointLike& light, const Vec3& point, const Vec3& normal) const {
+    if (light.kind == PointLike::distant)
+        return {light.place, Ray{}.length, std::max(0.0, dot(normal, light.place)) * light.color};
+    const Vec3 d = light.place - point;
+    const double distance = length(d), cosine = dot(normal, d) / distance;
+    if (!(cosine > 0.0)) return {};
+    const double share = light.kind == PointLike::spot ? light.cone.share(-d) : 1.0;
+    return {d / distance, distance * short_of, (share * cosine / (distance * distance)) * light.color};
+}
+
+// The irradiance that a ray of density p brings, E / pi cos / p, times its share p / (p + cos / pi).
+LightRay LightSampler::towards(const Rectangle& light, const Vec3& point, const Vec3& normal, double u,
+                               double v) const {
+    const Vec3 d = light.corner + u * light.u + v * light.v - point;
+    const double distance = length(d), cosine = dot(normal, d) / distance, facing = -dot(light.normal, d) / distance;
+    if (!(cosine > 0.0 && facing > 0.0)) return {};
+    const double density = distance * distance / (facing * light.area);
+    return {d / distance, distance * short_of, (cosine / (pi * density + cosine)) * light.exitance};
+}
+
+LightRay LightSampler::towards_sky(std::size_t image, const Vec3& normal, double u, double v) const {
+    const Vec3 direction = images_[image].sample(u, v);
+    const double cosine = dot(normal, direction), density = images_[image].density(direction);
+    if (!(cosine > 0.0 && density > 0.0)) return {};
+    return {direction, Ray{}.length, (pi * cosine / (pi * density + cosine)) * images_[image].radiance(direction)};
+}
+
+LightRay LightSampler::towards_emitters(const Vec3& point, const Vec3& normal, double u, double v) const {
+    const auto at = std::upper_bound(emitters_up_to_.begin(), emitters_up_to_.end() - 1, u);
+    const double below = at == emitters_up_to_.begin() ? 0.0 : at[-1];
+    const Piece& piece = emitters_[static_cast<std::size_t>(at - emitters_up_to_.begin())];
+    u = std::clamp((u - below) / (*at - below), 0.0, 1.0 - 1e-12);
+    Vec3 place;
+    if (piece.is_disk) {
+        const Frame frame = frame_around(piece.normal);
+        double x, y;
+        square_to_disk(u, v, x, y);
+        place = piece.a + piece.b.x * (x * frame.u + y * frame.v);
+    } else {
+        const Vec3 w = square_to_triangle(u, v);
+        place = w.x * piece.a + w.y * piece.b + w.z * piece.c;
+    }
+    const Vec3 d = place - point;
+    const double distance = length(d), cosine = dot(normal, d) / distance;
+    // Patches that are not quite flat: the density of the place is by the triangle, the shares by the surfel's normal,
+    // which is what found() knows.
+    const double facing = std::abs(dot(piece.normal, d)) / distance;
+    if (!(cosine > 0.0 && facing > 0.0 && dot(surfels_.normals[piece.surfel], d) < 0.0)) return {};
+    const Vec3 direction = d / distance;
+    const double density = emitter_density(piece.surfel) * distance * distance / facing;
+    const double weighed = emitter_density(piece.surfel, direction, distance);
+    const double share = pi * weighed / (pi * weighed + cosine);
+    return {direction, Ray{}.length, (cosine / (pi * density) * share) * surfels_.emission[piece.surfel], piece.surfel};
+}
+
+double LightSampler::emitter_density(std::uint32_t surfel) const {
+    return brightness(surfels_.emission[surfel]) / power_;
+}
+
+double LightSampler::emitter_density(std::uint32_t surfel, const Vec3& direction, double distance) const {
+    const double facing = std::max(1e-12, -dot(surfels_.normals[surfel], direction));
+    return emitter_density(surfel) * distance * distance / facing;
+}
+
+}  // namespace surflux

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <vector>
+
+#include "surflux/lights/environment.h"
+#include "surflux/lights/spot_cone.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Light that one ray may bring to a point: the irradiance, if the ray is free, or meets the front of `target` first
+// where there is one.
+struct LightRay {
+    Vec3 direction;
+    double length = 0.0;
+    Rgb irradiance;
+    std::uint32_t target = Hit::none;
+};
+
+// All light that a vertex of a path can receive at once: next-event rays towards lights, images of the sky and emissive
+// surfels, and what the cosine-distributed ray that goes on picks up on its way. Both ways together give the irradiance
+// once: where light can be found by either, the balance heuristic (Veach and Guibas 1995) shares it between them.
+class LightSampler {
+public:
+    // `small_emitters`: emissive surfels are sampled if they cover at most this share of the surface of the scene;
+    // larger ones are found as well by chance.
+    LightSampler(const Scene& scene, double small_emitters);
+
+    bool empty() const { return point_like_.empty() && areas_.empty() && images_.empty() && emitters_.empty(); }
+    // One ray for all lights: of one candidate towards each, one is chosen in proportion to what it would bring.
+    // (u, v) choose the place on each light, `choice` the light; all in [0, 1).
+    LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;
+    // What a ray drawn with density cos / pi finds of lights that sample() aims at too, and of the constant sky, as
+    // irradiance: pi times the radiance times the share of this way. `hit` is what it meets first.
+    Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const;
+
+private:
+    struct PointLike {
+        enum Kind { point, spot, distant } kind;
+        Vec3 place;  // or the direction to it
+        Rgb color;
+        SpotCone cone;
+    };
+    struct Rectangle {
+        Vec3 corner, u, v, normal;  // unit
+        double area;
+        Rgb exitance;
+    };
+    // A disk (c unused: centre a, radius b.x) or a triangle that emits.
+    struct Piece {
+        std::uint32_t surfel;
+        bool is_disk;
+        Vec3 a, b, c, normal;
+    };
+    double sky_share(std::size_t image, const Vec3& direction, double cosine) const;
+    LightRay towards(const PointLike& light, const Vec3& point, const Vec3& normal) const;
+    LightRay towards(const Rectangle& light, const Vec3& point, const Vec3& normal, double u, double v) const;
+    LightRay towards_sky(std::size_t image, const Vec3& normal, double u, double v) const;
+    LightRay towards_emitters(const Vec3& point, const Vec3& normal, double u, double v) const;
+    // Density, by area, at which a point of the surfel is drawn among all emitters.
+    double emitter_density(std::uint32_t surfel) const;
+    // Of direction, for a ray of that length to the surfel.
+    double emitter_density(std::uint32_t surfel, const Vec3& direction, double distance) const;
+
+    const Surfels& surfels_;
+    std::vector<PointLike> point_like_;
+    std::vector<Rectangle> areas_;
+    std::vector<EnvironmentMap> images_;
+    Rgb constant_sky_;
+    std::vector<Piece> emitters_;
+    std::vector<double> emitters_up_to_;  // share of their power up to and with each
+    double power_ = 0.0;
+};
+
+}  // namespace surflux

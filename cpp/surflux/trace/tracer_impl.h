@@ -1,0 +1,243 @@
+#pragma once
+
+// What the queries of a Tracer share. Included by trace's .cpp files alone.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "surflux/core/error.h"
+#include "surflux/trace/embree_api.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+inline constexpr std::uint32_t no_surfel = Hit::none;
+inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
+
+// Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
+// Only what is crossed on the harmless side is ignored, so this may be generous; it excludes the far face of a thin
+// wall.
+inline constexpr float steepest_ridge = 0.0f;
+
+struct Tracer::Impl {
+    struct DeviceRelease {
+        void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+    };
+    struct SceneRelease {
+        void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    };
+    using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
+    using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
+
+    // What the filters need to know of a surfel.
+    struct Disk {
+        float position[3];
+        float normal[3];
+        float radius;
+        std::uint32_t object;
+        std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
+    };
+
+    std::vector<Disk> disks;                     // per surfel
+    std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
+    std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
+    Vec3 origin;
+    double diagonal = 0.0;  // of the scene, disks included
+    float contact = 0.0f;   // contact_distance of the scene
+    Device device;
+    EmbreeScene scene;
+
+    struct Query {
+        embree::Context context;  // first: Embree hands back a pointer to it
+        const Impl* impl;
+        std::uint32_t from, to;
+        const Ray* rays = nullptr;     // by Embree's ray id, where there are many; `from` and `to` are not used then
+        const Vec3* nearby = nullptr;  // the normal of a point whose surfel is looked for, and nothing else
+    };
+
+    // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the
+    // side where it stands off that surface? A tangent disk lies outside a convex surface: a ray that leaves a crosses
+    // its neighbours from behind, one that arrives at a from the front. Crossed the other way, k is a real obstacle:
+    // the far slope of a concave surface.
+    bool stands_off(std::uint32_t a, std::uint32_t k, const float (&direction)[3], bool leaving) const {
+        const Disk &p = disks[a], &q = disks[k];
+        if (p.object != q.object) return false;
+        // So far a disk tangent to a sphere can rise above the horizon of another point of it.
+        const float reach = 2.0f * q.radius;
+        float squared = 0.0f, cosine = 0.0f, along = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) {
+            const float d = p.position[axis] - q.position[axis];
+            squared += d * d;
+            cosine += p.normal[axis] * q.normal[axis];
+            along += direction[axis] * q.normal[axis];
+        }
+        if (squared >= reach * reach) return false;
+        // Either side of a two-sided sheet may be the one that Embree reports.
+        if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
+        return cosine > steepest_ridge && (leaving ? along > 0.0f : along < 0.0f);
+    }
+
+    bool ignores(std::uint32_t end, std::uint32_t k, bool is_disk, const float (&direction)[3], bool leaving) const {
+        if (end == no_surfel) return false;
+        return end == k || disks[end].twin == k || (is_disk && stands_off(end, k, direction, leaving));
+    }
+
+    // What the filters need to know of a crossing.
+    struct Crossing {
+        const RTCFilterFunctionNArguments* arguments;
+        unsigned n;
+        std::uint32_t surfel;
+        bool is_disk;
+        float direction[3];  // of the ray
+        float distance() const { return RTCRayN_tfar(arguments->ray, arguments->N, n); }
+        float from(const Disk& disk, int axis) const {
+            const unsigned count = arguments->N;
+            RTCRayN* ray = arguments->ray;
+            const float origin = axis == 0   ? RTCRayN_org_x(ray, count, n)
+                                 : axis == 1 ? RTCRayN_org_y(ray, count, n)
+                                             : RTCRayN_org_z(ray, count, n);
+            return origin - disk.position[axis];
+        }
+        // Of the plane that is crossed over the origin of the ray.
+        float height() const {
+            RTCHitN* hit = arguments->hit;
+            const unsigned count = arguments->N;
+            const float normal[3] = {RTCHitN_Ng_x(hit, count, n), RTCHitN_Ng_y(hit, count, n),
+                                     RTCHitN_Ng_z(hit, count, n)};
+            const float along = normal[0] * direction[0] + normal[1] * direction[1] + normal[2] * direction[2];
+            const float squared = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+            return distance() * std::abs(along) / std::sqrt(squared);
+        }
+    };
+
+    // The rule of stands_off for a ray from any place. What is met from behind within rounding of the place is the
+    // place's own surface or goes on from it, unless it faces the place: that covers it.
+    bool ignores(const Departure& from, const Crossing& hit) const {
+        if (from.surfel == hit.surfel) return true;
+        const Disk& q = disks[hit.surfel];
+        float along = hit.direction[0] * q.normal[0] + hit.direction[1] * q.normal[1] + hit.direction[2] * q.normal[2];
+        if (q.twin == no_surfel && along <= 0.0f) return false;  // nearly always
+        if (q.twin != no_surfel && from.surfel == q.twin) return true;
+        float cosine = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) cosine += static_cast<float>(from.normal[axis]) * q.normal[axis];
+        if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
+        if (along <= 0.0f) return false;
+        if (cosine > -0.5f && hit.height() <= 2.0f * contact) return true;
+        if (!hit.is_disk || cosine <= steepest_ridge || from.surfel == no_surfel) return false;
+        float squared = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) squared += hit.from(q, axis) * hit.from(q, axis);
+        const float reach = 2.0f * q.radius;
+        return disks[from.surfel].object == q.object && squared < reach * reach;
+    }
+
+    // A surface that faces away from the point, or is farther along the normal than it may be, is not the point's own.
+    bool is_strange(const Vec3& normal, const Crossing& hit) const {
+        const Disk& q = disks[hit.surfel];
+        const double cosine = dot(normal, {q.normal[0], q.normal[1], q.normal[2]});
+        const bool faces = cosine > 0.0 || (q.twin != no_surfel && cosine != 0.0);
+        return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
+    }
+
+    static void filter(const RTCFilterFunctionNArguments* arguments) {
+        const auto* query = reinterpret_cast<const Query*>(arguments->context);
+        const Impl& impl = *query->impl;
+        const unsigned count = arguments->N;
+        RTCRayN* ray = arguments->ray;
+        for (unsigned n = 0; n < count; ++n) {
+            if (arguments->valid[n] != -1) continue;
+            const unsigned primitive = RTCHitN_primID(arguments->hit, count, n);
+            const bool is_disk = RTCHitN_geomID(arguments->hit, count, n) == disk_geometry;
+            const Crossing crossing{
+                arguments,
+                n,
+                is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive],
+                is_disk,
+                {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
+            if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
+                : query->nearby ? impl.is_strange(*query->nearby, crossing)
+                                : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
+                                      impl.ignores(query->to, crossing.surfel, is_disk, crossing.direction, false))
+                arguments->valid[n] = 0;
+        }
+    }
+
+    Hit found(const RTCRayHit& hit, const Vec3& direction) const;
+
+    void to_local(const Vec3& p, float (&out)[3]) const {
+        for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(p[axis] - origin[axis]);
+    }
+
+    RTCRay ray_from(const Vec3& from, const Vec3& direction, float far) const {
+        float org[3];
+        to_local(from, org);
+        RTCRay ray;
+        ray.org_x = org[0], ray.org_y = org[1], ray.org_z = org[2];
+        ray.dir_x = static_cast<float>(direction.x);
+        ray.dir_y = static_cast<float>(direction.y);
+        ray.dir_z = static_cast<float>(direction.z);
+        ray.tnear = 0.0f, ray.tfar = far;
+        ray.time = 0.0f, ray.mask = embree::mask_all, ray.id = 0, ray.flags = 0;
+        return ray;
+    }
+
+    RTCRay segment(const Vec3& from, const Vec3& to) const;
+
+    bool free(std::uint32_t i, std::uint32_t j, RTCRay ray) const {
+        Query query{{}, this, i, j};
+        embree::init(query.context);
+        embree::occluded(scene.get(), query.context, ray);
+        return ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit
+    }
+
+    void attach(RTCGeometry geometry, unsigned id) {
+        rtcSetGeometryMask(geometry, embree::mask_all);
+        rtcSetGeometryOccludedFilterFunction(geometry, filter);
+        rtcSetGeometryIntersectFilterFunction(geometry, filter);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene.get(), geometry, id);
+        rtcReleaseGeometry(geometry);
+    }
+
+    void add_disks(const Surfels& s) {
+        if (disk_surfel.empty()) return;
+        RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
+        auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), disk_surfel.size()));
+        auto* normal = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), disk_surfel.size()));
+        for (std::uint32_t i : disk_surfel) {
+            float p[3];
+            to_local(s.positions[i], p);
+            for (int axis = 0; axis < 3; ++axis) {
+                *vertex++ = p[axis];
+                *normal++ = static_cast<float>(s.normals[i][axis]);
+            }
+            *vertex++ = static_cast<float>(s.radii[i]);
+        }
+        attach(geometry, disk_geometry);
+    }
+
+    void add_triangles(const Surfels& s) {
+        if (s.triangles.empty()) return;
+        RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        const std::size_t count = s.triangles.size();
+        auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                   RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+        auto* index = static_cast<unsigned*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+        for (const Triangle& t : s.triangles)
+            for (const Vec3* corner : {&t.a, &t.b, &t.c}) {
+                float p[3];
+                to_local(*corner, p);
+                vertex = std::copy(p, p + 3, vertex);
+            }
+        std::iota(index, index + 3 * count, 0u);
+        attach(geometry, triangle_geometry);
+    }
+};
+
+}  // namespace surflux
