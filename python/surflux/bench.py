@@ -16,7 +16,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import shapes
+from surflux import bench_clouds, shapes
 
 
 @dataclass
@@ -144,19 +144,11 @@ def _areas_icosphere(method):
     return run
 
 
-def _bunny():
-    from surflux.meshes import read_mesh
-
-    path = Path(os.environ["SURFLUX_DATA"]) / "statues" / "bunny_34834.ply"
-    mesh = read_mesh(path)
-    corners = mesh.vertices[mesh.indices.reshape(-1, 3)]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
-    return sf.read(path), area
-
-
 def _areas_bunny(method):
     def run(threads):
-        s, area = _bunny()
+        _, corners, _ = _statue("bunny_34834")
+        area = 0.5 * np.linalg.norm(_cross(corners), axis=1).sum()
+        s = sf.read(_statue_path("bunny_34834"))
         start = perf_counter()
         areas = sf.effective_areas(s, method=method, threads=threads)
         return _run(len(s), perf_counter() - start, abs(areas.sum() / area - 1), "area of its mesh")
@@ -179,14 +171,10 @@ def _normals_of_vertices(name):
     """Normals and radii from the vertices of a statue, against the area-weighted mean of the faces around each."""
 
     def run(threads):
-        vertices, corners, faces = _statue(name)
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals = np.zeros_like(vertices)
-        for k in range(3):
-            np.add.at(normals, faces[:, k], cross)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        used = length[:, 0] > 0
-        return _normals(vertices[used], normals[used] / length[used], threads)
+        vertices, _, faces = _statue(name)
+        normals = bench_clouds.vertex_normals(vertices, faces)
+        used = normals.any(axis=1)
+        return _normals(vertices[used], normals[used], threads)
 
     return run
 
@@ -197,7 +185,7 @@ def _normals_of_samples(name):
     def run(threads):
         _, corners, _ = _statue(name)
         points, triangle = sf._core.sample_triangles(corners, 300_000, 0)
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangle]
+        cross = _cross(corners)[triangle]
         return _normals(points, cross / np.linalg.norm(cross, axis=1, keepdims=True), threads)
 
     return run
@@ -206,9 +194,18 @@ def _normals_of_samples(name):
 def _statue(name):
     from surflux.meshes import read_mesh
 
-    mesh = read_mesh(Path(os.environ["SURFLUX_DATA"]) / "statues" / f"{name}.ply")
+    mesh = read_mesh(_statue_path(name))
     faces = np.asarray(mesh.indices).reshape(-1, 3)
     return mesh.vertices, mesh.vertices[faces], faces
+
+
+def _statue_path(name):
+    return Path(os.environ["SURFLUX_DATA"]) / "statues" / f"{name}.ply"
+
+
+def _cross(corners):
+    """Of triangles (f, 3, 3): along their normals, twice as long as their areas (f, 3)."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _furnace(surfels, threads):

@@ -122,23 +122,25 @@ def convergence():
         tori = [clouds.random_torus(n, seed) for seed in range(4)]
         totals = [abs(sf.effective_areas(c.surfels()).sum() / c.area - 1) for c in tori]
         row = {"n": n, "total of a torus, %": _percent(np.mean(totals))}
-        harmonics = _harmonics()
-        if harmonics:
-            ours, equal = [], []
-            for seed in range(4):
-                c = clouds.random_sphere(n, seed)
-                basis = harmonics(c.points)
-                ours.append(np.mean((basis @ sf.effective_areas(c.surfels())) ** 2))
-                equal.append(np.mean((basis.mean(axis=1) * c.area) ** 2))
-            row["harmonics, RMS"], row["with equal weights"] = (
-                float(f"{np.sqrt(np.mean(x)):.3g}") for x in (ours, equal)
-            )
+        errors = [_harmonic_errors(clouds.random_sphere(n, seed)) for seed in range(4)]
+        if errors[0] is not None:
+            ours, equal = np.sqrt(np.mean(errors, axis=0))
+            row["harmonics, RMS"], row["with equal weights"] = float(f"{ours:.3g}"), float(f"{equal:.3g}")
         rows.append(row)
     orders = {"n": "order in n"}
     for column in list(rows[0])[1:]:
         values = np.log([row[column] for row in rows])
         orders[column] = float(f"{-np.polyfit(np.log(DENSITIES), values, 1)[0]:.2f}")
     return [*rows, orders]
+
+
+def _harmonic_errors(cloud):
+    """Mean squares of what areas, and equal weights, make of integrals that are 0; None without scipy."""
+    basis = clouds.harmonics(cloud.points)
+    if basis is None:
+        return None
+    ours, equal = basis @ sf.effective_areas(cloud.surfels()), basis.mean(axis=1) * cloud.area
+    return np.mean(ours**2), np.mean(equal**2)
 
 
 def knobs(repeats, threads):
@@ -256,19 +258,3 @@ def _lumped_total(cloud):
     except ModuleNotFoundError:
         return None
     return _percent(robust_laplacian.point_cloud_laplacian(cloud.points)[1].diagonal().sum() / cloud.area - 1)
-
-
-def _harmonics():
-    """points (n, 3) -> the real spherical harmonics of degree 1 to 4 there, (24, n); None where scipy is missing."""
-    try:
-        from scipy.special import sph_harm_y
-    except ImportError:
-        return None
-
-    def values(points):
-        theta, phi = np.arccos(np.clip(points[:, 2], -1, 1)), np.arctan2(points[:, 1], points[:, 0])
-        degrees = [(degree, order) for degree in range(1, 5) for order in range(-degree, degree + 1)]
-        parts = ((sph_harm_y(d, abs(o), theta, phi), o) for d, o in degrees)
-        return np.array([(v.real if o >= 0 else v.imag) * (np.sqrt(2) if o else 1.0) for v, o in parts])
-
-    return values

@@ -114,6 +114,32 @@ def twice(cloud):
     return Cloud(np.concatenate([cloud.points] * 2), np.concatenate([cloud.normals] * 2), cloud.area, cells)
 
 
+def vertex_normals(vertices, faces):
+    """Area-weighted means of the normals of the faces (f, 3) around each vertex: unit (v, 3), 0 where there is none."""
+    corners = vertices[faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, faces[:, k], cross)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.divide(normals, length, out=normals, where=length > 0)
+
+
+def harmonics(points):
+    """The real spherical harmonics of degree 1 to 4 at unit vectors: (24, n), or None where scipy is missing.
+
+    Each integrates to 0 over the sphere.
+    """
+    try:
+        from scipy.special import sph_harm_y
+    except ImportError:
+        return None
+    theta, phi = np.arccos(np.clip(points[:, 2], -1, 1)), np.arctan2(points[:, 1], points[:, 0])
+    degrees = [(degree, order) for degree in range(1, 5) for order in range(-degree, degree + 1)]
+    parts = ((sph_harm_y(d, abs(o), theta, phi), o) for d, o in degrees)
+    return np.array([(v.real if o >= 0 else v.imag) * (np.sqrt(2) if o else 1.0) for v, o in parts])
+
+
 def spherical_cells(points):
     """Areas of the Voronoi cells on the unit sphere, or None where scipy is missing."""
     try:

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "refusal.h"
 #include "shapes.h"
 #include "surflux/core/error.h"
 #include "surflux/core/random.h"
@@ -24,16 +25,6 @@ std::vector<Vec3> random_points(std::size_t n, std::uint64_t seed, const Vec3& o
     std::vector<Vec3> points(n);
     for (Vec3& p : points) p = offset + Vec3{random.uniform(), random.uniform(), random.uniform()};
     return points;
-}
-
-template <class Call>
-std::string refusal(const Call& call) {
-    try {
-        call();
-    } catch (const ArgumentError& error) {
-        return error.what();
-    }
-    return "none";
 }
 
 TEST(DistinctPlaces, StandInTheOrderOfTheirFirstPoints) {
@@ -186,6 +177,20 @@ TEST(Normals, RefuseALineAndTooFewPoints) {
     EXPECT_EQ(refusal([] { estimate_normals({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 1, 0}}, {}); }), line);
 }
 
+// Between those of the points that were kept.
+double smallest_distance(const std::vector<Vec3>& points, const std::vector<std::uint32_t>& kept) {
+    std::vector<Vec3> samples;
+    for (std::uint32_t i : kept) samples.push_back(points[i]);
+    const PointIndex index(samples);
+    std::vector<Neighbor> near;
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : samples) {
+        index.nearest(p, 2, near);
+        smallest = std::min(smallest, near[1].distance);
+    }
+    return smallest;
+}
+
 TEST(SampleElimination, KeepsAnEvenSubset) {
     std::vector<Vec3> points = random_points(5000, 5);
     for (Vec3& p : points) p.z = 0.0;  // a unit square
@@ -193,15 +198,7 @@ TEST(SampleElimination, KeepsAnEvenSubset) {
     ASSERT_EQ(kept.size(), 1000u);
     EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
     EXPECT_EQ(std::adjacent_find(kept.begin(), kept.end()), kept.end());
-    std::vector<Vec3> samples;
-    for (std::uint32_t i : kept) samples.push_back(points[i]);
-    const PointIndex index(samples);
-    std::vector<Neighbor> near;
-    double smallest = 1.0;
-    for (const Vec3& p : samples) {
-        index.nearest(p, 2, near);
-        smallest = std::min(smallest, near[1].distance);
-    }
+    const double smallest = smallest_distance(points, kept);
     // Yuksel 2015, sec. 4: the smallest distance of M of 5 M samples is about 0.7 of the most that is possible,
     // 2 r_max = sqrt(2 A / (sqrt 3 M)); for random points it would be 0.03 of it.
     const double r_max = std::sqrt(1.0 / (2.0 * std::sqrt(3.0) * 1000.0));
@@ -228,15 +225,7 @@ TEST(SampleElimination, EvensOutAScan) {
     ASSERT_EQ(kept.size(), 1000u);
     EXPECT_EQ(kept, eliminate_samples(points, 1000, area, 3));
     EXPECT_NE(kept, eliminate_samples(points, 1000, area, 4));
-    std::vector<Vec3> samples;
-    for (std::uint32_t i : kept) samples.push_back(points[i]);
-    const PointIndex index(samples);
-    std::vector<Neighbor> near;
-    double smallest = 1e9;
-    for (const Vec3& p : samples) {
-        index.nearest(p, 2, near);
-        smallest = std::min(smallest, near[1].distance);
-    }
+    const double smallest = smallest_distance(points, kept);
     const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * 1000.0));
     EXPECT_GT(smallest, 0.5 * 2.0 * r_max);
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "refusal.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -76,16 +77,6 @@ Cover cover(const std::vector<Vec3>& points, const std::vector<double>& radii, c
     }
     for (double r : radii) out.overlap += pi * r * r / area;
     return out;
-}
-
-template <class Call>
-std::string refusal(const Call& call) {
-    try {
-        call();
-    } catch (const ArgumentError& error) {
-        return error.what();
-    }
-    return "none";
 }
 
 // Around the origin, in the plane z = 0.

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from scipy.special import sph_harm_y
 from scipy.stats import qmc
 
 import surflux as sf
@@ -54,20 +53,13 @@ def test_totals_converge_faster_than_second_order():
     assert order > 1.0  # in n; 1 is second order in the spacing
 
 
-def harmonics(points):
-    """The real spherical harmonics of degree 1 to 4 at unit vectors: (24, n). Each integrates to 0."""
-    theta, phi = np.arccos(np.clip(points[:, 2], -1, 1)), np.arctan2(points[:, 1], points[:, 0])
-    values = [sph_harm_y(degree, order, theta, phi) for degree in range(1, 5) for order in range(degree + 1)]
-    return np.array([part for v in values for part in (v.real, v.imag)])
-
-
 def test_as_quadrature_weights_they_converge_and_beat_equal_ones():
     sizes, ours, equal = (500, 2000, 8000, 32_000), [], []
     for n in sizes:
         found = []
         for seed in range(2):
             cloud = clouds.random_sphere(n, seed)
-            basis = harmonics(cloud.points)
+            basis = clouds.harmonics(cloud.points)
             areas = sf.effective_areas(cloud.surfels())
             found.append([np.mean((basis @ areas) ** 2), np.mean((basis.mean(axis=1) * cloud.area) ** 2)])
         o, e = np.sqrt(np.mean(found, axis=0))

@@ -189,8 +189,7 @@ void NeighborhoodFinder::add_creases(const std::vector<Member>& around, Neighbor
 bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& around, Neighborhood& out) const {
     std::vector<Point2> points(1, {0.0, 0.0});
     for (const Member& m : around)
-        if (m.normal.z > sharpest_crease && !(m.normal.z > epsilon_ && is_layer(m)))
-            points.push_back({m.position.x, m.position.y});
+        if (m.normal.z > sharpest_crease) points.push_back({m.position.x, m.position.y});
     const double spacing = mean_spacing(around), margin = border_margin * spacing;
     if (!(spacing > 0.0)) return false;
 
