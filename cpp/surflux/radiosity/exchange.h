@@ -22,7 +22,9 @@ struct Exchange {
     std::vector<float> g;  // size x size, row-major
     std::vector<double> areas;
     std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
-    std::size_t links = 0;      // pairs i < j that exchange anything
+    // How far what row i loses gives way where it and the row do not make 1: 1 as much as the row, 0 not at all.
+    std::vector<double> yields;
+    std::size_t links = 0;  // pairs i < j that exchange anything
     std::size_t rays = 0;
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.

@@ -74,6 +74,12 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
         d.twin = twin[i];
         if (triangles[i] == triangles[i + 1]) impl_->disk_surfel.push_back(i);
     }
+    impl_->end_begin = end_ranges(s);
+    for (const DiskEnd& e : s.ends)
+        impl_->ends.push_back(
+            {{static_cast<float>(e.normal.x), static_cast<float>(e.normal.y), static_cast<float>(e.normal.z)},
+             static_cast<float>(e.limit),
+             e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
 
     impl_->device.reset(rtcNewDevice(nullptr));
@@ -114,6 +120,13 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
     out.distance = static_cast<double>(hit.ray.tfar);
+    if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
+        const RTCRay& ray = hit.ray;
+        const float* p = disks[out.surfel].position;
+        const float at[3] = {ray.org_x + ray.tfar * ray.dir_x - p[0], ray.org_y + ray.tfar * ray.dir_y - p[1],
+                             ray.org_z + ray.tfar * ray.dir_z - p[2]};
+        if (is_beyond(DiskEnd::border, out.surfel, at)) return out;  // no front
+    }
     const auto faces = [&](std::uint32_t k) {
         const float* n = disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;
