@@ -51,7 +51,7 @@ def two_long_rooms(n):
     """Two rooms, 1 x 1 and without end along y, joined by a slit .2 high; rho = .5, and the far left wall glows.
 
     Solved in the cross-section by crossed strings, on 50 cells per unit. The scene is 40 long and open at its ends;
-    what is known is its middle.
+    what is asked for is the middle of the second room.
     """
     at = [-20.0, -6.0, -1.5, -0.5, 0.5, 1.5, 6.0, 20.0]
     # Cross-section (x, z), counter-clockwise around each room: the front is on the left.
@@ -70,29 +70,23 @@ def two_long_rooms(n):
     fine = closed_forms.Cells([(a, b, 10 * k, room) for a, b, k, room in walls], ((1, 0.4), (1, 0.6)))
     glow = np.where(fine.wall == 0, 1.0, 0.0)
     radiosity = fine.radiosity(np.full(len(glow), 0.5), glow)
+
+    def of_section(points, normals):
+        return fine.factors(points[:, [0, 2]], normals[:, [0, 2]], 1) @ radiosity
+
     objects, wanted, first = [], [], 0
-
-    def known(s, room, sides):
-        """The middle of a wall; of one with two sides, of the second one as well."""
-        for side in range(sides):
-            half = len(s) // sides
-            index = np.flatnonzero(np.abs(s.points[side * half : (side + 1) * half, 1]) < 0.5) + side * half
-            yield slice(first + index[0], first + index[-1] + 1), room + side
-
     for w, (a, b, k, room) in enumerate(walls):
         if w in BACKS:
             continue
-        sides = 2 if w in FRONTS else 1
         a, b = np.array([a[0], 0, a[1]]), np.array([b[0], 0, b[1]])
         # (b - a) turned to the left is where the front is: -y x (b - a).
-        s = strips(a, [0, -1, 0], at, b - a, k * n // 5, 0.5, float(w == 0), two_sided=sides == 2)
-        for surfels, there in known(s, room, sides):
-
-            def of_section(points, normals, room=there):
-                return fine.factors(points[:, [0, 2]], normals[:, [0, 2]], room) @ radiosity
-
-            if there == 1:
-                wanted.append(Wanted(surfels, of_section))
+        s = strips(a, [0, -1, 0], at, b - a, k * n // 5, 0.5, float(w == 0), two_sided=w in FRONTS)
+        middle = np.abs(s.points[:, 1]) < 0.5
+        if w in FRONTS:
+            middle[: len(s) // 2] = False  # their backs follow them
+        if room == 1 or w in FRONTS:
+            known = first + np.flatnonzero(middle)
+            wanted.append(Wanted(slice(known[0], known[-1] + 1), of_section))
         objects.append(s)
         first += len(s)
     return Problem(sf.Scene(objects), wanted, 1 / n, knobs(256))
