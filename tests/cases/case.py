@@ -136,6 +136,7 @@ class Case:
         derivation: where the expected value is from; and where the tolerance is looser than theory, why.
         tolerance: largest error at the last density; with a floor, at every density.
         order: least order of the error against h, by least squares over all densities; None where there is a floor.
+            Not asked of a solver whose errors are a tenth of the tolerance or less at every density.
         floor: why the error does not fall with h: it is rounding, or the noise of a fixed number of rays.
         off: by how much of it the expected value may be off for the very disks and triangles of the scene at the last
             density, which are all that the path tracer knows. None where these are another geometry altogether, or
