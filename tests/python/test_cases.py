@@ -28,7 +28,7 @@ def complaint(case, solver, found):
     judged = found.errors if case.order is None else found.errors[-1:]
     if not max(judged) <= tolerance:
         return f"errors {found.errors}, wanted at most {tolerance}. {case.derivation}"
-    # Below the error that a solver makes by itself, and far below the tolerance from the first, nothing is left to fall.
+    # Below the error that a solver makes by itself, or far below the tolerance from the first, nothing is left to fall.
     falls = min(found.errors) > solver.own_error and max(found.errors) > 0.1 * tolerance
     if case.order is not None and falls and not found.order >= case.order:
         return f"order {found.order:.2f} of errors {found.errors}, wanted at least {case.order}. {case.derivation}"
