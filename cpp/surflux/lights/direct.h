@@ -10,9 +10,8 @@
 namespace surflux {
 
 struct DirectOptions {
-    int probes =
-        16;  // shadow rays of a surfel towards a light; where all of them agree, or all but one, that is the answer
-    int rays = 64;  // where they do not
+    int probes = 16;  // shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer
+    int rays = 64;    // where they do not
 };
 
 // Irradiance of each surfel from every light but the Environments (see hemisphere.h), with shadows: the unoccluded
