@@ -24,6 +24,23 @@ def ball_inside(n, radius=1.0, center=(0, 0, 0), rho=0.5, emission=0.0, sign=-1)
     return surfels_of(radius * unit.points + np.array(center), sign * unit.normals, rho, emission)
 
 
+def cloud_room(n, rho=0.5, emission=0.0, size=(1.0, 1.0, 1.0)):
+    """Six clouds, one per wall of a room, that face its inside; n surfels per unit length."""
+    out, size = [], np.array(size)
+    for axis in range(3):
+        others = [a for a in range(3) if a != axis]
+        across = [(np.arange(k) + 0.5) / k * size[a] for a, k in ((a, round(n * size[a])) for a in others)]
+        for side in (0, 1):
+            points = np.zeros((len(across[0]), len(across[1]), 3))
+            points[..., others[0]], points[..., others[1]] = across[0][:, None], across[1]
+            points[..., axis] = side * size[axis]
+            normal = np.zeros(3)
+            normal[axis] = 1 - 2 * side
+            points = points.reshape(-1, 3)
+            out.append(surfels_of(points, [normal] * len(points), rho, emission))
+    return out
+
+
 def patch(corner, u, v, rho=0.5, emission=0.0, patch_area=None):
     """A rectangle that faces along u x v."""
     corner, u, v = (np.array(x, dtype=float) for x in (corner, u, v))

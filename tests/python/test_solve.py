@@ -79,13 +79,10 @@ def test_a_wall_of_surfels_holds_the_light(two_sided):
     assert power[dark].sum() < 1e-4 * power.sum()
 
 
-def test_same_for_any_number_of_threads():
-    first = sf.solve(furnished(), threads=1, seed=5)
-    for threads in (2, 4, None):
-        again = sf.solve(furnished(), threads=threads, seed=5)
-        for name in ("radiosity", "irradiance", "direct"):
-            assert np.array_equal(getattr(again, name), getattr(first, name)), (threads, name)
-        assert again.error == first.error
+def test_the_same_every_time_and_other_rays_for_another_seed():
+    first, again = (sf.solve(furnished(), seed=5) for _ in range(2))
+    assert np.array_equal(again.irradiance, first.irradiance)
+    assert again.error == first.error
     assert not np.array_equal(sf.solve(furnished(), seed=6).irradiance, first.irradiance)
 
 
