@@ -90,6 +90,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     impl_->add_disks(s);
     impl_->add_triangles(s);
     rtcCommitScene(impl_->scene.get());
+    impl_->drop_joints();
 }
 
 Tracer::~Tracer() = default;
@@ -135,6 +136,29 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     const std::uint32_t twin = disks[out.surfel].twin;
     if (!out.front && twin != no_surfel) return {twin, faces(twin), out.distance};
     return out;
+}
+
+void Tracer::Impl::drop_joints() {
+    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, float length) {
+        Query query{{}, this, no_surfel, no_surfel, nullptr, nullptr, disks[i].object};
+        embree::init(query.context);
+        RTCRay ray = ray_from(from, direction, length);
+        embree::occluded(scene.get(), query.context, ray);
+        return ray.tfar < 0.0f;
+    };
+    const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
+    for (std::uint32_t i = 0; i + 1 < end_begin.size(); ++i)
+        for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
+            if (ends[e].kind != DiskEnd::border) continue;
+            const Disk& disk = disks[i];
+            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal), center = origin + vec(disk.position);
+            // Another's surface across what sticks out, or along it.
+            const Vec3 beyond = center + (0.5 * static_cast<double>(ends[e].limit + disk.radius)) * outwards;
+            const float high = 0.25f * disk.radius;
+            if (meets_another(i, center, outwards, disk.radius) ||
+                meets_another(i, beyond + static_cast<double>(high) * normal, -normal, 2.0f * high))
+                ends[e].limit = infinity;
+        }
 }
 
 Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const {

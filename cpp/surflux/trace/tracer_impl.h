@@ -16,6 +16,7 @@
 namespace surflux {
 
 inline constexpr std::uint32_t no_surfel = Hit::none;
+inline constexpr std::uint32_t no_object = 0xffffffffu;
 inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 
 // Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
@@ -64,8 +65,9 @@ struct Tracer::Impl {
         embree::Context context;  // first: Embree hands back a pointer to it
         const Impl* impl;
         std::uint32_t from, to;
-        const Ray* rays = nullptr;     // by Embree's ray id, where there are many; `from` and `to` are not used then
-        const Vec3* nearby = nullptr;  // the normal of a point whose surfel is looked for, and nothing else
+        const Ray* rays = nullptr;      // by Embree's ray id, where there are many; `from` and `to` are not used then
+        const Vec3* nearby = nullptr;   // the normal of a point whose surfel is looked for, and nothing else
+        std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
     };
 
     // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the
@@ -188,6 +190,10 @@ struct Tracer::Impl {
                 arguments->valid[n] = 0;
                 continue;
             }
+            if (query->but != no_object) {
+                if (impl.disks[crossing.surfel].object == query->but) arguments->valid[n] = 0;
+                continue;
+            }
             if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
                 : query->nearby ? impl.is_strange(*query->nearby, crossing)
                                 : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
@@ -197,6 +203,9 @@ struct Tracer::Impl {
     }
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
+
+    // A border that runs into another object is where the two adjoin: there is no end there.
+    void drop_joints();
 
     void to_local(const Vec3& p, float (&out)[3]) const {
         for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(p[axis] - origin[axis]);
