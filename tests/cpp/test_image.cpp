@@ -173,6 +173,9 @@ TEST_F(ImageFiles, ABrokenPngSaysWhere) {
 TEST_F(ImageFiles, AHugeClaimIsRefusedBeforeAnythingIsAllocated) {
     put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n1234");
     expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 60000 x 60000 pixels");
+    // One line, of which OpenImageIO makes room for 256.
+    put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 496721\n" + std::string(80, '1'));
+    expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 496721 x 256 pixels");
 }
 
 // What script/fuzz found: OpenEXR believes every size in a header, and asks for as much memory.
@@ -197,9 +200,9 @@ TEST_F(ImageFiles, AnExrHeaderIsHeldAgainstItsFile) {
     refused("dataWindow\0box2i\0\x10\0\0\0"s, "\0\0\0\0\0\0\0\0\xff\xff\xff\x7f\x01\0\0\0"s,
             "claims 2147483648 x 2 pixels of 3 channels, more than its ");
     refused("dataWindow\0box2i\0\x10\0\0\0"s, "\x01\0\0\0\0\0\0\0\0\0\0\0"s, "an image without pixels");
-    // Lines that are unpacked together, here 16, may be more than the picture has.
+    // Lines that are unpacked together may be more than the picture has.
     refused("dataWindow\0box2i\0\x10\0\0\0"s, "\0\0\0\0\0\0\0\0\0\0\x20\0\0\0\0\0"s,
-            "claims 2097153 x 16 pixels of 3 channels, more than its ");
+            "claims 2097153 x 256 pixels of 3 channels, more than its ");
     refused("channels\0chlist\0"s, "\x30"s, "the list of channels does not end where its attribute does");
     // 16 bytes of the next attribute, as texts: one of -1 bytes, one that is longer than the attribute.
     refused("dataWindow\0"s, "stringvector\0\x04\0\0\0\xff\xff\xff\xff"s, "a text of negative length");

@@ -50,12 +50,6 @@ std::int32_t little_endian(const unsigned char* bytes) {
     return static_cast<std::int32_t>(value);
 }
 
-// Lines that are unpacked together, by the number of the compression; of one that is not known here, the most.
-double lines_together(unsigned char compression) {
-    constexpr std::array<double, 10> lines{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
-    return compression < lines.size() ? lines[compression] : 256.0;
-}
-
 // Bytes of the types of attributes that always have as many. OpenEXR reads those, whatever the file says their size is,
 // and takes what follows for the next attribute.
 struct FixedSize {
@@ -106,7 +100,7 @@ public:
 private:
     // False at the empty header that ends the headers of several parts.
     bool check_header() {
-        double width = 0.0, height = 0.0, channels = 0.0, lines = 1.0, tile_width = 1.0, tile_height = 1.0;
+        double width = 0.0, height = 0.0, channels = 0.0, tile_width = 1.0, tile_height = 1.0;
         bool empty = true;
         for (std::string name = word(); !name.empty(); name = word()) {
             empty = false;
@@ -134,8 +128,6 @@ private:
                 } else if (name == "dataWindow") {
                     width = 1.0 + little_endian(value + 8) - static_cast<double>(little_endian(value));
                     height = 1.0 + little_endian(value + 12) - static_cast<double>(little_endian(value + 4));
-                } else if (name == "compression") {
-                    lines = lines_together(value[0]);
                 } else if (name == "tiles") {
                     tile_width = static_cast<std::uint32_t>(little_endian(value));
                     tile_height = static_cast<std::uint32_t>(little_endian(value + 4));
@@ -146,10 +138,8 @@ private:
         if (empty) return false;
         if (!(width >= 1.0) || !(height >= 1.0)) throw FileError(path_, "", "an image without pixels");
         check_pixel_claim(path_, width, height, channels);
-        // What is unpacked at once may be more than the picture.
-        const double together = 4.0 * channels * std::max({lines * width, tile_width * tile_height});
-        if (together > 256e6)
-            check_pixel_claim(path_, std::max(width, tile_width), std::max({height, lines, tile_height}), channels);
+        check_chunk_claim(path_, width, lines_at_once, channels);
+        check_chunk_claim(path_, tile_width, tile_height, channels);
         return true;
     }
 
@@ -207,6 +197,10 @@ void check_pixel_claim(const std::string& path, double width, double height, dou
         throw FileError(path, "",
                         message("claims ", static_cast<std::int64_t>(width), " x ", static_cast<std::int64_t>(height),
                                 " pixels of ", channels, " channels, more than its ", size, " bytes can hold"));
+}
+
+void check_chunk_claim(const std::string& path, double width, double height, double channels) {
+    if (4.0 * width * height * channels > 256e6) check_pixel_claim(path, width, height, channels);
 }
 
 void check_exr(const std::string& path) { ExrHeaders(path).check(); }

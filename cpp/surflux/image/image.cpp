@@ -50,6 +50,7 @@ void check_claim(const std::string& path, const OIIO::ImageSpec& spec) {
     if (spec.deep) throw FileError(path, "", "a deep image; only flat ones are supported");
     if (spec.depth > 1) throw FileError(path, "", "a volume; only flat images are supported");
     check_pixel_claim(path, spec.width, spec.height, spec.nchannels);
+    check_chunk_claim(path, spec.width, lines_at_once, spec.nchannels);
 }
 
 void each_color(Image& image, double (*curve)(double)) {
