@@ -55,16 +55,16 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
     return out;
 }
 
-// F, the (closed) escape and the share that back faces absorb.
-py::tuple form_factors_of_scene(const Scene& scene, bool visibility, int rays, double epsilon, std::uint64_t seed,
-                                const py::object& progress) {
+// F, what its rows leave to 1 (empty without visibility), how many pairs did not come to the error, and the rays.
+py::tuple form_factors_of_scene(const Scene& scene, bool visibility, double error, int rays, double epsilon,
+                                std::uint64_t seed, const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
     const auto side = static_cast<py::ssize_t>(scene.surfels.size());
     py::array_t<double> matrix({side, side});
     double* factors = matrix.mutable_data();
-    const FormFactorOptions options{visibility, rays, epsilon, seed};
-    const Hemispheres left = without_gil([&] { return form_factors(scene, options, factors, stages); });
-    return py::make_tuple(matrix, to_array(left.escape), to_array(left.absorbed));
+    const FormFactorOptions options{visibility, error, rays, epsilon, seed};
+    const FormFactors found = without_gil([&] { return form_factors(scene, options, factors, stages); });
+    return py::make_tuple(matrix, to_array(found.rest), found.imprecise, found.rays);
 }
 
 }  // namespace
@@ -74,8 +74,8 @@ void bind_radiosity(py::module_& module) {
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
                py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
                py::arg("progress") = py::none());
-    module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("rays"),
-               py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
+    module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),
+               py::arg("rays"), py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

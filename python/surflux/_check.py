@@ -6,6 +6,8 @@ import os
 
 import numpy as np
 
+LARGEST = 1e30  # of lengths: the squares of products of four of them stay in the range of float64
+
 
 def counted(n, what):
     """ "1 surfel", "2 surfels": a number with its noun."""
@@ -79,6 +81,11 @@ def vector3(name, value):
     return finite_array(name, value, (3,))
 
 
+def positions(name, value, shape=(3,)):
+    """value as a float64 array of that shape, points or lengths that passes can calculate with."""
+    return in_range(name, finite_array(name, value, shape), -LARGEST, LARGEST)
+
+
 def direction(name, value):
     """value as a unit vector of shape (3,); zero length is refused."""
     return unit_vectors(name, vector3(name, value)[None, :])[0]
@@ -132,7 +139,7 @@ def per_surfel(name, value, n, low=0.0, *, low_open=False):
         array = finite_array(name, array, (n,))
     else:
         raise ValueError(f"{name}: wanted shape () or ({n},) for {counted(n, 'surfel')}, got {array.shape}")
-    return in_range(name, array, low, low_open=low_open)
+    return in_range(name, in_range(name, array, low, low_open=low_open), high=LARGEST**2)
 
 
 def number(name, value, low=-math.inf, high=math.inf, *, low_open=False, high_open=False):
@@ -144,6 +151,13 @@ def number(name, value, low=-math.inf, high=math.inf, *, low_open=False, high_op
     if not math.isfinite(result):
         raise ValueError(f"{name}: wanted a finite number, got {result}")
     in_range(name, np.asarray(result), low, high, low_open=low_open, high_open=high_open)
+    return result
+
+
+def length(name, value):
+    """value as a float above 0 that passes can calculate with."""
+    result = number(name, value, 0.0, low_open=True)
+    in_range(name, np.asarray(result), high=LARGEST)
     return result
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux._check import finite_array, number, unit_vectors, vector3
+from surflux._check import finite_array, number, positions, unit_vectors, vector3
 
 
 class Camera:
@@ -30,9 +30,9 @@ class Camera:
     __slots__ = ("_eye", "_fov", "_target", "_up")
 
     def __init__(self, eye, target, up=(0, 0, 1), fov=45.0):
-        self._eye = vector3("eye", eye).copy()
-        self._target = vector3("target", target).copy()
-        self._up = vector3("up", up).copy()
+        self._eye = positions("eye", eye).copy()
+        self._target = positions("target", target).copy()
+        self._up = positions("up", up).copy()
         self._fov = number("fov", fov, 0.0, 180.0)
         if not 0.0 < self._fov < 180.0:
             raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")

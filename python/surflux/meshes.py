@@ -3,12 +3,13 @@
 import os
 import sys
 import warnings
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from surflux import _core
+from surflux import _check, _core
 from surflux._color import reflectance_of_colors
 
 
@@ -23,6 +24,17 @@ class Mesh(NamedTuple):
     offsets: np.ndarray  # (f + 1,) int64
     indices: np.ndarray  # (k,) int64
     reflectance: np.ndarray | None  # (v, 3) float64
+
+
+@contextmanager
+def file_named(mesh):
+    """What is wrong with a mesh that came from a file is a FileError that names it."""
+    try:
+        yield
+    except ValueError as error:
+        if not isinstance(mesh, str | bytes | os.PathLike) or not str(error).startswith("mesh: "):
+            raise
+        raise _core.FileError(f"{os.fsdecode(mesh)}: {str(error).removeprefix('mesh: ')}") from error
 
 
 def read_mesh(mesh):
@@ -205,6 +217,10 @@ def _problem(mesh):
     finite = np.all(np.isfinite(mesh.vertices), axis=1)
     if not np.all(finite):
         return f"vertices: wanted finite numbers, got {mesh.vertices[np.argmin(finite)]} in vertex {np.argmin(finite)}"
+    large = np.any(np.abs(mesh.vertices) > _check.LARGEST, axis=1)
+    if np.any(large):
+        row = int(np.argmax(large))
+        return f"vertices: wanted coordinates up to {_check.LARGEST:g}, got {mesh.vertices[row]} in vertex {row}"
     bad = (mesh.indices < 0) | (mesh.indices >= len(mesh.vertices))
     if np.any(bad):
         at = int(np.argmax(bad))

@@ -46,10 +46,12 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
         text = f"mesh: {counted(dropped, 'degenerate face')} dropped (no area)"
         warnings.warn(text, UserWarning, stacklevel=4)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
+    if any(len(face) for face, _ in rings):
+        rings = [ring for ring in _only_convex(rings) if len(ring[0])]
+    # Cutting polygons that are not convex may leave nothing of those that go over themselves.
     if not any(len(face) for face, _ in rings):
         raise ValueError("mesh: wanted faces with an area, got none")
 
-    rings = _only_convex(rings)
     triangles = [ring for ring in rings if ring[1].shape[1] == 3]
     others = [ring for ring in rings if ring[1].shape[1] > 3]
     if triangles:

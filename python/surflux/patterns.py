@@ -23,7 +23,11 @@ def pattern_colors(pattern, points, colors, size=0.1, seed=0):
         raise ValueError(f"colors: wanted at least 2, got {len(colors)}")
     size = _check.number("size", size, 0.0, low_open=True)
     seed = _check.seed("seed", seed)
-    scaled = _check.finite_array("points", points, (None, 3)) / size
+    points = _check.positions("points", points, (None, 3))
+    least = np.abs(points).max() * 2.0**-40  # whole numbers of finer cells are lost in rounding
+    if size < least:
+        raise ValueError(f"size: wanted at least {least:g} for points as far from the origin, got {size:g}")
+    scaled = points / size
     return {"marble": _marble, "spots": _spots, "checker": _checker}[pattern](scaled, colors, seed)
 
 

@@ -131,6 +131,10 @@ def load_scene(path):
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         where = f" (line {place[1]}, column {place[2]})" if place else " (end of file)"
         raise FileError(f"{path}{where}: {str(error).partition(' (at ')[0]}") from None
+    except ValueError as error:  # of Python itself: a whole number of thousands of digits
+        raise FileError(f"{path}: {error}") from None
+    except RecursionError:
+        raise FileError(f"{path}: its tables or lists are nested too deeply") from None
 
     top = Table(path, "", data)
     name = top.text("name", path.stem)
@@ -248,6 +252,8 @@ def _light(table):
             raise table.error("radiance", "wanted either radiance or image")
         image = table.file("image")
         radiance = arguments.pop("radiance", None)
+        if isinstance(radiance, str):  # which Environment takes for a path
+            raise table.error("radiance", f"wanted a number or RGB, got {radiance!r}")
         arguments.pop("image", None)
         arguments["image_or_rgb"] = radiance if image is None else image
     else:

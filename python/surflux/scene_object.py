@@ -72,15 +72,16 @@ def _mesh(table, shape, file, kind):
         vertices, faces, side = table.call(shapes.box, inward=shape == "room", **arguments)
         return read_mesh((vertices, faces))[:3], side
     if shape == "rectangle":
-        return read_mesh(table.call(shapes.rectangle, **_shape_arguments(table, shapes.rectangle, 0)))[:3], None
+        rectangle = table.call(shapes.rectangle, **_shape_arguments(table, shapes.rectangle, 0))
+        return read_mesh(rectangle)[:3], None
     if shape is not None:
         if shape != "sphere":
             raise table.error("kind", f'a {shape} comes as "surfels" alone')
-        points = table.call(_check.count, "points", table.get("points", 642), 12)
+        points = table.call(_check.count, "points", table.get("points", 642), 12, shapes.MOST_SURFELS)
         level = shapes.icosphere_level(points)
         if level is None:
             raise table.error("points", f"wanted 10 * 4^k + 2 corners (12, 42, 162, 642, ...) for a mesh, got {points}")
-        radius = table.call(_check.number, "radius", table.get("radius", 1.0), 0.0, low_open=True)
+        radius = table.call(_check.length, "radius", table.get("radius", 1.0))
         corners, faces = shapes.icosphere(level)
         return read_mesh((radius * corners, faces))[:3], None
     if kind == "surfels" and "points" not in table:
@@ -97,7 +98,7 @@ def _read(table, file):
 def _from_mesh(table, polygons, side, kind, seed):
     """Surfels of polygons, and the side that each lies on where the faces have one."""
     if kind == "surfels":
-        n = table.call(_check.count, "points", table.get("points"), 2)
+        n = table.call(_check.count, "points", table.get("points"), 2, shapes.MOST_SURFELS)
         half, dark = np.full((n, 3), 0.5), np.zeros((n, 3))
         return table.call(sampled_surfels, polygons, n, seed, half, dark), None
     patch_area = table.get("patch_area")

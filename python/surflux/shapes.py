@@ -1,10 +1,13 @@
 """Shapes that scene files can name, as polygons or as points with exact normals."""
 
+from itertools import combinations
+
 import numpy as np
 
 from surflux import _check, _core
 from surflux.surfels import Surfels
 
+MOST_SURFELS = 20_000_000
 SIDES = ("left", "right", "front", "back", "floor", "ceiling")
 
 
@@ -45,10 +48,10 @@ def box(size=(1.0, 1.0, 1.0), patches=1, inward=False):
 def rectangle(corner=(0.0, 0.0, 0.0), edge_u=(1.0, 0.0, 0.0), edge_v=(0.0, 1.0, 0.0), patches=1):
     """A rectangle that faces along edge_u x edge_v: (vertices, faces (f, 4)); patches along u and v, or one number."""
     cells = _cells("patches", patches, 2)
-    u, v = _check.vector3("edge_u", edge_u), _check.vector3("edge_v", edge_v)
+    u, v = _check.positions("edge_u", edge_u), _check.positions("edge_v", edge_v)
     if np.linalg.norm(np.cross(u, v)) <= 1e-9 * max(np.linalg.norm(u), np.linalg.norm(v)) ** 2:
         raise ValueError("edge_v: wanted a vector that spans an area with edge_u")
-    return _grid(_check.vector3("corner", corner), u, v, *cells)
+    return _grid(_check.positions("corner", corner), u, v, *cells)
 
 
 def icosphere(level):
@@ -84,8 +87,8 @@ def icosphere_level(points):
 def sphere(points=642, radius=1.0):
     """Surfels on a sphere around the origin with exact normals: an icosphere where points = 10 * 4^k + 2, else a
     Fibonacci lattice."""
-    points = _check.count("points", points, 12)
-    radius = _check.number("radius", radius, 0.0, low_open=True)
+    points = _check.count("points", points, 12, MOST_SURFELS)
+    radius = _check.length("radius", radius)
     level = icosphere_level(points)
     if level is not None:
         unit = icosphere(level)[0]
@@ -102,7 +105,7 @@ def blob(points=3000, radius=1.0, bumps=0.25, seed=0):
 
     radius (1 + bumps w(d)) in direction d, where w is a mean of waves sin(f . d + p) with seeded f and p.
     """
-    radius = _check.number("radius", radius, 0.0, low_open=True)
+    radius = _check.length("radius", radius)
     bumps = _check.number("bumps", bumps, 0.0, 0.9)
     random = np.random.default_rng(_check.seed("seed", seed))
     wave = random.normal(size=(12, 3)) * 2.2
@@ -127,14 +130,16 @@ def knot(points=3000, radius=1.0, tube=0.28, swelling=0.3, windings=(2, 3), seed
 
     Args:
         radius: of the torus that the knot lies on; its tube has 0.45 of it.
-        tube: mean radius of the knot's own tube, in the same unit.
+        tube: mean radius of the knot's own tube, in the same unit; 1e-4 to 1e4 times radius.
         swelling: share, 0 to below 1, by which the tube's radius rises and falls, five times around.
-        windings: coprime (p, q): p turns around the axis, q around the torus.
+        windings: coprime (p, q), up to 1000: p turns around the axis, q around the torus.
     """
-    radius = _check.number("radius", radius, 0.0, low_open=True)
-    tube = _check.number("tube", tube, 0.0, low_open=True)
+    radius = _check.length("radius", radius)
+    tube = _check.number("tube", tube, 1e-4 * radius, 1e4 * radius)  # thinner, its parameters are lost in rounding
     swelling = _check.number("swelling", swelling, 0.0, 1.0, high_open=True)
-    p, q = (_check.count("windings", w) for w in windings)
+    if not isinstance(windings, tuple | list) or len(windings) != 2:
+        raise ValueError(f"windings: wanted two whole numbers, got {windings!r}")
+    p, q = (_check.count("windings", w, 1, 1000) for w in windings)
     if np.gcd(p, q) != 1:
         raise ValueError(f"windings: wanted two numbers without a common divisor, got {p} and {q}")
     minor = 0.45 * radius
@@ -170,7 +175,7 @@ def knot(points=3000, radius=1.0, tube=0.28, swelling=0.3, windings=(2, 3), seed
 
 def _sampled(evaluate, triangles, points, seed):
     """Blue-noise surfels on the surface evaluate(parameters) -> (points, normals), meshed by triangles (t, 3, k)."""
-    points, seed = _check.count("points", points, 12), _check.seed("seed", seed)
+    points, seed = _check.count("points", points, 12, MOST_SURFELS), _check.seed("seed", seed)
     corners = evaluate(triangles.reshape(-1, triangles.shape[2]))[0].reshape(-1, 3, 3)
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     flat, index = _core.sample_triangles(corners, 5 * points, seed)
@@ -200,7 +205,7 @@ def _grid(corner, edge_u, edge_v, m, n):
 
 def _size(name, value, sides):
     array = _check.numeric(name, value)
-    array = _check.finite_array(name, array.reshape(1).repeat(sides) if array.ndim == 0 else array, (sides,))
+    array = _check.positions(name, array.reshape(1).repeat(sides) if array.ndim == 0 else array, (sides,))
     return _check.in_range(name, array, 0.0, low_open=True)
 
 
@@ -208,4 +213,7 @@ def _cells(name, value, sides):
     values = [value] * sides if np.ndim(value) == 0 else list(value)
     if len(values) != sides:
         raise ValueError(f"{name}: wanted one whole number or {sides}, got {len(values)}")
-    return [_check.count(name, v, 1, 10_000) for v in values]
+    cells = [_check.count(name, v, 1, 10_000) for v in values]
+    if (total := sum(a * b for a, b in combinations(cells, 2)) * (2 if sides == 3 else 1)) > MOST_SURFELS:
+        raise ValueError(f"{name}: wanted at most {MOST_SURFELS} cells in all, got {total}")
+    return cells

@@ -57,7 +57,7 @@ class Surfels:
         viewpoint=None,
         two_sided=False,
     ):
-        points = _check.finite_array("points", points, (None, 3))
+        points = _check.positions("points", points, (None, 3))
         n = len(points)
         if viewpoint is not None:
             viewpoint = _check.vector3("viewpoint", viewpoint)
@@ -119,7 +119,7 @@ class Surfels:
         >>> sf.Surfels.from_mesh(square, patch_area=0.01)
         Surfels(400 surfels, 400 of them patches, area 4)
         """
-        from surflux.files import read_mesh
+        from surflux.meshes import file_named, read_mesh
 
         if patch_area is not None:
             patch_area = _check.number("patch_area", patch_area, 0.0, low_open=True)
@@ -128,7 +128,8 @@ class Surfels:
         faces = len(polygons[1]) - 1
         reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
         emission = _check.per_surfel_rgb("emission", emission, faces, what="face")
-        core = surfels_of_patches(polygons, patch_area, reflectance, emission)[0]._core
+        with file_named(mesh):
+            core = surfels_of_patches(polygons, patch_area, reflectance, emission)[0]._core
         return cls._from_core(core.two_sided() if two_sided else core)
 
     @classmethod
@@ -150,13 +151,14 @@ class Surfels:
             ValueError: an argument, by name; a mesh without any face that has an area.
             FileError: a mesh file that cannot be read.
         """
-        from surflux.files import read_mesh
+        from surflux.meshes import file_named, read_mesh
 
         n = _check.count("n", n, 2)
         seed = _check.seed("seed", seed)
         reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = _check.per_surfel_rgb("emission", emission, n)
-        return sampled_surfels(read_mesh(mesh)[:3], n, seed, reflectance, emission)
+        with file_named(mesh):
+            return sampled_surfels(read_mesh(mesh)[:3], n, seed, reflectance, emission)
 
     @property
     def points(self):

@@ -37,10 +37,12 @@ class Transform:
 def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0)):
     """A Transform from a scale above 0, degrees about x, then y, then z, and a translation."""
     rotation = np.eye(3)
-    for axis, degrees in enumerate(_check.vector3("rotate", rotate)):
+    for axis, degrees in enumerate(_check.positions("rotate", rotate)):
         rotation = _about(axis, degrees) @ rotation
     return Transform(
-        _check.number("scale", scale, 0.0, low_open=True), rotation, _check.vector3("translate", translate)
+        _check.length("scale", scale),
+        rotation,
+        _check.positions("translate", translate),
     )
 
 

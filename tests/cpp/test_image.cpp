@@ -173,6 +173,46 @@ TEST_F(ImageFiles, ABrokenPngSaysWhere) {
 TEST_F(ImageFiles, AHugeClaimIsRefusedBeforeAnythingIsAllocated) {
     put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n1234");
     expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 60000 x 60000 pixels");
+    // One line, of which OpenImageIO makes room for 256.
+    put("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 496721\n" + std::string(80, '1'));
+    expect_file_error([&] { read_image(path("a.hdr")); }, path("a.hdr"), "claims 496721 x 256 pixels");
+}
+
+// What script/fuzz found: OpenEXR believes every size in a header, and asks for as much memory.
+TEST_F(ImageFiles, AnExrHeaderIsHeldAgainstItsFile) {
+    write_image(path("a.exr"), ramp(4, 4, {"R", "G", "B"}));
+    const std::string whole = get("a.exr");
+    const auto refused = [&](const std::string& after, const std::string& bytes, const std::string& reason) {
+        std::string broken = whole;
+        const std::size_t at = broken.find(after);
+        ASSERT_NE(at, std::string::npos) << after;
+        SCOPED_TRACE(reason);
+        broken.replace(at + after.size(), bytes.size(), bytes);
+        put("b.exr", broken);
+        expect_file_error([&] { read_image(path("b.exr")); }, path("b.exr"), reason);
+    };
+    using std::string_literals::operator""s;
+    refused("", "nothing", "(byte 0): not an EXR file");
+    // An attribute of unknown type is kept whole, whatever it says its size is.
+    refused("capDate\0"s, "strinh\0\x13\0\x03\x64"s, "the attribute 'capDate' claims 1677918227 bytes, but ");
+    // One of a known type is read by that, and the file is out of step from then on.
+    refused("dataWindow\0box2i\0"s, "\x0c"s, "the attribute 'dataWindow' has 12 bytes; wanted 16 of type box2i");
+    refused("dataWindow\0box2i\0\x10\0\0\0"s, "\0\0\0\0\0\0\0\0\xff\xff\xff\x7f\x01\0\0\0"s,
+            "claims 2147483648 x 2 pixels of 3 channels, more than its ");
+    refused("dataWindow\0box2i\0\x10\0\0\0"s, "\x01\0\0\0\0\0\0\0\0\0\0\0"s, "an image without pixels");
+    // Lines that are unpacked together may be more than the picture has.
+    refused("dataWindow\0box2i\0\x10\0\0\0"s, "\0\0\0\0\0\0\0\0\0\0\x20\0\0\0\0\0"s,
+            "claims 2097153 x 256 pixels of 3 channels, more than its ");
+    refused("channels\0chlist\0"s, "\x30"s, "the list of channels does not end where its attribute does");
+    // 16 bytes of the next attribute, as texts: one of -1 bytes, one that is longer than the attribute.
+    refused("dataWindow\0"s, "stringvector\0\x04\0\0\0\xff\xff\xff\xff"s, "a text of negative length");
+    refused("dataWindow\0"s, "stringvector\0\x04\0\0\0\x01\0\0\0"s,
+            "a list of texts does not end where its attribute does");
+    refused("dataWindow\0"s, "preview\0\x08\0\0\0\xff\xff\0\0\xff\xff\0\0"s,
+            "the preview claims another size than its attribute");
+    refused("dataWindow\0"s, std::string(300, 'x'), "a name of more than 255 letters");
+    put("b.exr", whole.substr(0, 60));
+    expect_file_error([&] { read_image(path("b.exr")); }, path("b.exr"), "the file ends early");
 }
 
 TEST_F(ImageFiles, AFailedWriteLeavesNothing) {

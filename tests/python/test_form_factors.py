@@ -23,6 +23,88 @@ def check_reciprocal_and_closed(scene):
     return factors, escape
 
 
+def test_faces_of_the_unit_cube_to_ten_digits():
+    """Howell, configurations C-11 and C-14: exact for faces, so patches that touch, and those far off, are too."""
+    opposite = 2 / np.pi * (0.5 * np.log(4 / 3) + 2 * np.sqrt(2) * np.arctan(np.sqrt(0.5)) - np.pi / 2)
+    assert opposite == pytest.approx(0.1998248957, abs=5e-11)
+    factors = sf.form_factors(sf.Scene([cube_inside(8)]))
+    faces = factors.reshape(6, 64, 6, 64).sum(axis=3).mean(axis=1)
+    wanted = np.where(np.kron(np.eye(3), np.ones((2, 2))) == 1, opposite, (1 - opposite) / 4)
+    np.fill_diagonal(wanted, 0.0)
+    np.testing.assert_allclose(faces, wanted, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(factors.sum(axis=1), 1.0, rtol=0, atol=1e-11)
+
+
+def corner_factor(x, y, h):
+    """Of an element to the rectangle [0, x] x [0, y] in a parallel plane at h, odd in x and y (Howell, B-4)."""
+    a, b = np.hypot(h, x), np.hypot(h, y)
+    return (x / a * np.arctan(y / a) + y / b * np.arctan(x / b)) / (2 * np.pi)
+
+
+def point_factor(x, y, low_x, high_x, low_y, high_y, h):
+    sides = [(u, v, su * sv) for u, su in ((high_x, 1), (low_x, -1)) for v, sv in ((high_y, 1), (low_y, -1))]
+    found = sum(sign * corner_factor(u - x, v - y, h) for u, v, sign in sides)
+    return np.where((high_x > low_x) & (high_y > low_y), found, 0.0)
+
+
+def factors_past_a_rectangle(cells, block, height):
+    """Between cells (n, 4) of parallel planes at 0 and 1, free and past a rectangle at `height`.
+
+    From a point, the rectangle's shadow on the other plane is a rectangle, and what it hides of a cell is one too: the
+    inner integral is a closed form, the outer one Gauss and Legendre's, 48 x 48.
+    """
+    at, weight = np.polynomial.legendre.leggauss(48)
+    u, v = np.meshgrid((at + 1) / 2, (at + 1) / 2, indexing="ij")
+    weight = np.outer(weight, weight) / 4
+    free, past = np.zeros((2, len(cells), len(cells)))
+    for i, (x0, x1, y0, y1) in enumerate(cells):
+        x, y = x0 + u * (x1 - x0), y0 + v * (y1 - y0)
+        shadow = [p + (edge - p) / height for edge, p in zip(block, (x, x, y, y), strict=True)]
+        for j, (a0, a1, b0, b1) in enumerate(cells):
+            whole = point_factor(x, y, a0, a1, b0, b1, 1.0)
+            hidden = [f(a, s) for f, a, s in zip([np.maximum, np.minimum] * 2, (a0, a1, b0, b1), shadow, strict=True)]
+            free[i, j] = np.sum(weight * whole)
+            past[i, j] = np.sum(weight * (whole - point_factor(x, y, *hidden, 1.0)))
+    return free, past
+
+
+@pytest.mark.parametrize(("side", "error"), [(6, 1e-2), (6, 1e-3), (3, 1e-4)])
+def test_partly_blocked_pairs_come_to_the_stated_error(side, error):
+    block, height = (0.3, 0.62, 0.25, 0.71), 0.4
+    cells = np.array([[i, i + 1, j, j + 1] for i in range(side) for j in range(side)]) / side
+    free, past = factors_past_a_rectangle(cells, block, height)
+    low = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], patch_area=1.001 / side**2)
+    high = patch([0, 0, 1], [0, 1, 0], [1, 0, 0], patch_area=1.001 / side**2)
+    between = patch([0.3, 0.25, height], [0.32, 0, 0], [0, 0.46, 0])
+    n = side * side
+    assert (len(low), len(high), len(between)) == (n, n, 1)
+    cell = [
+        np.floor(s.points[:, 0] * side).astype(int) * side + np.floor(s.points[:, 1] * side).astype(int)
+        for s in (low, high)
+    ]
+    free, past = free[cell[0]][:, cell[1]], past[cell[0]][:, cell[1]]
+    found = sf.form_factors(sf.Scene([low, high, between]), error=error)[:n, n : 2 * n]
+    share = past / free
+    partly = (share > 1e-3) & (share < 1 - 1e-3)
+    assert partly.sum() > 50
+    within = np.abs(found - past) <= error * np.sqrt(free)
+    assert within[partly].mean() >= 0.95
+    assert within[~partly].mean() >= 0.95
+    assert np.mean(np.abs(found.sum(axis=1) - past.sum(axis=1)) <= error) >= 0.95
+    # It is the error that brings this about: no more is done than is asked for.
+    if error >= 1e-3:
+        assert np.abs(found - past).max() > 0.05 * error * np.sqrt(free.min())
+
+
+def test_an_error_that_a_million_rays_do_not_reach_is_told():
+    low, high = patch([0, 0, 0], [1, 0, 0], [0, 1, 0]), patch([0, 0, 1], [0, 1, 0], [1, 0, 0])
+    between = patch([0.3, 0.2, 0.4], [0.3, 0.1, 0], [-0.1, 0.5, 0.1])
+    with pytest.warns(
+        UserWarning, match=r"^1 partly blocked pair did not come to the error of 1e-06 with the most rays"
+    ):
+        sf.form_factors(sf.Scene([low, high, between]), error=1e-6)
+
+
 def test_coaxial_disks():
     """Radii 1 and 1, distance 1: .3819660113; radii 1 and .5: .1172177815 from the larger (DESIGN section 7)."""
 

@@ -4,10 +4,7 @@
 #include <atomic>
 #include <cctype>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <system_error>
 
@@ -16,6 +13,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include "surflux/core/error.h"
+#include "surflux/image/claims.h"
 
 namespace surflux {
 
@@ -46,39 +44,13 @@ std::string reason_or(std::string reason, const char* otherwise) {
     return reason.empty() ? otherwise : reason;
 }
 
-// A broken header can claim any size. No format here packs floats more than 100 000 times.
+// What is left to check once OpenImageIO has opened the file.
 void check_claim(const std::string& path, const OIIO::ImageSpec& spec) {
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1) throw FileError(path, "", "an image without pixels");
     if (spec.deep) throw FileError(path, "", "a deep image; only flat ones are supported");
     if (spec.depth > 1) throw FileError(path, "", "a volume; only flat images are supported");
-    const double bytes = 4.0 * spec.width * spec.height * spec.nchannels;
-    const auto size = static_cast<double>(fs::file_size(path));
-    if (bytes > 1e5 * size) {
-        throw FileError(path, "",
-                        message("claims ", spec.width, " x ", spec.height, " pixels of ", spec.nchannels,
-                                " channels, more than its ", size, " bytes can hold"));
-    }
-}
-
-// Walks a PNG file's chunks: each whole, the last one IEND. OpenImageIO leaks memory where a file ends early.
-void check_png(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    const auto size = static_cast<std::uint64_t>(fs::file_size(path));
-    const auto cut_off = [&path](std::uint64_t at) {
-        return FileError(path, message("byte ", at), "the file ends early");
-    };
-    unsigned char head[8];
-    const auto next = [&] { return static_cast<bool>(in.read(reinterpret_cast<char*>(head), sizeof head)); };
-    if (!next() || std::memcmp(head, "\x89PNG\r\n\x1a\n", 8) != 0) throw FileError(path, "byte 0", "not a PNG file");
-    for (std::uint64_t at = 8; next();) {
-        const std::uint64_t length = (std::uint64_t{head[0]} << 24) | (std::uint64_t{head[1]} << 16) |
-                                     (std::uint64_t{head[2]} << 8) | std::uint64_t{head[3]};
-        if (at + 12 + length > size) throw cut_off(at);  // length, type, data, check sum
-        if (std::memcmp(head + 4, "IEND", 4) == 0) return;
-        at += 12 + length;
-        in.seekg(static_cast<std::streamoff>(at));
-    }
-    throw cut_off(size);
+    check_pixel_claim(path, spec.width, spec.height, spec.nchannels);
+    check_chunk_claim(path, spec.width, lines_at_once, spec.nchannels);
 }
 
 void each_color(Image& image, double (*curve)(double)) {
@@ -142,6 +114,7 @@ Image read_image(const std::string& path) try {
     const Format format = format_of(path);
     if (!fs::exists(path)) throw FileError(path, "", "no such file");
     if (!fs::is_regular_file(path)) throw FileError(path, "", "not a plain file");
+    if (format == Format::exr) check_exr(path);
     if (format == Format::png) check_png(path);
     const auto input = OIIO::ImageInput::create(library_name(format));
     if (!input) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));

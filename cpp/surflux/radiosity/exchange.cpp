@@ -85,10 +85,12 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     return all > 0.0 ? free / all : 0.0;
 }
 
-// G_ii, from the disks that overlap i.
-void add_self_exchange(const Scene& scene, const PairExchange& pairs, Exchange& out) {
+}  // namespace
+
+std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs) {
     const Surfels& s = scene.surfels;
     const DiskIndex disks(s.positions, s.radii);
+    std::vector<double> out(s.size(), 0.0);
     parallel_blocks(s.size(), 256, [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         std::vector<std::uint32_t> overlapping;
@@ -100,12 +102,11 @@ void add_self_exchange(const Scene& scene, const PairExchange& pairs, Exchange& 
             disks.reaching(s.positions[i], s.radii[i], near);
             for (const Neighbor& found : near) overlapping.push_back(found.index);
             std::sort(overlapping.begin(), overlapping.end());
-            out.g[k * s.size() + k] = static_cast<float>(pairs.self(i, overlapping));
+            out[k] = pairs.self(i, overlapping);
         }
     });
+    return out;
 }
-
-}  // namespace
 
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress) {
@@ -157,38 +158,41 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
         },
         progress);
 
-    add_self_exchange(scene, pairs, out);
+    const std::vector<double> own = self_exchanges(scene, pairs);
+    for (std::size_t i = 0; i < n; ++i) out.g[i * n + i] = static_cast<float>(own[i]);
     out.links = links;
     out.rays = rays;
     return out;
 }
 
-void Exchange::form_factors(double* out) const {
-    parallel_for(size, 8, [&](std::size_t i) {
-        for (std::size_t j = 0; j < size; ++j)
-            out[i * size + j] = scale[i] * static_cast<double>(g[i * size + j]) * scale[j] / areas[i];
-    });
+namespace {
+
+template <class Number>
+double row_product(const Number* row, const double* column, std::size_t size) {
+    constexpr std::size_t lanes = 8;
+    double sum[lanes] = {};
+    std::size_t j = 0;
+    for (; j + lanes <= size; j += lanes)
+        for (std::size_t l = 0; l < lanes; ++l) sum[l] += static_cast<double>(row[j + l]) * column[j + l];
+    for (; j < size; ++j) sum[0] += static_cast<double>(row[j]) * column[j];
+    double total = 0.0;
+    for (double part : sum) total += part;
+    return total;
 }
 
+}  // namespace
+
 void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const {
-    constexpr std::size_t lanes = 8;
-    // Channel by channel in memory, so that the inner loop is a plain dot product of a float row and a double column.
+    // Channel by channel in memory, so that the inner loop is a plain dot product of a row and a column.
     std::vector<double> columns(channels * size);
     for (std::size_t j = 0; j < size; ++j)
         for (std::size_t c = 0; c < channels; ++c) columns[c * size + j] = scale[j] * x[j * channels + c];
     out.resize(size * channels);
     parallel_for(size, 8, [&](std::size_t i) {
-        const float* row = g.data() + i * size;
         for (std::size_t c = 0; c < channels; ++c) {
             const double* column = columns.data() + c * size;
-            double sum[lanes] = {};
-            std::size_t j = 0;
-            for (; j + lanes <= size; j += lanes)
-                for (std::size_t l = 0; l < lanes; ++l) sum[l] += static_cast<double>(row[j + l]) * column[j + l];
-            for (; j < size; ++j) sum[0] += static_cast<double>(row[j]) * column[j];
-            double total = 0.0;
-            for (double part : sum) total += part;
-            out[i * channels + c] = scale[i] * total;
+            out[i * channels + c] = scale[i] * (precise ? row_product(precise + i * size, column, size)
+                                                        : row_product(g.data() + i * size, column, size));
         }
     });
 }

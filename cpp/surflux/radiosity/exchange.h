@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/radiosity/pair_exchange.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -19,7 +20,8 @@ struct ExchangeOptions {
 // that a product reads it in order. What closes it is kept apart: F_ij = scale_i G_ij scale_j / A_i.
 struct Exchange {
     std::size_t size = 0;
-    std::vector<float> g;  // size x size, row-major
+    std::vector<float> g;       // size x size, row-major
+    double* precise = nullptr;  // in place of g: as many doubles, which somebody else keeps
     std::vector<double> areas;
     std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
     // How far what row i loses gives way where it and the row do not make 1: 1 as much as the row, 0 not at all.
@@ -29,10 +31,10 @@ struct Exchange {
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.
     void apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const;
-
-    // F_ij = scale_i G_ij scale_j / A_i into size x size doubles, row-major.
-    void form_factors(double* out) const;
 };
+
+// G_ii of all surfels, from the disks that overlap each.
+std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs);
 
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);

@@ -1,24 +1,114 @@
 #include "surflux/radiosity/form_factors.h"
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "surflux/core/morton.h"
+#include "surflux/core/parallel.h"
 #include "surflux/radiosity/closure.h"
 #include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/shafts.h"
+#include "surflux/radiosity/visible_share.h"
 
 namespace surflux {
 
-Hemispheres form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
-                         const StageProgress& progress) {
-    const Tracer tracer(scene);
-    ExchangeOptions pairs;
-    pairs.epsilon = options.epsilon;
-    Exchange exchange =
-        exchange_of_all_pairs(scene, options.visibility ? &tracer : nullptr, pairs, options.seed, progress("exchange"));
-    Hemispheres hemispheres;
-    if (options.visibility) {
-        hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, progress("hemispheres"));
-        close(exchange, hemispheres, progress("closure"));
+namespace {
+
+constexpr std::size_t tile = 32;
+constexpr double closure_tolerance = 1e-11;
+
+// What rows lose, such that they close by themselves where that does not contradict the rays.
+void settle_losses(const Exchange& exchange, int rays, Hemispheres& hemispheres) {
+    const std::vector<double> ones(exchange.size, 1.0);
+    std::vector<double> sums;
+    exchange.apply(ones, sums, 1);
+    for (std::size_t i = 0; i < exchange.size; ++i) {
+        double& escape = hemispheres.escape[i];
+        double& absorbed = hemispheres.absorbed[i];
+        const double lost = escape + absorbed;
+        if (!(lost > 0.0)) continue;
+        // Half a ray, so that one that nearly all or nearly none of them leave has an error too.
+        const double share = std::clamp(lost, 0.5 / rays, 1.0 - 0.5 / rays);
+        const double margin = 3.0 * std::sqrt(share * (1.0 - share) / rays);
+        const double wanted =
+            std::clamp(1.0 - sums[i] / exchange.areas[i], std::max(0.0, lost - margin), std::min(1.0, lost + margin));
+        escape *= wanted / lost;
+        absorbed *= wanted / lost;
     }
-    exchange.form_factors(out);
-    return hemispheres;
+}
+
+}  // namespace
+
+FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
+                         const StageProgress& progress) {
+    const Surfels& s = scene.surfels;
+    const std::size_t n = s.size();
+    const Tracer tracer(scene);
+    const PairExchange pairs(scene, options.epsilon);
+    const Shafts shafts(scene);
+    const VisibleShare share(tracer, pairs, shafts, options.error, options.seed);
+    // Rays of a tile then start and end close together, which Embree rewards.
+    const std::vector<std::uint32_t> order = morton_order(s.positions);
+    std::fill(out, out + n * n, 0.0);
+
+    std::atomic<std::size_t> rays{0}, imprecise{0};
+    const auto fill = [&](std::size_t row_tile, std::size_t col_tile) {
+        std::size_t tile_rays = 0, tile_imprecise = 0;
+        for (std::size_t a = row_tile * tile; a < std::min(n, (row_tile + 1) * tile); ++a)
+            for (std::size_t b = std::max(a + 1, col_tile * tile); b < std::min(n, (col_tile + 1) * tile); ++b) {
+                // Lower index first: what a pair gets does not depend on the order of the curve.
+                const std::uint32_t i = std::min(order[a], order[b]), j = std::max(order[a], order[b]);
+                const PairExchange::Pair pair = pairs.precise(i, j);
+                double g = pair.exchange;
+                if (g <= 0.0) continue;
+                if (options.visibility) {
+                    const auto found = share(i, j, pair.range, g / std::min(s.areas[i], s.areas[j]));
+                    g *= found.value;
+                    tile_rays += found.rays;
+                    tile_imprecise += !found.precise;
+                }
+                out[i * n + j] = out[j * n + i] = g;
+            }
+        rays += tile_rays;
+        imprecise += tile_imprecise;
+    };
+    // Pairs of tiles, upper triangle, numbered row by row.
+    const std::size_t tiles = (n + tile - 1) / tile;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> work;
+    work.reserve(tiles * (tiles + 1) / 2);
+    for (std::uint32_t r = 0; r < tiles; ++r)
+        for (std::uint32_t c = r; c < tiles; ++c) work.emplace_back(r, c);
+    parallel_blocks(
+        work.size(), 1,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) fill(work[k].first, work[k].second);
+        },
+        progress("exchange"));
+    const std::vector<double> own = self_exchanges(scene, pairs);
+    for (std::size_t i = 0; i < n; ++i) out[i * n + i] = own[i];
+
+    Exchange exchange;
+    exchange.size = n;
+    exchange.precise = out;
+    exchange.areas = s.areas;
+    exchange.scale.assign(n, 1.0);
+    FormFactors result;
+    result.rays = rays;
+    result.imprecise = imprecise;
+    if (options.visibility) {
+        Hemispheres hemispheres =
+            measure_hemispheres(scene, tracer, options.rays, options.seed, progress("hemispheres"));
+        settle_losses(exchange, options.rays, hemispheres);
+        close(exchange, hemispheres, progress("closure"), closure_tolerance);
+        result.rest.resize(n);
+        for (std::size_t i = 0; i < n; ++i) result.rest[i] = hemispheres.escape[i] + hemispheres.absorbed[i];
+        result.rays += hemispheres.rays;
+    }
+    parallel_for(n, 8, [&](std::size_t i) {
+        for (std::size_t j = 0; j < n; ++j) out[i * n + j] *= exchange.scale[i] * exchange.scale[j] / s.areas[i];
+    });
+    return result;
 }
 
 }  // namespace surflux

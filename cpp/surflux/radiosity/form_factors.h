@@ -1,23 +1,33 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/lights/hemisphere.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
 
 struct FormFactorOptions {
     bool visibility = true;  // off: every pair sees each other, and nothing is closed
+    double error = 0.001;    // of what a surfel sends to any set of others, with 95 % probability (visible_share.h)
     int rays = 1024;         // per surfel, to measure what escapes
     double epsilon = 0.8;    // same surface where n_i . n_j is above this, D04 eq. 10
     std::uint64_t seed = 0;
 };
 
-// F_ij of all pairs into n x n doubles at `out`, row-major. Gives what each row leaves to make 1, after closure; empty
-// without visibility. The scene needs areas.
-Hemispheres form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
+struct FormFactors {
+    std::vector<double> rest;   // what each row leaves to make 1; empty without visibility
+    std::size_t imprecise = 0;  // pairs that the most rays a pair gets did not bring to the error
+    std::size_t rays = 0;
+};
+
+// F_ij of all pairs into n x n doubles at `out`, row-major. The scene needs areas.
+//   Rows are closed as `solve` does it (closure.h), but only as far as rays contradict them: what a row lacks is taken
+// for what it loses to the sky and to back faces, if that is within three standard errors of what rays of the
+// hemisphere found; no more is asked of factors that are precise already. A row of which no ray is lost makes 1.
+FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
                          const StageProgress& progress);
 
 }  // namespace surflux

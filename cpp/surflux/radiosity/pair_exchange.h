@@ -29,6 +29,9 @@ public:
     };
     Pair operator()(std::uint32_t i, std::uint32_t j) const;
 
+    // The same where it may take longer: of two patches the contour integral at any distance, to some 1e-9 of it.
+    Pair precise(std::uint32_t i, std::uint32_t j) const;
+
     // G_ii of a concave piece: its own area times the mean kernel to its nearest surroundings; 0 where flat or convex.
     double self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const;
 
@@ -54,7 +57,7 @@ private:
     double kernel(const Vec3& x_i, const Vec3& n_i, const Vec3& x_j, const Vec3& n_j) const;
     double near_factor(std::uint32_t i, std::uint32_t j) const;
     double between_nodes(std::uint32_t i, std::uint32_t j) const;
-    double between_polygons(std::uint32_t i, std::uint32_t j, int count) const;
+    double between_polygons(std::uint32_t i, std::uint32_t j, int count, Grading grading = Grading::graded) const;
     double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
     Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;

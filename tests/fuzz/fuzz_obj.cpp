@@ -1,0 +1,18 @@
+#include "fuzz.h"
+#include "surflux/files/obj.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace surflux;
+    const std::string path = "a.obj", bytes(reinterpret_cast<const char*>(data), size);
+    fuzz::accepted_or_refused(path, [&] {
+        const ObjData obj = parse_obj(path, bytes);
+        for (const Vec3& vertex : obj.vertices) fuzz::hold(is_finite(vertex), "coordinates are finite");
+        fuzz::hold(obj.colors.empty() || obj.colors.size() == obj.vertices.size(), "all vertices have colours or none");
+        fuzz::hold(obj.faces.begin.back() == obj.faces.corners.size(), "faces end at the end");
+        for (std::size_t i = 0; i < obj.faces.size(); ++i)
+            fuzz::hold(obj.faces.begin[i] + 3 <= obj.faces.begin[i + 1], "a face has three corners or more");
+        for (const std::uint32_t corner : obj.faces.corners)
+            fuzz::hold(corner < obj.vertices.size(), "each corner is a vertex");
+    });
+    return 0;
+}
