@@ -43,7 +43,7 @@ def why_not(name):
     if name in FILES and data_folder() is None:
         return f"no data/{FILES[name]}.toml here, where surflux runs"
     if name == "two bunnies" and not os.environ.get("SURFLUX_DATA"):
-        return "SURFLUX_DATA names no folder of scans"
+        return NO_SCANS
     return None
 
 
@@ -116,7 +116,9 @@ def with_solid_lamps(scene):
 
 def without_light_between(scene):
     """The scene with black surfels that emit nothing: what is left is the light of its lights."""
-    rest = [(s.points, s.normals, s.radii, s.areas, np.zeros((len(s), 3)), np.zeros((len(s), 3))) for s in scene.objects]
+    rest = [
+        (s.points, s.normals, s.radii, s.areas, np.zeros((len(s), 3)), np.zeros((len(s), 3))) for s in scene.objects
+    ]
     cores = [
         _core.Surfels(*given, s.triangles, s.triangle_surfel) for given, s in zip(rest, scene.objects, strict=True)
     ]
@@ -149,6 +151,8 @@ def targets_on(polygons, scene, seed=0):
     return sf.Scene(targets).surfels
 
 
-# Name -> file in data/; concentric spheres are made here.
-FILES = {"three spheres": "three_spheres", "Cornell box": "cornell", "two bunnies": "two_bunnies"}
-NAMES = ("concentric spheres", *FILES)
+# Name -> file in data/.
+FILES = {"three spheres": "three_spheres", "statues": "statues", "Cornell box": "cornell", "two bunnies": "two_bunnies"}
+# Of --quick and --full. Concentric spheres are made here.
+NAMES = ("concentric spheres", "three spheres", "Cornell box", "two bunnies")
+NO_SCANS = "SURFLUX_DATA names no folder of scans"

@@ -1,8 +1,8 @@
 """What the irradiance of surfels ought to be: a closed form, or path tracing with its standard error.
 
 A surfel that is a patch of a mesh stands for the patch: its truth is the mean over it, from places spread evenly
-over its triangles. One that is a disk stands for a point of a surface that nobody knows: its truth is the irradiance at its
-centre. Surfels are drawn with probability proportional to their areas, so that means over them are area means.
+over its triangles. One that is a disk stands for a point of a surface that nobody knows: its truth is the irradiance
+at its centre. Surfels are drawn with probability proportional to their areas, so that means over them are area means.
 """
 
 import numpy as np
@@ -24,13 +24,13 @@ class Truth:
         index: (m,) rows of the surfels, some perhaps more than once.
         total, indirect: (m, 3) irradiance, and the part that comes from surfels.
         total_error, indirect_error: (m, 3) standard errors; 0 for a closed form.
-        paths: traced so far.
+        rounds, paths: traced so far.
     """
 
     def __init__(self, scene, surfels, count, *, exact=None, seed=0, threads=None):
         self.scene, self.surfels, self.seed, self.threads = scene, surfels, seed, threads
         self.index = area_sample(surfels.areas, count, seed)
-        self.paths = self._rounds = 0
+        self.paths = self.rounds = 0
         self._sums = np.zeros((4, count, 3))  # of total and of indirect, and of their squares
         self._dark = without_light_between(scene) if scene.lights else None
         self._exact = None if exact is None else exact[self.index]
@@ -42,10 +42,10 @@ class Truth:
         if self._exact is not None:
             return
         rows = np.repeat(self.index, PLACES)
-        places, normals = places_on(self.surfels, rows, even_squares(self.index, [self.seed, self._rounds]))
+        places, normals = places_on(self.surfels, rows, even_squares(self.index, [self.seed, self.rounds]))
 
         def traced(scene):
-            seed = 1000 * self.seed + self._rounds
+            seed = 1000 * self.seed + self.rounds
             found, _ = sf.reference_irradiance(
                 scene, places, normals, samples=PATHS_A_PLACE, seed=seed, threads=self.threads
             )
@@ -57,16 +57,16 @@ class Truth:
         total, indirect = (values.reshape(len(self.index), PLACES, 3).mean(axis=1) for values in (total, indirect))
         for k, values in enumerate((total, indirect, total**2, indirect**2)):
             self._sums[k] += values
-        self._rounds += 1
+        self.rounds += 1
         self.paths += len(rows) * PATHS_A_PLACE
 
     @property
     def total(self):
-        return self._exact if self._exact is not None else self._sums[0] / self._rounds
+        return self._exact if self._exact is not None else self._sums[0] / self.rounds
 
     @property
     def indirect(self):
-        return self._exact if self._exact is not None else self._sums[1] / self._rounds
+        return self._exact if self._exact is not None else self._sums[1] / self.rounds
 
     @property
     def total_error(self):
@@ -79,8 +79,8 @@ class Truth:
     def _standard_error(self, k):
         if self._exact is not None:
             return np.zeros_like(self._exact)
-        mean = self._sums[k] / self._rounds
-        return np.sqrt(np.maximum(0.0, self._sums[k + 2] / self._rounds - mean**2) / (self._rounds - 1))
+        mean = self._sums[k] / self.rounds
+        return np.sqrt(np.maximum(0.0, self._sums[k + 2] / self.rounds - mean**2) / (self.rounds - 1))
 
 
 def area_sample(areas, count, seed=0):
@@ -90,11 +90,13 @@ def area_sample(areas, count, seed=0):
     return np.minimum(np.searchsorted(up_to, at, side="right"), len(areas) - 1)
 
 
-def even_squares(rows, seed):
-    """PLACES points (len(rows) * PLACES, 2) of the unit square for each row: a lattice, moved at random for each."""
-    k = np.arange(PLACES)
-    lattice = np.stack([(k + 0.5) / PLACES, (7 * k % PLACES + 0.5) / PLACES], axis=1)
-    moved = lattice + np.random.default_rng(seed).random((len(rows), 1, 2))
+def even_squares(rows, seed, count=PLACES):
+    """count points (len(rows) * count, 2) of the unit square for each row, even by the R2 sequence (Roberts 2018).
+
+    Each row's are moved by a random vector of its own.
+    """
+    sequence = np.arange(count)[:, None] * [0.7548776662466927, 0.5698402909980532]
+    moved = sequence + np.random.default_rng(seed).random((len(rows), 1, 2))
     return (moved % 1.0).reshape(-1, 2)
 
 
