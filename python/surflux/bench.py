@@ -8,9 +8,10 @@ path tracer against Mitsuba (bench_reference).
 
 import argparse
 import json
+import math
 import os
 import sys
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -18,7 +19,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import bench_clouds, bench_scenes, shapes
+from surflux import _check, bench_clouds, bench_scenes, shapes
 
 
 @dataclass
@@ -47,6 +48,13 @@ def main(arguments=None):
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
     parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick or --full: only this one")
+    parser.add_argument(
+        "--paths",
+        type=int,
+        metavar="N",
+        help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
+        "(default: 8192) and --full (default: 65536)",
+    )
     parser.add_argument("--list", action="store_true", help="print the names of the cases, or with --quick, scenes")
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
@@ -91,6 +99,10 @@ def _check_options(options, kind):
         raise ValueError("--plot: goes with --quick, --full or --areas")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
+    if options.paths is not None:
+        if kind not in ("quick", "full", "reference"):
+            raise ValueError("--paths: goes with --quick, --full or --reference")
+        _check.count("--paths", options.paths, 1024)
     if options.scene and kind not in ("quick", "full"):
         raise ValueError("--scene: goes with --quick or --full")
     for option, names in (("case", CASES), ("scene", bench_scenes.NAMES)):
@@ -117,6 +129,7 @@ def _cases(options):
 def _solvers(options):
     """Scenes x solvers x knobs."""
     from surflux import bench_solvers
+    from surflux.bench_truth import PATHS_A_ROUND
 
     names = []
     for name in options.scene or bench_scenes.NAMES:
@@ -126,6 +139,8 @@ def _solvers(options):
         else:
             names.append(name)
     mode = bench_solvers.QUICK if options.quick else bench_solvers.FULL
+    if options.paths is not None:
+        mode = replace(mode, rounds=math.ceil(options.paths / PATHS_A_ROUND))
     rows = bench_solvers.measure(mode, names, options.repeats, options.threads)
     if options.plot:
         from surflux import bench_plot
@@ -137,7 +152,7 @@ def _solvers(options):
 def _reference(options):
     from surflux import bench_reference
 
-    rows = bench_reference.measure(options.threads)
+    rows = bench_reference.measure(options.threads, options.paths or 4096)
     return rows, bench_reference.table(rows)
 
 

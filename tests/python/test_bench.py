@@ -57,6 +57,8 @@ def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
         (["--quick", "--case", "statues"], "--case: does not go with --quick"),
         (["--scene", "statues"], "--scene: goes with --quick or --full"),
         (["--full", "--scene", "statues"], "--scene: wanted one of concentric spheres, three spheres, Cornell box"),
+        (["--paths", "4096"], "--paths: goes with --quick, --full or --reference"),
+        (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
         (["--full", "--quick"], "--full: does not go with --quick"),
     ],
 )
