@@ -12,7 +12,7 @@ def draw(rows, path):
     """Writes the PNG. Hollow points are errors that the reference is not sure enough of to claim them."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-    from matplotlib.ticker import FuncFormatter, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     scenes = list(dict.fromkeys(row.scene for row in rows))
     names = list(dict.fromkeys((row.solver, row.knob) for row in rows))
@@ -27,13 +27,14 @@ def draw(rows, path):
                 _draw_curve(panel, points, error, style.get(name, {"color": "0.3", "linestyle": "--"}))
             panel.set(xscale="log", yscale="log")
             for axis in (panel.xaxis, panel.yaxis):
+                axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
                 axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
                 axis.set_minor_formatter(NullFormatter())
             panel.grid(True, color="0.9")
             panel.set_axisbelow(True)
             if column == 0:
                 panel.set_ylabel(label)
-        axes[0, column].set_title(scene)
+        axes[0, column].set_title(scene, fontsize="x-large")
         axes[1, column].set_xlabel("seconds")
     dashed = {"color": "0.3", "linestyle": "--"}
     handles = [Line2D([], [], marker="o", **style.get(name, dashed), label=f"{name[0]}: {name[1]}") for name in names]
