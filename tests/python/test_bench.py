@@ -5,7 +5,7 @@ import json
 import pytest
 
 import surflux as sf
-from surflux import bench, bench_areas, cli
+from surflux import bench, bench_areas, bench_scenes, cli
 
 
 def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
@@ -51,8 +51,15 @@ def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
     [
         (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
-        (["--plot", "knobs.png"], "--plot: goes with --areas"),
+        (["--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
+        (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),
+        (["--quick", "--case", "statues"], "--case: does not go with --quick"),
+        (["--scene", "statues"], "--scene: goes with --quick or --full"),
+        (["--full", "--scene", "statues"], "--scene: wanted one of concentric spheres, three spheres, Cornell box"),
+        (["--paths", "4096"], "--paths: goes with --quick, --full or --reference"),
+        (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
+        (["--full", "--quick"], "--full: does not go with --quick"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):
@@ -61,7 +68,7 @@ def test_wrong_arguments(capsys, arguments, message):
 
 
 def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):
-    monkeypatch.setattr(bench, "data_folder", lambda: None)
+    monkeypatch.setattr(bench_scenes, "data_folder", lambda: None)
     assert cli.main(["bench", "--case", "statues"]) == 0
     assert "statues left out" in capsys.readouterr().err
 
@@ -69,6 +76,8 @@ def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch,
 def test_the_cases_can_be_listed(capsys):
     assert cli.main(["bench", "--list"]) == 0
     assert capsys.readouterr().out.split("\n")[:-1] == list(bench.CASES)
+    assert cli.main(["bench", "--quick", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(bench_scenes.NAMES)
 
 
 def test_tables_of_areas(monkeypatch, tmp_path, capsys):
