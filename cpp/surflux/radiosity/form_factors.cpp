@@ -18,26 +18,6 @@ namespace {
 constexpr std::size_t tile = 32;
 constexpr double closure_tolerance = 1e-11;
 
-// What rows lose, such that they close by themselves where that does not contradict the rays.
-void settle_losses(const Exchange& exchange, int rays, Hemispheres& hemispheres) {
-    const std::vector<double> ones(exchange.size, 1.0);
-    std::vector<double> sums;
-    exchange.apply(ones, sums, 1);
-    for (std::size_t i = 0; i < exchange.size; ++i) {
-        double& escape = hemispheres.escape[i];
-        double& absorbed = hemispheres.absorbed[i];
-        const double lost = escape + absorbed;
-        if (!(lost > 0.0)) continue;
-        // Half a ray, so that one that nearly all or nearly none of them leave has an error too.
-        const double share = std::clamp(lost, 0.5 / rays, 1.0 - 0.5 / rays);
-        const double margin = 3.0 * std::sqrt(share * (1.0 - share) / rays);
-        const double wanted =
-            std::clamp(1.0 - sums[i] / exchange.areas[i], std::max(0.0, lost - margin), std::min(1.0, lost + margin));
-        escape *= wanted / lost;
-        absorbed *= wanted / lost;
-    }
-}
-
 }  // namespace
 
 FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
@@ -93,13 +73,13 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     exchange.precise = out;
     exchange.areas = s.areas;
     exchange.scale.assign(n, 1.0);
+    for (std::uint32_t i = 0; i < n; ++i) exchange.sure.push_back(pairs.is_patch(i));
     FormFactors result;
     result.rays = rays;
     result.imprecise = imprecise;
     if (options.visibility) {
         Hemispheres hemispheres =
             measure_hemispheres(scene, tracer, options.rays, options.seed, progress("hemispheres"));
-        settle_losses(exchange, options.rays, hemispheres);
         close(exchange, hemispheres, progress("closure"), closure_tolerance);
         result.rest.resize(n);
         for (std::size_t i = 0; i < n; ++i) result.rest[i] = hemispheres.escape[i] + hemispheres.absorbed[i];
