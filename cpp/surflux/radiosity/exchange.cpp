@@ -21,6 +21,7 @@ constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 constexpr int most_rays = 64, emitter_rays = 16;
 constexpr double rays_per_factor = 256.0;
+constexpr int more_rays = 8;  // times as many between patches that see each other in part
 
 }  // namespace
 
@@ -68,8 +69,10 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     count = std::max(count, std::min(most_rays, static_cast<int>(rays_per_factor * factor)));
     if (pairs.is_lamp(i) || pairs.is_lamp(j)) count = std::max(count, emitter_rays);
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
+    const bool patches = pairs.is_patch(i) && pairs.is_patch(j);
     double all = 0.0, free = 0.0;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0, most = patches ? more_rays * count : count; k < most; ++k) {
+        if (k == count && (free <= 0.0 || free >= all)) break;
         const double* u = even.next();
         const Vec3 from = pairs.ray_point(i, range, u[0], u[1]), to = pairs.ray_point(j, range, u[2], u[3]);
         const double weight = count == 1 ? 1.0 : pairs.kernel(i, from, j, to);

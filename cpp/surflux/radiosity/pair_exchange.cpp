@@ -41,12 +41,24 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
             extent_[i] = 0.0;
             for (const Triangle* t = begin; t != end; ++t)
                 for (const Vec3& p : {t->a, t->b, t->c}) extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
-            // 2 x 2 Gauss-Legendre on parallelograms, midpoints of four pieces on others.
-            const double g = points_.parallelogram(i) ? 0.5 - std::sqrt(1.0 / 12.0) : 0.25;
-            for (double a : {g, 1.0 - g})
-                for (double b : {g, 1.0 - g}) nodes_.push_back(points_.at(i, a, b));
+            if (const SurfelPoints::Parallelogram* p = points_.parallelogram(i)) {  // 2 x 2 Gauss-Legendre
+                const double g = 0.5 - std::sqrt(1.0 / 12.0);
+                for (double a : {g, 1.0 - g})
+                    for (double b : {g, 1.0 - g}) nodes_.push_back(p->corner + a * p->u + b * p->v);
+            } else {  // degree 2 on each triangle
+                double area = 0.0;
+                for (const Triangle* t = begin; t != end; ++t) area += area_of(*t);
+                for (const Triangle* t = begin; t != end; ++t) {
+                    const Vec3 sum = t->a + t->b + t->c;
+                    for (const Vec3& corner : {t->a, t->b, t->c}) {
+                        nodes_.push_back(sum / 6.0 + 0.5 * corner);
+                        node_weight_.push_back(area_of(*t) / (3.0 * area));
+                    }
+                }
+            }
         }
         node_begin_.push_back(static_cast<std::uint32_t>(nodes_.size()));
+        node_weight_.resize(nodes_.size(), 0.25);
     }
     polygons_.resize(s.size());
     for (std::uint32_t i = 0; i < s.size(); ++i) {
@@ -137,10 +149,8 @@ double PairExchange::between_nodes(std::uint32_t i, std::uint32_t j) const {
     double sum = 0.0;
     for (std::uint32_t a = node_begin_[i]; a < node_begin_[i + 1]; ++a)
         for (std::uint32_t b = node_begin_[j]; b < node_begin_[j + 1]; ++b)
-            sum += kernel(nodes_[a], s.normals[i], nodes_[b], s.normals[j]);
-    const double pairs = static_cast<double>(node_begin_[i + 1] - node_begin_[i]) *
-                         static_cast<double>(node_begin_[j + 1] - node_begin_[j]);
-    return s.areas[i] * s.areas[j] * sum / pairs;
+            sum += node_weight_[a] * node_weight_[b] * kernel(nodes_[a], s.normals[i], nodes_[b], s.normals[j]);
+    return s.areas[i] * s.areas[j] * sum;
 }
 
 // G_ij of two patches: what of each lies in front of the other.

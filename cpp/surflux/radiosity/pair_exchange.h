@@ -69,7 +69,8 @@ private:
     bool few_emit_ = false;
     std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;
-    std::vector<Vec3> nodes_;                     // quadrature of the mid range, equal weights
+    std::vector<Vec3> nodes_;                     // quadrature of the mid range
+    std::vector<double> node_weight_;             // sums to 1 over the nodes of each surfel
     std::vector<std::vector<Polygon>> polygons_;  // of patches: a parallelogram, or triangles
 };
 
