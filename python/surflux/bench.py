@@ -5,6 +5,7 @@ against a closed form where there is one; "own estimate" is Solution.error.
 """
 
 import argparse
+import importlib.util
 import json
 import os
 import sys
@@ -16,7 +17,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import bench_clouds, shapes
+from surflux import bench_clouds, bench_factors, shapes
 
 
 @dataclass
@@ -70,6 +71,9 @@ def main(arguments=None):
             continue
         if needs_data and not os.environ.get("SURFLUX_DATA"):
             print(f"bench: {name} left out: SURFLUX_DATA names no folder of scans", file=sys.stderr)
+            continue
+        if name in PEERS and importlib.util.find_spec(PEERS[name]) is None:
+            print(f"bench: {name} left out: needs pip install 'surflux[bench]'", file=sys.stderr)
             continue
         print(f"bench: {name}", file=sys.stderr)
         rows.append(measure(name, run, options.repeats, options.threads))
@@ -263,6 +267,12 @@ def _cube_factors(threads):
     return _run(2400, seconds, off, "factors between faces, largest")
 
 
+def _factors_beside_peer(threads):
+    return _run(
+        *bench_factors.cube_factors(threads, importlib.import_module(PEERS["view factors beside pyviewfactor"]))
+    )
+
+
 def _scene_file(name):
     def run(threads):
         start = perf_counter()
@@ -287,6 +297,9 @@ def data_folder():
 # Name -> file in data/.
 SCENE_FILES = {"three spheres": "three_spheres", "statues": "statues", "two bunnies": "two_bunnies"}
 
+# Name -> the package that it is measured beside.
+PEERS = {"view factors beside pyviewfactor": "pyviewfactor"}
+
 # Name -> (needs SURFLUX_DATA, run).
 CASES = {
     "areas of an icosphere": (False, _areas_icosphere("curved")),
@@ -304,5 +317,6 @@ CASES = {
     "sphere inside": (False, _sphere_inside),
     "concentric spheres": (False, _concentric),
     "form factors in a cube": (False, _cube_factors),
+    "view factors beside pyviewfactor": (False, _factors_beside_peer),
     **{name: (name == "two bunnies", _scene_file(file)) for name, file in SCENE_FILES.items()},
 }
