@@ -1,5 +1,6 @@
 #include "convert.h"
 #include "rooms.h"
+#include "surflux/area/disk_ends.h"
 #include "surflux/area/effective_area.h"
 #include "surflux/area/quadrature.h"
 #include "surflux/area/shares.h"
@@ -23,6 +24,16 @@ void bind_area(py::module_& module) {
         },
         py::arg("surfels"), py::arg("curved"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
         py::arg("backend"), py::arg("progress") = py::none());
+    module.def(
+        "with_disk_ends",
+        [](const Surfels& surfels) {
+            return without_gil([&] {
+                Surfels out = surfels;
+                out.ends = disk_ends(surfels);
+                return out;
+            });
+        },
+        py::arg("surfels"));
     module.def(
         "area_shares",
         [](const Surfels& surfels, std::size_t index, bool curved, double kappa, int resolution, double epsilon) {

@@ -1,10 +1,39 @@
 #include "convert.h"
 #include "rooms.h"
+#include "surflux/core/parallel.h"
 #include "surflux/trace/inward.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux::bindings {
 
+namespace {
+
+// What each ray meets first: a surfel or -1, whether on its front, and the distance.
+py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles& points, const Doubles& directions) {
+    const std::vector<std::uint32_t> from = to_vector(surfels);
+    const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
+    require(at.size() == from.size() && along.size() == from.size(), "points: wanted as many as surfels");
+    for (std::uint32_t i : from) require(i < scene.surfels.size(), "surfels: there is none of index ", i);
+    std::vector<std::int64_t> met(from.size());
+    std::vector<char> front(from.size());
+    std::vector<double> distance(from.size());
+    without_gil([&] {
+        const Tracer tracer(scene);
+        parallel_for(from.size(), 1024, [&](std::size_t k) {
+            const Hit hit = tracer.closest(from[k], at[k], along[k]);
+            met[k] = hit ? std::int64_t{hit.surfel} : -1;
+            front[k] = hit.front;
+            distance[k] = hit.distance;
+        });
+    });
+    return py::make_tuple(to_array(met), to_array(front), to_array(distance));
+}
+
+}  // namespace
+
 void bind_trace(py::module_& module) {
+    module.def("closest_hits", &closest_hits, py::arg("scene"), py::arg("surfels"), py::arg("points"),
+               py::arg("directions"));
     module.def(
         "inward_patches",
         [](const Surfels& surfels, std::size_t smallest, int rays, std::uint64_t seed, const py::object& progress) {

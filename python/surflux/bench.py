@@ -1,15 +1,17 @@
 """`surflux bench`: seconds and errors of every pass on the machine at hand, in one table.
 
 Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
-against a closed form where there is one; "own estimate" is Solution.error.
+against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
+what each knob of each solver does (bench_solvers), with --areas effective areas (bench_areas), with --reference the
+path tracer against Mitsuba (bench_reference).
 """
 
 import argparse
-import importlib.util
 import json
+import math
 import os
 import sys
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -17,7 +19,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import bench_clouds, bench_factors, shapes
+from surflux import _check, bench_clouds, bench_factors, bench_scenes, shapes
 
 
 @dataclass
@@ -34,57 +36,126 @@ class Row:
 
 
 def main(arguments=None):
-    """Runs the cases, prints the table, and returns the exit status."""
-    parser = argparse.ArgumentParser(prog="surflux bench", description="Seconds and errors on this machine.")
-    parser.add_argument("--case", action="append", metavar="NAME", help="only this one; again for more")
-    parser.add_argument("--list", action="store_true", help="print the names of the cases")
+    """Measures what is asked for, prints the table, and returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="surflux bench",
+        description="Seconds and errors on this machine: of every pass, one case after another; or, with one of the "
+        "options below, one thing in detail.",
+    )
+    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, 2 min")
+    parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
+    parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
+    parser.add_argument("--areas", action="store_true", help="effective areas alone")
+    parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick or --full: only this one")
+    parser.add_argument(
+        "--paths",
+        type=int,
+        metavar="N",
+        help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
+        "(default: 8192) and --full (default: 65536)",
+    )
+    parser.add_argument("--list", action="store_true", help="print the names of the cases, or with --quick, scenes")
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
     parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
     parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
-    parser.add_argument("--areas", action="store_true", help="instead of the cases, tables of effective areas alone")
-    parser.add_argument("--plot", metavar="OUT.png", help="with --areas: error against seconds along each knob")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full or --areas: error against seconds")
     options = parser.parse_args(arguments)
+    kind = _kind(options)
+    _check_options(options, kind)
     if options.list:
-        print("\n".join(CASES))
+        print("\n".join(bench_scenes.NAMES if kind in ("quick", "full") else CASES))
         return 0
-    if options.repeats < 1:
-        raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
-    if options.plot and not options.areas:
-        raise ValueError("--plot: goes with --areas")
-    if options.areas and options.case:
-        raise ValueError("--case: does not go with --areas, which has tables of its own")
-    if options.areas:
+    if kind == "areas":
         from surflux import bench_areas
 
         bench_areas.main(options.repeats, options.threads, options.markdown, options.json, options.plot, heading())
         return 0
-    for name in options.case or ():
-        if name not in CASES:
-            raise ValueError(f"--case: wanted one of {', '.join(CASES)}, got {name!r}")
-
-    rows = []
-    for name in options.case or CASES:
-        needs_data, run = CASES[name]
-        if name in SCENE_FILES and data_folder() is None:
-            print(f"bench: {name} left out: no data/{SCENE_FILES[name]}.toml here, where surflux runs", file=sys.stderr)
-            continue
-        if needs_data and not os.environ.get("SURFLUX_DATA"):
-            print(f"bench: {name} left out: SURFLUX_DATA names no folder of scans", file=sys.stderr)
-            continue
-        if name in PEERS and importlib.util.find_spec(PEERS[name]) is None:
-            print(f"bench: {name} left out: needs pip install 'surflux[bench]'", file=sys.stderr)
-            continue
-        print(f"bench: {name}", file=sys.stderr)
-        rows.append(measure(name, run, options.repeats, options.threads))
-    text = heading() + table(rows)
+    run = {"quick": _solvers, "full": _solvers, "reference": _reference, "cases": _cases}[kind]
+    rows, text = run(options)
+    text = heading() + text
     print(text)
     if options.markdown:
         Path(options.markdown).write_text(text + "\n")
     if options.json:
         found = {"machine": dict(sf.info()), "rows": [asdict(row) for row in rows]}
         Path(options.json).write_text(json.dumps(found, indent=2) + "\n")
-    return 0
+    return 0 if all(getattr(row, "passes", True) for row in rows) else 1
+
+
+def _kind(options):
+    """What is asked for: "quick", "full", "reference", "areas", or "cases" where none of these is."""
+    chosen = [kind for kind in ("quick", "full", "reference", "areas") if getattr(options, kind)]
+    if len(chosen) > 1:
+        raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
+    return chosen[0] if chosen else "cases"
+
+
+def _check_options(options, kind):
+    if options.repeats < 1:
+        raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
+    if options.plot and kind not in ("quick", "full", "areas"):
+        raise ValueError("--plot: goes with --quick, --full or --areas")
+    if options.case and kind != "cases":
+        raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
+    if options.paths is not None:
+        if kind not in ("quick", "full", "reference"):
+            raise ValueError("--paths: goes with --quick, --full or --reference")
+        _check.count("--paths", options.paths, 1024)
+    if options.scene and kind not in ("quick", "full"):
+        raise ValueError("--scene: goes with --quick or --full")
+    for option, names in (("case", CASES), ("scene", bench_scenes.NAMES)):
+        for name in getattr(options, option) or ():
+            if name not in names:
+                raise ValueError(f"--{option}: wanted one of {', '.join(names)}, got {name!r}")
+
+
+def _cases(options):
+    rows = []
+    for name in options.case or CASES:
+        needs_data, run = CASES[name]
+        reason = bench_scenes.why_not(name)
+        if needs_data and not os.environ.get("SURFLUX_DATA"):
+            reason = bench_scenes.NO_SCANS
+        if name == bench_factors.NAME:
+            reason = bench_factors.why_not()
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+            continue
+        print(f"bench: {name}", file=sys.stderr)
+        rows.append(measure(name, run, options.repeats, options.threads))
+    return rows, table(rows)
+
+
+def _solvers(options):
+    """Scenes x solvers x knobs."""
+    from surflux import bench_solvers
+    from surflux.bench_truth import PATHS_A_ROUND
+
+    names = []
+    for name in options.scene or bench_scenes.NAMES:
+        reason = bench_scenes.why_not(name)
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+        else:
+            names.append(name)
+    mode = bench_solvers.QUICK if options.quick else bench_solvers.FULL
+    if options.paths is not None:
+        mode = replace(mode, rounds=math.ceil(options.paths / PATHS_A_ROUND))
+    rows = bench_solvers.measure(mode, names, options.repeats, options.threads)
+    if options.plot:
+        from surflux import bench_plot
+
+        bench_plot.draw(rows, options.plot)
+    return rows, bench_solvers.table(rows)
+
+
+def _reference(options):
+    from surflux import bench_reference
+
+    rows = bench_reference.measure(options.threads, options.paths or 4096)
+    return rows, bench_reference.table(rows)
 
 
 def measure(name, run, repeats, threads):
@@ -267,16 +338,10 @@ def _cube_factors(threads):
     return _run(2400, seconds, off, "factors between faces, largest")
 
 
-def _factors_beside_peer(threads):
-    return _run(
-        *bench_factors.cube_factors(threads, importlib.import_module(PEERS["view factors beside pyviewfactor"]))
-    )
-
-
 def _scene_file(name):
     def run(threads):
         start = perf_counter()
-        scene = sf.load_scene(data_folder() / f"{name}.toml")
+        scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml")
         loading = perf_counter() - start
         row = _solved(scene, threads, lambda s: s.error, "own estimate, RMS")
         row.stages = {"load": loading, **row.stages}
@@ -285,20 +350,6 @@ def _scene_file(name):
 
     return run
 
-
-def data_folder():
-    """The folder data/ with the scene files, here or in the checkout that this package was installed from, or None."""
-    for folder in (Path.cwd() / "data", Path(__file__).resolve().parents[2] / "data"):
-        if (folder / "three_spheres.toml").is_file():
-            return folder
-    return None
-
-
-# Name -> file in data/.
-SCENE_FILES = {"three spheres": "three_spheres", "statues": "statues", "two bunnies": "two_bunnies"}
-
-# Name -> the package that it is measured beside.
-PEERS = {"view factors beside pyviewfactor": "pyviewfactor"}
 
 # Name -> (needs SURFLUX_DATA, run).
 CASES = {
@@ -317,6 +368,6 @@ CASES = {
     "sphere inside": (False, _sphere_inside),
     "concentric spheres": (False, _concentric),
     "form factors in a cube": (False, _cube_factors),
-    "view factors beside pyviewfactor": (False, _factors_beside_peer),
-    **{name: (name == "two bunnies", _scene_file(file)) for name, file in SCENE_FILES.items()},
+    bench_factors.NAME: (False, lambda threads: _run(*bench_factors.beside_peer(threads))),
+    **{name: (False, _scene_file(file)) for name, file in bench_scenes.FILES.items()},
 }

@@ -1,5 +1,6 @@
 """`surflux bench`: view factors of a closed cube of 864 faces beside the peer pyviewfactor, in one run."""
 
+import importlib.util
 from time import perf_counter
 
 import numpy as np
@@ -7,13 +8,27 @@ import numpy as np
 import surflux as sf
 from surflux import shapes
 
+NAME = "view factors beside pyviewfactor"
 CELLS = 12  # along each edge
 # Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11: opposite faces of a cube.
 OPPOSITE = 2.0 / np.pi * (0.5 * np.log(4.0 / 3.0) + 2.0 * np.sqrt(2.0) * np.arctan(np.sqrt(0.5)) - np.pi / 2.0)
 
 
-def cube_factors(threads, peer=None):
+def why_not():
+    """Why the case cannot run here, or None."""
+    return None if importlib.util.find_spec("pyviewfactor") else "needs pip install 'surflux[bench]'"
+
+
+def beside_peer(threads):
+    import pyviewfactor
+
+    return cube_factors(threads, pyviewfactor)
+
+
+def cube_factors(threads, peer):
     """(surfels, seconds, error, against, seconds by program); `peer`: a module of the face of pyviewfactor."""
+    import pyvista
+
     vertices, faces, _ = shapes.box(patches=CELLS, inward=True)
     start = perf_counter()
     scene = sf.Scene([sf.Surfels.from_mesh((vertices, faces))])
@@ -21,17 +36,13 @@ def cube_factors(threads, peer=None):
     seconds = perf_counter() - start
     error, rows = errors_of(factors)
     against = f"between faces, largest; row sums {rows:.1e}"
-    stages = {"surflux": seconds}
-    if peer is not None:
-        import pyvista
-
-        mesh = pyvista.PolyData(vertices, faces=np.insert(faces, 0, 4, axis=1).ravel())
-        start = perf_counter()
-        # Nothing stands in a cube, and so it is spared to look; its F[i, j] is from j to i.
-        theirs = peer.compute_viewfactor_matrix(mesh, skip_obstruction=True).T
-        stages["pyviewfactor"] = perf_counter() - start
-        error_of_theirs, rows_of_theirs = errors_of(theirs)
-        against += f"; pyviewfactor {error_of_theirs:.1e}, row sums {rows_of_theirs:.1e}"
+    mesh = pyvista.PolyData(vertices, faces=np.insert(faces, 0, 4, axis=1).ravel())
+    start = perf_counter()
+    # Nothing stands in a cube, and so it is spared to look; its F[i, j] is from j to i.
+    theirs = peer.compute_viewfactor_matrix(mesh, skip_obstruction=True).T
+    stages = {"surflux": seconds, "pyviewfactor": perf_counter() - start}
+    error_of_theirs, rows_of_theirs = errors_of(theirs)
+    against += f"; pyviewfactor {error_of_theirs:.1e}, row sums {rows_of_theirs:.1e}"
     return len(factors), seconds, error, against, stages
 
 

@@ -63,7 +63,8 @@ class Scene:
         self.camera = camera
         self.name = name
         self.solve_options = dict(solve_options or {})
-        self._computed_areas = {}
+        self._computed_areas = {}  # by the index of the object, as is
+        self._ended = {}
 
     @property
     def objects(self):
@@ -99,18 +100,24 @@ class Scene:
         with stage_callback(progress) as show:  # one stage, however many objects
             callback = False if show is None else partial(show, "areas")
             for index, s in enumerate(self._objects):
-                if s.areas is not None:
-                    cores.append(s._core)
-                    continue
-                if index not in self._computed_areas:
-                    self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
-                cores.append(_with_areas(s._core, self._computed_areas[index]))
+                core = self._with_ends(index)
+                if s.areas is None:
+                    if index not in self._computed_areas:
+                        self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
+                    core = _with_areas(core, self._computed_areas[index])
+                cores.append(core)
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
     def _to_core_without_areas(self):
         """The compiled scene for passes that use no areas."""
-        cores = [s._core if s.areas is None else _with_areas(s._core, None) for s in self._objects]
+        cores = [_with_areas(self._with_ends(index), None) for index in range(len(self._objects))]
         return _core.Scene(cores, [light._to_core() for light in self._lights])
+
+    def _with_ends(self, index):
+        """The object, compiled, with the lines where its disks end."""
+        if index not in self._ended:
+            self._ended[index] = _core.with_disk_ends(self._objects[index]._core)
+        return self._ended[index]
 
 
 def _with_areas(core, areas):

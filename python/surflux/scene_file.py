@@ -118,9 +118,13 @@ def load_scene(path):
     Scene('room', 1 object, 96 surfels, 1 light)
     """
     path = Path(_check.path("path", path))
+    return make_scene(path, read_toml(path))
+
+
+def read_toml(path):
+    """The tables of a TOML file as dicts and lists; FileError where it cannot be read."""
     try:
-        text = path.read_bytes().decode()
-        data = tomllib.loads(text)
+        return tomllib.loads(path.read_bytes().decode())
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except OSError as error:
@@ -136,6 +140,9 @@ def load_scene(path):
     except RecursionError:
         raise FileError(f"{path}: its tables or lists are nested too deeply") from None
 
+
+def make_scene(path, data):
+    """The Scene of a file's tables; path is what errors name and where relative paths start."""
     top = Table(path, "", data)
     name = top.text("name", path.stem)
     top.text("units", "m")

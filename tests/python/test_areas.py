@@ -146,14 +146,6 @@ def test_survey_coordinates_cost_nothing(method):
 
 
 @pytest.mark.parametrize("method", ["curved", "paper"])
-def test_any_number_of_threads(method):
-    s = clouds.random_sphere(3000).surfels()
-    np.testing.assert_array_equal(
-        sf.effective_areas(s, method=method, threads=1), sf.effective_areas(s, method=method, threads=2)
-    )
-
-
-@pytest.mark.parametrize("method", ["curved", "paper"])
 @given(seed=st.integers(0, 1000), index=st.integers(0, 299))
 @settings(max_examples=10, deadline=None)
 def test_shares_are_a_partition_of_unity(method, seed, index):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench, bench_areas, bench_factors, cli
+from surflux import bench, bench_areas, bench_factors, bench_scenes, cli
 
 
 def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
@@ -70,8 +70,8 @@ def test_view_factors_are_measured_beside_a_peer():
 
 
 def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
-    monkeypatch.setattr(bench, "PEERS", {"view factors beside pyviewfactor": "no_such_package"})
-    assert cli.main(["bench", "--case", "view factors beside pyviewfactor"]) == 0
+    monkeypatch.setattr(bench_factors.importlib.util, "find_spec", lambda name: None)
+    assert cli.main(["bench", "--case", bench_factors.NAME]) == 0
     out, err = capsys.readouterr()
     assert err == "bench: view factors beside pyviewfactor left out: needs pip install 'surflux[bench]'\n"
     assert "pyviewfactor" not in out
@@ -82,8 +82,15 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
     [
         (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
-        (["--plot", "knobs.png"], "--plot: goes with --areas"),
+        (["--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
+        (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),
+        (["--quick", "--case", "statues"], "--case: does not go with --quick"),
+        (["--scene", "statues"], "--scene: goes with --quick or --full"),
+        (["--full", "--scene", "statues"], "--scene: wanted one of concentric spheres, three spheres, Cornell box"),
+        (["--paths", "4096"], "--paths: goes with --quick, --full or --reference"),
+        (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
+        (["--full", "--quick"], "--full: does not go with --quick"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):
@@ -92,7 +99,7 @@ def test_wrong_arguments(capsys, arguments, message):
 
 
 def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):
-    monkeypatch.setattr(bench, "data_folder", lambda: None)
+    monkeypatch.setattr(bench_scenes, "data_folder", lambda: None)
     assert cli.main(["bench", "--case", "statues"]) == 0
     assert "statues left out" in capsys.readouterr().err
 
@@ -100,6 +107,8 @@ def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch,
 def test_the_cases_can_be_listed(capsys):
     assert cli.main(["bench", "--list"]) == 0
     assert capsys.readouterr().out.split("\n")[:-1] == list(bench.CASES)
+    assert cli.main(["bench", "--quick", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(bench_scenes.NAMES)
 
 
 def test_tables_of_areas(monkeypatch, tmp_path, capsys):

@@ -62,6 +62,8 @@ def test_the_exchange_is_reciprocal_and_closed(scene, visibility):
         factors, escape = sf.form_factors(scene, return_escape=True)
     assert np.all(np.isfinite(factors))
     assert factors.min() >= 0.0
+    if visibility:
+        assert factors.sum(axis=1).max() <= 1 + 1e-7
     exchange = areas[:, None] * factors
     np.testing.assert_allclose(exchange, exchange.T, rtol=1e-15, atol=0)
     if visibility:
@@ -87,3 +89,51 @@ def test_light_is_neither_made_nor_lost(scene):
     figures = solution.history[0]
     ends = figures["power_absorbed"] + figures["power_escaped"] + figures["power_into_backs"]
     assert abs(figures["power_in"] - ends) <= 1e-3 * figures["power_in"]
+
+
+def with_materials(scene, reflectance, emission):
+    """The same disks with other materials, and no light but their own."""
+    objects, first = [], 0
+    for s in scene.objects:
+        part = slice(first, first + len(s))
+        first += len(s)
+        shape = {"radii": s.radii, "areas": s.areas}
+        objects.append(sf.Surfels(s.points, s.normals, **shape, reflectance=reflectance[part], emission=emission[part]))
+    return sf.Scene(objects)
+
+
+@st.composite
+def disks_and_seed(draw):
+    """Disks alone, and what their materials are drawn with."""
+    scene = draw(scenes())
+    disks = [s for s in scene.objects if not len(s.triangles)]
+    return sf.Scene(disks), np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+
+
+@SETTINGS
+@given(disks_and_seed())
+def test_radiosity_is_linear_in_emission(given):
+    """B(a E + b E') = a B(E) + b B(E'), to what conjugate gradients leave. All emit in each: one set of rays."""
+    scene, random = given
+    n = len(scene.surfels)
+    rho = random.uniform(0, 0.95, (n, 3))
+    first, second = random.uniform(0.1, 1, (2, n, 3))
+    one, two, both = (
+        sf.solve(with_materials(scene, rho, e), tolerance=1e-10).radiosity
+        for e in (first, second, 2 * first + 3 * second)
+    )
+    np.testing.assert_allclose(both, 2 * one + 3 * two, rtol=1e-7)
+
+
+@SETTINGS
+@given(disks_and_seed())
+def test_whiter_walls_are_brighter(given):
+    """B grows with every rho, everywhere, and is never below E: all F >= 0."""
+    scene, random = given
+    n = len(scene.surfels)
+    emission = random.uniform(0, 1, (n, 3))
+    rho = random.uniform(0, 0.9, (n, 3))
+    more = rho + (0.99 - rho) * random.uniform(0, 1, (n, 3)) * (random.uniform(size=(n, 1)) < 0.3)
+    low, high = (sf.solve(with_materials(scene, r, emission), tolerance=1e-10).radiosity for r in (rho, more))
+    assert np.all(low >= emission)
+    assert np.all(high >= low * (1 - 1e-8))

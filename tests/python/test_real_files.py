@@ -128,3 +128,47 @@ def test_the_bunny_comes_back_from_disk(tmp_path):
     back = sf.read(tmp_path / "a.ply")
     np.testing.assert_array_equal(back.points, bunny.points)
     np.testing.assert_array_equal(back.radii, bunny.radii)
+
+
+# Of each hard file: surfels when read as points and as a mesh, or why it is not.
+HARD = {
+    "busted.STL": (POINTS_ONLY, 3831),
+    "cube_no_bottom.obj": (POINTS_ONLY, 20),
+    "multiple_isolated_triangles.obj": (POINTS_ONLY, 5),
+    "noisy_slice_displaced.pcd": (POINTS_ONLY, "meshes are not read from .pcd"),
+    "rops_cloud.pcd": (POINTS_ONLY, "meshes are not read from .pcd"),
+    "sofa.ply": (12_103, 18_765),
+    "wallhole.obj": (POINTS_ONLY, 21),
+}
+
+
+@pytest.mark.scans
+def test_the_table_of_hard_files_is_complete(scans):
+    assert sorted(os.listdir(scans / "hard")) == sorted(HARD)
+
+
+@pytest.mark.scans
+@pytest.mark.parametrize("name", HARD)
+def test_hard_files_are_solved_or_refused_with_a_reason(name, scans):
+    """Light from above on 500 surfels of each at most: finite, no brighter than the sky and lamp, all of it found."""
+    path = scans / "hard" / name
+    for make, wanted in zip((sf.read, sf.Surfels.from_mesh), HARD[name], strict=True):
+        if isinstance(wanted, str):
+            with pytest.raises(sf.FileError) as caught:
+                make(path)
+            assert str(caught.value).startswith(str(path))
+            assert wanted in str(caught.value)
+            continue
+        s = make(path)
+        assert len(s) == wanted
+        if len(s) > 500:
+            s = s.thinned(500)
+        solution = sf.solve(sf.Scene([s], [sf.Environment(1.0)]))
+        for values in (solution.radiosity, solution.irradiance, solution.direct):
+            assert np.all(np.isfinite(values))
+            assert values.min() >= 0.0
+        # Under a sky of radiance 1 no surface of rho < 1 and no emission gets more than pi / (1 - rho).
+        assert solution.irradiance.max() < np.pi / (1 - s.reflectance.max())
+        figures = solution.history[-1]
+        ends = figures["power_absorbed"] + figures["power_escaped"] + figures["power_into_backs"]
+        assert ends == pytest.approx(figures["power_in"], rel=1e-3)

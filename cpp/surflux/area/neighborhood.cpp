@@ -145,6 +145,7 @@ bool NeighborhoodFinder::complete(std::size_t i, double ratio, Neighborhood& out
     }
     around.insert(around.end(), out.crease.begin(), out.crease.end());
     add_creases(around, out);
+    out.crease_ends = out.ends.size();
     out.model = fit_surface(points);
     for (std::size_t k = 1; k < out.surface.size(); ++k) {
         Vec3& p = out.surface[k].position;

@@ -25,7 +25,8 @@ struct Neighborhood {
 
     // The rest serves the curved method alone.
     std::vector<Member> crease;   // neighbours around a crease that does not end the disk: they share it
-    std::vector<HalfPlane> ends;  // the disk's domain lies within all of them
+    std::vector<HalfPlane> ends;  // the disk's domain lies within all of them: creases, then borders
+    std::size_t crease_ends = 0;  // how many of them are creases
     SurfaceModel model;
 };
 

@@ -2,21 +2,45 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
+#include <utility>
 
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/version.h>
 
 namespace surflux {
 
 namespace tbb = oneapi::tbb;
 
+namespace {
+
+// TBB has no room for more threads than cores unless it is made: a limit above that counts, too, so that a machine of
+// two cores can show that four threads give the same. Empty while no such limit stands.
+std::mutex wide_mutex;
+std::shared_ptr<tbb::task_arena> wide;
+
+std::shared_ptr<tbb::task_arena> wide_arena() {
+    const std::lock_guard<std::mutex> lock(wide_mutex);
+    return wide;
+}
+
+}  // namespace
+
 void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
     if (count == 0) return;
     grain = std::max<std::size_t>(grain, 1);
     const std::size_t blocks = (count + grain - 1) / grain;
-    tbb::parallel_for(std::size_t{0}, blocks,
-                      [&](std::size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); });
+    const auto run = [&] {
+        tbb::parallel_for(std::size_t{0}, blocks,
+                          [&](std::size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); });
+    };
+    if (const auto arena = wide_arena())
+        arena->execute(run);
+    else
+        run();
 }
 
 void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
@@ -39,8 +63,24 @@ void parallel_blocks(std::size_t count, std::size_t grain, const std::function<v
 }
 
 struct ThreadLimit::Impl {
-    explicit Impl(std::size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {}
+    explicit Impl(std::size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {
+        const int count = thread_count();  // a limit around this one may be lower
+        if (count <= tbb::info::default_concurrency()) return;
+        const std::lock_guard<std::mutex> lock(wide_mutex);
+        around = std::exchange(wide, std::make_shared<tbb::task_arena>(count));
+        is_wide = true;
+    }
+    ~Impl() {
+        if (!is_wide) return;
+        const std::lock_guard<std::mutex> lock(wide_mutex);
+        wide = std::move(around);
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
     tbb::global_control control;
+    std::shared_ptr<tbb::task_arena> around;
+    bool is_wide = false;
 };
 
 ThreadLimit::ThreadLimit(int threads) {

@@ -10,7 +10,7 @@
 namespace surflux {
 
 struct DirectOptions {
-    int probes = 16;  // shadow rays of a surfel towards a light; where they all agree that is the answer
+    int probes = 16;  // shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer
     int rays = 64;    // where they do not
 };
 

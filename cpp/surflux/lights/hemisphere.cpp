@@ -1,5 +1,7 @@
 #include "surflux/lights/hemisphere.h"
 
+#include <atomic>
+
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/environment.h"
@@ -9,6 +11,7 @@ namespace surflux {
 
 namespace {
 
+constexpr int more_rays = 4;  // times as many where the first do not agree
 constexpr std::uint64_t cosine_stream = 1, image_stream = 2;
 
 }  // namespace
@@ -31,39 +34,48 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
     out.escape.assign(s.size(), 0.0);
     out.absorbed.assign(s.size(), 0.0);
     out.sky.assign(s.size(), {});
-    out.rays = s.size() * static_cast<std::size_t>(rays) * (1 + images.size());
-    const double share = 1.0 / rays, contact = contact_distance(bounds_of(s));
+    const double contact = contact_distance(bounds_of(s));
+    std::atomic<std::size_t> traced{0};
 
     const auto measure = [&](std::uint32_t i) {
         const Frame frame = frame_around(s.normals[i]);
         EvenPoints even(points.is_patch(i) ? 4 : 2, seed + cosine_stream, i);
-        for (int r = 0; r < rays; ++r) {
-            const double* u = even.next();
-            const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-            const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
-            if (hit) {
-                // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
-                const bool covered = hit.distance <= contact && dot(frame.n, s.normals[hit.surfel]) < -0.5;
-                if (!hit.front || covered) out.absorbed[i] += share;
-                continue;
+        int taken = 0, escaped = 0, absorbed = 0;
+        Rgb sky;
+        const auto take = [&](int count) {
+            for (; taken < count; ++taken) {
+                const double* u = even.next();
+                const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+                const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
+                if (hit) {
+                    // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
+                    const bool covered = hit.distance <= contact && dot(frame.n, s.normals[hit.surfel]) < -0.5;
+                    absorbed += !hit.front || covered;
+                    continue;
+                }
+                ++escaped;
+                const double cosine = dot(direction, frame.n);
+                for (const EnvironmentMap& image : images)
+                    sky += image.radiance(direction) * (cosine / (cosine / pi + image.density(direction)));
             }
-            out.escape[i] += share;
-            const double cosine = dot(direction, frame.n);
-            for (const EnvironmentMap& image : images)
-                out.sky[i] += image.radiance(direction) * (cosine * share / (cosine / pi + image.density(direction)));
-        }
+        };
+        take(rays);
+        const bool agree = (escaped == 0 || escaped == taken) && (absorbed == 0 || absorbed == taken);
+        if (!agree) take(more_rays * rays);
         for (std::size_t k = 0; k < images.size(); ++k) {
             EvenPoints lit(points.is_patch(i) ? 4 : 2, seed + image_stream + k, i);
-            for (int r = 0; r < rays; ++r) {
+            for (int r = 0; r < taken; ++r) {
                 const double* u = lit.next();
                 const Vec3 direction = images[k].sample(u[0], u[1]);
                 const double cosine = dot(direction, frame.n);
                 if (cosine <= 0.0 || !tracer.escapes(i, points.at(i, u[2], u[3]), direction)) continue;
-                out.sky[i] +=
-                    images[k].radiance(direction) * (cosine * share / (cosine / pi + images[k].density(direction)));
+                sky += images[k].radiance(direction) * (cosine / (cosine / pi + images[k].density(direction)));
             }
         }
-        out.sky[i] += (pi * out.escape[i]) * constant;
+        out.escape[i] = static_cast<double>(escaped) / taken;
+        out.absorbed[i] = static_cast<double>(absorbed) / taken;
+        out.sky[i] = sky / taken + (pi * out.escape[i]) * constant;
+        traced += static_cast<std::size_t>(taken) * (1 + images.size());
     };
     parallel_blocks(
         s.size(), 16,
@@ -71,6 +83,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
             for (std::size_t i = begin; i < end; ++i) measure(static_cast<std::uint32_t>(i));
         },
         progress);
+    out.rays = traced;
     return out;
 }
 

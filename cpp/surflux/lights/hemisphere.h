@@ -19,8 +19,9 @@ struct Hemispheres {
     std::size_t rays = 0;
 };
 
-// `rays` per surfel, spread evenly, the same for the same seed; twice as many where an Environment is an image, the
-// second half drawn in proportion to its luminance and both combined by the balance heuristic (Veach and Guibas 1995).
+// `rays` per surfel, spread evenly, the same for the same seed; four times as many where they do not all meet the same
+// of front, back and nothing. Where an Environment is an image, as many again, drawn in proportion to its luminance and
+// both combined by the balance heuristic (Veach and Guibas 1995).
 Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int rays, std::uint64_t seed,
                                 const Progress& progress = {});
 

@@ -23,11 +23,13 @@ public:
           progress_(progress),
           closure_(closure),
           ones_(exchange.size, 1.0),
-          outflow_(exchange.size) {
+          outflow_(exchange.size),
+          slope_(exchange.size) {
         exchange.scale.assign(exchange.size, 1.0);
     }
 
     double row(std::size_t i) const { return outflow_[i] / exchange_.areas[i]; }
+    double loss_scale(std::size_t i) const { return std::pow(exchange_.scale[i], exchange_.yields[i]); }
     // Held at the bound: its row lacks something, but its scale must not grow.
     bool held(std::size_t i) const { return exchange_.scale[i] >= largest_scale && row(i) < 1.0; }
 
@@ -35,8 +37,10 @@ public:
         apply(ones_, product_);
         closure_.residual = 0.0;
         for (std::size_t i = 0; i < exchange_.size; ++i) {
-            const double lost = hemispheres_.escape[i] + hemispheres_.absorbed[i];
-            outflow_[i] = product_[i] + exchange_.scale[i] * exchange_.areas[i] * lost;
+            const double lost =
+                loss_scale(i) * exchange_.areas[i] * (hemispheres_.escape[i] + hemispheres_.absorbed[i]);
+            outflow_[i] = product_[i] + lost;
+            slope_[i] = product_[i] + exchange_.yields[i] * lost;
             if (!held(i)) closure_.residual = std::max(closure_.residual, std::abs(row(i) - 1.0));
         }
     }
@@ -46,12 +50,12 @@ public:
             set_scale(i, row(i) > 0.0 ? exchange_.scale[i] / std::sqrt(row(i)) : largest_scale);
     }
 
-    // In log scale: (DGD + diag(outflow)) step = A - outflow over the rows that are not held, with unit diagonal.
+    // In log scale: (DGD + diag(slope)) step = A - outflow over the rows that are not held, with unit diagonal.
     void newton_round() {
         const std::size_t n = exchange_.size;
         std::vector<double> weight(n), right(n), scaled(n), step(n, 0.0);
         for (std::size_t i = 0; i < n; ++i) {
-            weight[i] = held(i) ? 0.0 : 1.0 / std::sqrt(outflow_[i]);
+            weight[i] = held(i) ? 0.0 : 1.0 / std::sqrt(slope_[i]);
             right[i] = weight[i] * (exchange_.areas[i] - outflow_[i]);
         }
         const LinearOperator hessian = [&](const std::vector<double>& x, std::vector<double>& out) {
@@ -66,10 +70,10 @@ public:
                           exchange_.scale[i] * std::exp(std::clamp(weight[i] * step[i], -newton_limit, newton_limit)));
     }
 
-    // What is left when Newton's method has not settled: symmetric still, and rows at most 1.
+    // What is left when Newton's method has not settled: symmetric still, and rows at most 1, as yields are.
     void shrink_rows_above_one() {
         for (std::size_t i = 0; i < exchange_.size; ++i)
-            if (row(i) > 1.0) exchange_.scale[i] /= row(i);
+            if (row(i) > 1.0) exchange_.scale[i] *= std::pow(row(i), -1.0 / exchange_.yields[i]);
     }
 
 private:
@@ -86,7 +90,7 @@ private:
     const Hemispheres& hemispheres_;
     const Progress& progress_;
     Closure& closure_;
-    std::vector<double> ones_, product_, outflow_;
+    std::vector<double> ones_, product_, outflow_, slope_;  // slope: of outflow, by the logarithm of a row's own scale
 };
 
 }  // namespace
@@ -109,7 +113,7 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
     }
     closure.residual = 0.0;
     for (std::size_t i = 0; i < exchange.size; ++i) {
-        const double lacking = 1.0 - closing.row(i), scale = exchange.scale[i];
+        const double lacking = 1.0 - closing.row(i), scale = closing.loss_scale(i);
         hemispheres.escape[i] *= scale;
         hemispheres.absorbed[i] *= scale;
         hemispheres.sky[i] *= scale;
@@ -120,7 +124,7 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
         } else {
             closure.residual = std::max(closure.residual, -lacking);
         }
-        closure.largest_correction = std::max(closure.largest_correction, std::abs(scale - 1.0));
+        closure.largest_correction = std::max(closure.largest_correction, std::abs(exchange.scale[i] - 1.0));
     }
     return closure;
 }

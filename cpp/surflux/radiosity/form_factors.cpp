@@ -103,6 +103,7 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     exchange.precise = out;
     exchange.areas = s.areas;
     exchange.scale.assign(n, 1.0);
+    exchange.yields = yields_of(scene, pairs);
     FormFactors result;
     result.rays = rays;
     result.imprecise = imprecise;

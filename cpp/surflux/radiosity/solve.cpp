@@ -149,12 +149,13 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
         out.radiosity[i] = s.emission[i] + s.reflectance[i] * out.irradiance[i];
     }
     watch.lap("solve");
-    out.error = gathering_error(scene, tracer, out, checked_surfels, check_rays, options.seed);
+    const SelfCheck check = gathering_error(scene, tracer, out, checked_surfels, check_rays, options.seed);
+    out.error = check.error;
     watch.lap("self-check");
 
     Figures figures{{"surfels", static_cast<double>(n)},
                     {"links", static_cast<double>(exchange.links)},
-                    {"rays", static_cast<double>(exchange.rays + hemispheres.rays)},
+                    {"rays", static_cast<double>(exchange.rays + hemispheres.rays + check.rays)},
                     {"largest_correction", closure.largest_correction},
                     {"closure_residual", closure.residual},
                     {"largest_shortfall", closure.largest_shortfall},

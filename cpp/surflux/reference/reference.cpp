@@ -7,7 +7,7 @@
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/reference/light_sampler.h"
+#include "surflux/lights/light_sampler.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {

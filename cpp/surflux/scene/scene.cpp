@@ -21,6 +21,10 @@ void append(Scene& scene, const Surfels& surfels) {
         t.surfel += first;
         all.triangles.push_back(t);
     }
+    for (DiskEnd e : surfels.ends) {
+        e.surfel += first;
+        all.ends.push_back(e);
+    }
     scene.object.insert(scene.object.end(), surfels.size(), object);
 }
 

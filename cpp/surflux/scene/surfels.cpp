@@ -5,15 +5,24 @@
 
 namespace surflux {
 
-std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels) {
-    std::vector<std::uint32_t> begin(surfels.size() + 1, 0);
-    for (const Triangle& t : surfels.triangles) ++begin[t.surfel + 1];
-    for (std::size_t i = 0; i < surfels.size(); ++i) begin[i + 1] += begin[i];
+namespace {
+
+template <class T>
+std::vector<std::uint32_t> ranges(const std::vector<T>& items, std::size_t surfels) {
+    std::vector<std::uint32_t> begin(surfels + 1, 0);
+    for (const T& item : items) ++begin[item.surfel + 1];
+    for (std::size_t i = 0; i < surfels; ++i) begin[i + 1] += begin[i];
     return begin;
 }
 
+}  // namespace
+
+std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels) { return ranges(surfels.triangles, surfels.size()); }
+
+std::vector<std::uint32_t> end_ranges(const Surfels& surfels) { return ranges(surfels.ends, surfels.size()); }
+
 Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices) {
-    const std::vector<std::uint32_t> begin = triangle_ranges(surfels);
+    const std::vector<std::uint32_t> begin = triangle_ranges(surfels), first_end = end_ranges(surfels);
     Surfels out;
     for (std::size_t to = 0; to < indices.size(); ++to) {
         const std::uint32_t from = indices[to];
@@ -26,6 +35,10 @@ Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices
         for (std::uint32_t t = begin[from]; t < begin[from + 1]; ++t) {
             out.triangles.push_back(surfels.triangles[t]);
             out.triangles.back().surfel = static_cast<std::uint32_t>(to);
+        }
+        for (std::uint32_t e = first_end[from]; e < first_end[from + 1]; ++e) {
+            out.ends.push_back(surfels.ends[e]);
+            out.ends.back().surfel = static_cast<std::uint32_t>(to);
         }
     }
     return out;

@@ -14,6 +14,18 @@ struct Triangle {
     std::uint32_t surfel = 0;
 };
 
+// Where the surface of a disk ends before its rim: dot(normal, p - position) <= limit. Beyond a crease there is
+// nothing, for the surface goes on elsewhere. Beyond a border of the sampling the disk still casts shadows, so that
+// pieces that adjoin let no light through, but it is black, since no area stands for it: unless it runs into another
+// object, which it then adjoins.
+struct DiskEnd {
+    enum Kind : std::uint32_t { crease, border };
+    Vec3 normal;  // unit, in the plane of the disk
+    double limit = 0.0;
+    std::uint32_t surfel = 0;
+    Kind kind = crease;
+};
+
 inline Vec3 cross_of(const Triangle& t) { return cross(t.b - t.a, t.c - t.a); }
 inline double area_of(const Triangle& t) { return 0.5 * length(cross_of(t)); }
 
@@ -28,12 +40,17 @@ struct Surfels {
     std::vector<Rgb> emission;     // E, exitance
     // Patches of a mesh, sorted by surfel. A surfel with triangles occludes by them, not by its disk.
     std::vector<Triangle> triangles;
+    // Of disks, sorted by surfel: most have none.
+    std::vector<DiskEnd> ends;
 
     std::size_t size() const { return positions.size(); }
 };
 
 // Where the triangles of each surfel stand: those of surfel i are [begin[i], begin[i + 1]) of `triangles`.
 std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels);
+
+// The same of `ends`.
+std::vector<std::uint32_t> end_ranges(const Surfels& surfels);
 
 // The surfels at `indices`, in that order, with their triangles.
 Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices);

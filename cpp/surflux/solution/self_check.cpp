@@ -1,48 +1,147 @@
 #include "surflux/solution/self_check.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <vector>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t check_stream = 0x5e1fc8ec;
+constexpr std::uint64_t pick_stream = 0x5e1fc8ec, gather_stream = 0x6a7e85ed, second_stream = 0x5ec0bd11;
+
+// Light that rays bring, with the solution at the end of the second bounce.
+class Gathering {
+public:
+    struct Sources {
+        explicit Sources(const Scene& scene)
+            : points(scene.surfels),
+              emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
+              lights(scene) {}
+        SurfelPoints points;
+        LightSampler emitters, lights;
+    };
+    Gathering(const Scene& scene, const Tracer& tracer, const Solution& solution, const Sources& sources)
+        : surfels_(scene.surfels),
+          tracer_(tracer),
+          solution_(solution),
+          points_(sources.points),
+          emitters_(sources.emitters),
+          lights_(sources.lights) {}
+
+    // What comes to surfel i from surfels; the mean of `count` rays.
+    Rgb operator()(std::uint32_t i, int count, std::uint64_t seed, std::uint64_t stream) {
+        const Frame frame = frame_around(surfels_.normals[i]);
+        EvenPoints even(4, seed + gather_stream, stream);
+        Random random(seed + second_stream, stream);
+        sum_ = {};
+        met_.clear();
+        for (int r = 0; r < count; ++r) {
+            const double* u = even.next();
+            const Vec3 from = points_.at(i, u[2], u[3]);
+            const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+            const Hit hit = tracer_.closest(i, from, direction);
+            sum_ += emitters_.found(from, frame.n, direction, hit);
+            if (!emitters_.empty()) {
+                const double a = random.uniform(), b = random.uniform();
+                aim(emitters_.sample(from, frame.n, a, b, 0.0), {1, 1, 1}, {from, frame.n, i});
+            }
+            if (!hit || !hit.front || surfels_.reflectance[hit.surfel] == Rgb{}) continue;
+            met_.push_back({from + hit.distance * direction, surfels_.normals[hit.surfel], hit.surfel});
+        }
+        for (const Departure& at : met_) gather_again(at, random);
+        trace();
+        return sum_ / count;
+    }
+
+    std::size_t rays = 0;
+
+private:
+    struct Gain {
+        Rgb irradiance;
+        std::uint32_t target;
+    };
+
+    void aim(const LightRay& light, const Rgb& throughput, const Departure& from) {
+        if (!(light.length > 0.0)) return;
+        const bool free = light.target == Hit::none;
+        (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
+        (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target});
+    }
+
+    void gather_again(const Departure& at, Random& random) {
+        double u[5];
+        for (double& x : u) x = random.uniform();
+        if (!lights_.empty())
+            aim(lights_.sample(at.position, at.normal, u[0], u[1], u[2]), surfels_.reflectance[at.surfel], at);
+        ahead_.push_back({at, frame_around(at.normal).to_world(square_to_cosine_hemisphere(u[3], u[4]))});
+    }
+
+    // All rays that wait, at once.
+    void trace() {
+        rays += met_.size() + shadow_.size() + towards_.size() + ahead_.size();
+        tracer_.free(shadow_, free_);
+        for (std::size_t k = 0; k < shadow_.size(); ++k)
+            if (free_[k]) sum_ += shadow_gain_[k].irradiance;
+        tracer_.closest(towards_, hits_);
+        for (std::size_t k = 0; k < towards_.size(); ++k)
+            if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) sum_ += towards_gain_[k].irradiance;
+        tracer_.closest(ahead_, hits_);
+        for (std::size_t k = 0; k < ahead_.size(); ++k) {
+            const Ray& ray = ahead_[k];
+            Rgb found = lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
+            if (hits_[k] && hits_[k].front) {
+                const std::uint32_t j = hits_[k].surfel;
+                found += surfels_.reflectance[j] * solution_.irradiance[j];
+            }
+            sum_ += surfels_.reflectance[ray.from.surfel] * found;
+        }
+        shadow_.clear(), shadow_gain_.clear(), towards_.clear(), towards_gain_.clear(), ahead_.clear();
+    }
+
+    const Surfels& surfels_;
+    const Tracer& tracer_;
+    const Solution& solution_;
+    const SurfelPoints& points_;
+    const LightSampler &emitters_, &lights_;
+    Rgb sum_;
+    std::vector<Departure> met_;
+    std::vector<Ray> shadow_, towards_, ahead_;
+    std::vector<Gain> shadow_gain_, towards_gain_;
+    std::vector<char> free_;
+    std::vector<Hit> hits_;
+};
 
 }  // namespace
 
-double gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
-                       std::uint64_t seed) {
+SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
+                          std::uint64_t seed) {
     const Surfels& s = scene.surfels;
-    const SurfelPoints points(s);
     const std::size_t checked = std::min<std::size_t>(static_cast<std::size_t>(surfels), s.size());
     std::vector<double> squared(checked), reference(checked);
-    parallel_for(checked, 4, [&](std::size_t k) {
-        const auto i =
-            static_cast<std::uint32_t>(checked == s.size() ? k : Random(seed + check_stream, k).below(s.size()));
-        const Frame frame = frame_around(s.normals[i]);
-        const auto difference = [&](std::uint64_t half) {
-            EvenPoints even(4, seed + check_stream + 1 + half, k);
-            Rgb gathered;
-            for (int r = 0; r < rays; ++r) {
-                const double* u = even.next();
-                const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-                const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
-                if (hit && hit.front) gathered += solution.radiosity[hit.surfel];
-            }
-            return solution.direct[i] + gathered / rays - solution.irradiance[i];
-        };
-        squared[k] = s.areas[i] * dot(difference(0), difference(1));
-        reference[k] = s.areas[i] * dot(solution.irradiance[i], solution.irradiance[i]);
+    const Gathering::Sources sources(scene);
+    std::atomic<std::size_t> traced{0};
+    parallel_blocks(checked, 8, [&](std::size_t begin, std::size_t end) {
+        Gathering gather(scene, tracer, solution, sources);
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto i =
+                static_cast<std::uint32_t>(checked == s.size() ? k : Random(seed + pick_stream, k).below(s.size()));
+            const Rgb off = solution.direct[i] - solution.irradiance[i];
+            squared[k] = s.areas[i] * dot(off + gather(i, rays, seed, 2 * k), off + gather(i, rays, seed, 2 * k + 1));
+            reference[k] = s.areas[i] * dot(solution.irradiance[i], solution.irradiance[i]);
+        }
+        traced += gather.rays + 2 * (end - begin) * static_cast<std::size_t>(rays);
     });
     double off = 0.0, all = 0.0, spread = 0.0;
     for (std::size_t k = 0; k < checked; ++k) off += squared[k], all += reference[k], spread += squared[k] * squared[k];
     // Below the standard error of the sum nothing is known: that is the least it claims.
-    return all > 0.0 ? std::sqrt(std::max(off, std::sqrt(spread)) / all) : 0.0;
+    return {all > 0.0 ? std::sqrt(std::max(off, std::sqrt(spread)) / all) : 0.0, traced};
 }
 
 }  // namespace surflux

@@ -74,6 +74,12 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
         d.twin = twin[i];
         if (triangles[i] == triangles[i + 1]) impl_->disk_surfel.push_back(i);
     }
+    impl_->end_begin = end_ranges(s);
+    for (const DiskEnd& e : s.ends)
+        impl_->ends.push_back(
+            {{static_cast<float>(e.normal.x), static_cast<float>(e.normal.y), static_cast<float>(e.normal.z)},
+             static_cast<float>(e.limit),
+             e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
 
     impl_->device.reset(rtcNewDevice(nullptr));
@@ -84,6 +90,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     impl_->add_disks(s);
     impl_->add_triangles(s);
     rtcCommitScene(impl_->scene.get());
+    impl_->drop_joints();
 }
 
 Tracer::~Tracer() = default;
@@ -114,6 +121,13 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
     out.distance = static_cast<double>(hit.ray.tfar);
+    if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
+        const RTCRay& ray = hit.ray;
+        const float* p = disks[out.surfel].position;
+        const float at[3] = {ray.org_x + ray.tfar * ray.dir_x - p[0], ray.org_y + ray.tfar * ray.dir_y - p[1],
+                             ray.org_z + ray.tfar * ray.dir_z - p[2]};
+        if (is_beyond(DiskEnd::border, out.surfel, at)) return out;  // no front
+    }
     const auto faces = [&](std::uint32_t k) {
         const float* n = disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;
@@ -122,6 +136,29 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     const std::uint32_t twin = disks[out.surfel].twin;
     if (!out.front && twin != no_surfel) return {twin, faces(twin), out.distance};
     return out;
+}
+
+void Tracer::Impl::drop_joints() {
+    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, float length) {
+        Query query{{}, this, no_surfel, no_surfel, nullptr, nullptr, disks[i].object};
+        embree::init(query.context);
+        RTCRay ray = ray_from(from, direction, length);
+        embree::occluded(scene.get(), query.context, ray);
+        return ray.tfar < 0.0f;
+    };
+    const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
+    for (std::uint32_t i = 0; i + 1 < end_begin.size(); ++i)
+        for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
+            if (ends[e].kind != DiskEnd::border) continue;
+            const Disk& disk = disks[i];
+            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal), center = origin + vec(disk.position);
+            // Another's surface across what sticks out, or along it.
+            const Vec3 beyond = center + (0.5 * static_cast<double>(ends[e].limit + disk.radius)) * outwards;
+            const float high = 0.25f * disk.radius;
+            if (meets_another(i, center, outwards, disk.radius) ||
+                meets_another(i, beyond + static_cast<double>(high) * normal, -normal, 2.0f * high))
+                ends[e].limit = infinity;
+        }
 }
 
 Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const {

@@ -13,7 +13,7 @@ namespace surflux {
 struct Hit {
     static constexpr std::uint32_t none = 0xffffffffu;
     std::uint32_t surfel = none;
-    bool front = false;     // met on the side that its normal points to
+    bool front = false;     // met on the side that its normal points to, and within its borders
     double distance = 0.0;  // along the ray, in units of its direction
     explicit operator bool() const { return surfel != none; }
 };
@@ -31,7 +31,8 @@ struct Ray {
     double length = std::numeric_limits<double>::infinity();
 };
 
-// Visibility among the surfels of a scene: disks, and the triangles of those that have some, block from both sides.
+// Visibility among the surfels of a scene: disks, up to their creases, and the triangles of those that have some, block
+// from both sides.
 // The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and those disks k of the
 // same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a convex surface or ridge
 // that they are tangent to. Arriving, the same seen backwards. By index and side, not by distance alone: what touches i

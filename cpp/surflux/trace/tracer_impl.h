@@ -16,6 +16,7 @@
 namespace surflux {
 
 inline constexpr std::uint32_t no_surfel = Hit::none;
+inline constexpr std::uint32_t no_object = 0xffffffffu;
 inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 
 // Cosine between the normals of surfels on either side of the sharpest ridge over which disks may stand off a surface.
@@ -42,7 +43,16 @@ struct Tracer::Impl {
         std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
     };
 
-    std::vector<Disk> disks;                     // per surfel
+    // The line beyond which a disk has no surface (scene's DiskEnd).
+    struct End {
+        float normal[3];
+        float limit;
+        DiskEnd::Kind kind;
+    };
+
+    std::vector<Disk> disks;               // per surfel
+    std::vector<std::uint32_t> end_begin;  // per surfel, and one more
+    std::vector<End> ends;
     std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
     Vec3 origin;
@@ -55,8 +65,9 @@ struct Tracer::Impl {
         embree::Context context;  // first: Embree hands back a pointer to it
         const Impl* impl;
         std::uint32_t from, to;
-        const Ray* rays = nullptr;     // by Embree's ray id, where there are many; `from` and `to` are not used then
-        const Vec3* nearby = nullptr;  // the normal of a point whose surfel is looked for, and nothing else
+        const Ray* rays = nullptr;      // by Embree's ray id, where there are many; `from` and `to` are not used then
+        const Vec3* nearby = nullptr;   // the normal of a point whose surfel is looked for, and nothing else
+        std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
     };
 
     // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the
@@ -114,6 +125,24 @@ struct Tracer::Impl {
         }
     };
 
+    // Is the place, given from the disk's centre, beyond an end of that kind?
+    bool is_beyond(DiskEnd::Kind kind, std::uint32_t surfel, const float (&at)[3]) const {
+        for (std::uint32_t e = end_begin[surfel]; e < end_begin[surfel + 1]; ++e) {
+            const float* n = ends[e].normal;
+            if (ends[e].kind == kind && n[0] * at[0] + n[1] * at[1] + n[2] * at[2] > ends[e].limit) return true;
+        }
+        return false;
+    }
+    bool has_ends(std::uint32_t surfel) const { return end_begin[surfel] != end_begin[surfel + 1]; }
+
+    bool is_beyond_crease(const Crossing& hit) const {
+        if (!has_ends(hit.surfel)) return false;
+        float at[3];
+        for (int axis = 0; axis < 3; ++axis)
+            at[axis] = hit.from(disks[hit.surfel], axis) + hit.distance() * hit.direction[axis];
+        return is_beyond(DiskEnd::crease, hit.surfel, at);
+    }
+
     // The rule of stands_off for a ray from any place. What is met from behind within rounding of the place is the
     // place's own surface or goes on from it, unless it faces the place: that covers it.
     bool ignores(const Departure& from, const Crossing& hit) const {
@@ -157,6 +186,14 @@ struct Tracer::Impl {
                 is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive],
                 is_disk,
                 {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
+            if (is_disk && impl.is_beyond_crease(crossing)) {
+                arguments->valid[n] = 0;
+                continue;
+            }
+            if (query->but != no_object) {
+                if (impl.disks[crossing.surfel].object == query->but) arguments->valid[n] = 0;
+                continue;
+            }
             if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
                 : query->nearby ? impl.is_strange(*query->nearby, crossing)
                                 : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
@@ -166,6 +203,9 @@ struct Tracer::Impl {
     }
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
+
+    // A border that runs into another object is where the two adjoin: there is no end there.
+    void drop_joints();
 
     void to_local(const Vec3& p, float (&out)[3]) const {
         for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(p[axis] - origin[axis]);

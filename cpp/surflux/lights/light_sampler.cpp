@@ -1,4 +1,4 @@
-#include "surflux/reference/light_sampler.h"
+#include "surflux/lights/light_sampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +17,9 @@ constexpr double short_of = 1.0 - 1e-5;
 
 }  // namespace
 
-LightSampler::LightSampler(const Scene& scene, double small_emitters) : surfels_(scene.surfels) {
+LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources sources) : surfels_(scene.surfels) {
     for (const Light& light : scene.lights) {
+        if (sources == Sources::surfels) break;
         if (const auto* p = std::get_if<PointLight>(&light))
             point_like_.push_back({PointLike::point, p->position, p->intensity, SpotCone({})});
         if (const auto* p = std::get_if<SpotLight>(&light))

@@ -1,0 +1,157 @@
+"""What the irradiance of surfels ought to be: a closed form, or path tracing with its standard error.
+
+A surfel that is a patch of a mesh stands for the patch: its truth is the mean over it, from places spread evenly
+over its triangles. One that is a disk stands for a point of a surface that nobody knows: its truth is the irradiance
+at its centre. Surfels are drawn with probability proportional to their areas, so that means over them are area means.
+"""
+
+import numpy as np
+
+import surflux as sf
+from surflux.bench_scenes import without_light_between
+
+PATHS_A_PLACE = 64
+PLACES = 16
+# Paths of one surfel in one round; the mean of a round is one independent estimate.
+PATHS_A_ROUND = PATHS_A_PLACE * PLACES
+LEAST_ROUNDS = 4
+
+
+class Truth:
+    """Irradiance of area-sampled surfels.
+
+    Attributes:
+        index: (m,) rows of the surfels, some perhaps more than once.
+        total, indirect: (m, 3) irradiance, and the part that comes from surfels.
+        total_error, indirect_error: (m, 3) standard errors; 0 for a closed form.
+        rounds, paths: traced so far.
+    """
+
+    def __init__(self, scene, surfels, count, *, exact=None, seed=0, threads=None):
+        self.scene, self.surfels, self.seed, self.threads = scene, surfels, seed, threads
+        self.index = area_sample(surfels.areas, count, seed)
+        self.paths = self.rounds = 0
+        self._sums = np.zeros((4, count, 3))  # of total and of indirect, and of their squares
+        self._dark = without_light_between(scene) if scene.lights else None
+        self._exact = None if exact is None else exact[self.index]
+        for _ in range(LEAST_ROUNDS):
+            self.refine()
+
+    def refine(self):
+        """Another round of paths for each surfel; nothing to do for a closed form."""
+        if self._exact is not None:
+            return
+        rows = np.repeat(self.index, PLACES)
+        places, normals = places_on(self.surfels, rows, even_squares(self.index, [self.seed, self.rounds]))
+
+        def traced(scene):
+            seed = 1000 * self.seed + self.rounds
+            found, _ = sf.reference_irradiance(
+                scene, places, normals, samples=PATHS_A_PLACE, seed=seed, threads=self.threads
+            )
+            return found
+
+        total = traced(self.scene)
+        # The same seed draws the same first rays: what lights bring cancels path by path.
+        indirect = total if self._dark is None else total - traced(self._dark)
+        total, indirect = (values.reshape(len(self.index), PLACES, 3).mean(axis=1) for values in (total, indirect))
+        for k, values in enumerate((total, indirect, total**2, indirect**2)):
+            self._sums[k] += values
+        self.rounds += 1
+        self.paths += len(rows) * PATHS_A_PLACE
+
+    @property
+    def total(self):
+        return self._exact if self._exact is not None else self._sums[0] / self.rounds
+
+    @property
+    def indirect(self):
+        return self._exact if self._exact is not None else self._sums[1] / self.rounds
+
+    @property
+    def total_error(self):
+        return self._standard_error(0)
+
+    @property
+    def indirect_error(self):
+        return self._standard_error(1)
+
+    def _standard_error(self, k):
+        if self._exact is not None:
+            return np.zeros_like(self._exact)
+        mean = self._sums[k] / self.rounds
+        return np.sqrt(np.maximum(0.0, self._sums[k + 2] / self.rounds - mean**2) / (self.rounds - 1))
+
+
+def area_sample(areas, count, seed=0):
+    """Rows (count,), each with probability proportional to its area; spread evenly over the list."""
+    up_to = np.cumsum(areas)
+    at = (np.arange(count) + np.random.default_rng(seed).random()) * (up_to[-1] / count)
+    return np.minimum(np.searchsorted(up_to, at, side="right"), len(areas) - 1)
+
+
+def even_squares(rows, seed, count=PLACES):
+    """count points (len(rows) * count, 2) of the unit square for each row, even by the R2 sequence (Roberts 2018).
+
+    Each row's are moved by a random vector of its own.
+    """
+    sequence = np.arange(count)[:, None] * [0.7548776662466927, 0.5698402909980532]
+    moved = sequence + np.random.default_rng(seed).random((len(rows), 1, 2))
+    return (moved % 1.0).reshape(-1, 2)
+
+
+def places_on(surfels, rows, squares):
+    """A place and normal for each row: on its triangles, by area, where it has some, else its centre.
+
+    squares: (len(rows), 2), points of the unit square that choose the place.
+    """
+    points, normals = surfels.points[rows].copy(), surfels.normals[rows]
+    owner, corners = surfels.triangle_surfel, surfels.triangles
+    if not len(owner):
+        return points, normals
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    up_to = np.concatenate([[0.0], np.cumsum(area)])
+    first, last = np.searchsorted(owner, rows, side="left"), np.searchsorted(owner, rows, side="right")
+    of_patch = first < last
+    low, high = up_to[first[of_patch]], up_to[last[of_patch]]
+    x, y = squares[of_patch].T
+    chosen = low + x * (high - low)
+    triangle = np.clip(np.searchsorted(up_to, chosen, side="right") - 1, first[of_patch], last[of_patch] - 1)
+    u = np.clip((chosen - up_to[triangle]) / area[triangle], 0.0, 1.0)
+    # The unit square onto the triangle, by area: strips parallel to the side b c.
+    u, v = np.sqrt(u)[:, None], y[:, None]
+    a, b, c = np.moveaxis(corners[triangle], 1, 0)
+    points[of_patch] = a + u * (1.0 - v) * (b - a) + u * v * (c - a)
+    return points, normals
+
+
+def errors_against(truth, total, indirect):
+    """The errors of irradiance at the surfels of a Truth: total and indirect (m, 3), indirect perhaps None.
+
+    Returns a dict. "error" and "indirect": sqrt(sum A |H - Href|^2 / sum A |Href|^2) with the squares of the standard
+    errors taken off; "uncertainty": the standard error of "error" from the choice of surfels; "percentile_99": of
+    |H - Href| / |Href| at single surfels, where those darker than a hundredth of the RMS count as that bright;
+    "reference": the standard error of the reference, as an RMS and relative, and "reference_indirect".
+    """
+    found = {}
+    for name, value, true, spread in (
+        ("error", total, truth.total, truth.total_error),
+        ("indirect", indirect, truth.indirect, truth.indirect_error),
+    ):
+        noise = (spread**2).sum(axis=1)
+        bright = np.mean((true**2).sum(axis=1) - noise)
+        reference = float(np.sqrt(noise.mean() / bright))
+        found["reference" if name == "error" else "reference_indirect"] = reference
+        if value is None:
+            found[name] = None
+            continue
+        off = ((value - true) ** 2).sum(axis=1)
+        square = np.mean(off - noise) / bright
+        found[name] = float(np.sqrt(max(0.0, square)))
+        if name == "error":
+            doubt = np.std(off - noise, ddof=1) / np.sqrt(len(off)) / bright
+            found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt))))
+            floor = 0.01 * np.sqrt(bright)
+            single = np.sqrt(np.maximum(0.0, off - noise)) / np.maximum(np.linalg.norm(true, axis=1), floor)
+            found["percentile_99"] = float(np.quantile(single, 0.99))
+    return found

@@ -1,0 +1,193 @@
+"""Surfaces under lights and skies: direct irradiance in closed form, and one bounce of it."""
+
+import numpy as np
+
+import surflux as sf
+from cases import closed_forms
+from cases.builders import ball_inside, rectangle, strips, surfels_of
+from cases.case import Case, Problem, Wanted, knobs
+
+ALL = slice(None)
+SKY = np.array([1.0, 2.0, 0.5])
+SPHERE_AXES = np.array([1.0, 0.6, 0.4])
+
+
+def floor(n, kind, size=2.0, rho=0.5):
+    """A square around the origin that faces up."""
+    return rectangle([-size / 2, -size / 2, 0], [size, 0, 0], [0, size, 0], (n, n), kind, rho)
+
+
+def under_light(kind, light, expected):
+    """A floor of 2 x 2 under one light; expected: (points, normals) -> H."""
+
+    def build(n):
+        return Problem(sf.Scene([floor(n, kind)], [light]), [Wanted(ALL, expected)])
+
+    return build
+
+
+def convex_cloud(cloud):
+    def build(n):
+        if cloud == "random":
+            p = np.random.default_rng(5).normal(size=(n, 3))
+            p /= np.linalg.norm(p, axis=1, keepdims=True)
+            points, normals = p, p
+        else:
+            p = ball_inside(n).points
+            # The normal of an ellipsoid at a p, a the axes, is along p / a.
+            points, normals = (p, p) if cloud == "sphere" else (p * SPHERE_AXES, p / SPHERE_AXES)
+        scene = sf.Scene([surfels_of(points, normals)], [sf.Environment(SKY)])
+        return Problem(scene, [Wanted(ALL, np.pi * SKY)], quality=knobs(256))
+
+    return build
+
+
+def half_sky(kind, tilt):
+    """The upper half of the sky over a plane tilted by `tilt` degrees, and no ground."""
+
+    def build(n):
+        image = np.zeros((8, 16, 3))
+        image[:4] = 3.0
+        b = np.radians(tilt)
+        u, v = np.array([np.cos(b), 0, -np.sin(b)]), np.array([0, 1.0, 0])
+        plane = rectangle([0, 0, 0], u, v, (n, n), kind, 0.5)
+        sky = sf.Environment(image)
+        expected = 3 * np.pi * (1 + np.cos(b)) / 2
+        return Problem(sf.Scene([plane], [sky]), [Wanted(ALL, expected)], quality=knobs(16 * n * n))
+
+    return build
+
+
+def canyon(n):
+    """Width and height 1, black walls, a sky of radiance 1; the middle of a canyon 40 long, with nothing at its ends.
+
+    What stands at the ends instead of walls is 1 / 20 high seen from the middle: it adds 1 / (pi 20^2) at most.
+    """
+    at = [-20.0, -5.0, *np.linspace(-0.5, 0.5, 4), 5.0, 20.0]
+    along, across, up = [0, 1, 0], np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
+    base = strips([1, 0, 0], along, at, -across, n)  # along x across: up
+    left = strips([0, 0, 0], along, at, up, n)
+    right = strips([1, 0, 1], along, at, -up, n)
+    k = len(base)
+
+    def sky(points, normals):
+        x, z = points[:, 0], points[:, 2]
+        of_floor = 0.5 * (x / np.hypot(x, 1) + (1 - x) / np.hypot(1 - x, 1))
+        # From a wall, the opening begins at the wall's own rim, straight above, and ends at the other one.
+        of_wall = 0.5 * (1 - (1 - z) / np.hypot(1, 1 - z))
+        return np.pi * np.where(normals[:, 2] > 0.5, of_floor, of_wall)
+
+    wanted = [Wanted(slice(first + 2 * n, first + 5 * n), sky) for first in (0, k, 2 * k)]
+    return Problem(sf.Scene([base, left, right], [sf.Environment(1.0)]), wanted, 1 / n, knobs(16 * n * n))
+
+
+def one_bounce(kind):
+    """A floor of rho = .8 under the sun straight above, which a black wall at its side sees."""
+
+    def build(n):
+        ground = rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0], (n, n), kind, 0.8)
+        wall = rectangle([0, 0, 0.05], [0, 1, 0], [0, 0, 1], (n, n), kind)
+        corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+
+        def bounced(points, normals):
+            return 0.8 * 5.0 * closed_forms.element_to_polygon(points, normals, corners)
+
+        wanted = [Wanted(slice(n * n, None), bounced)]
+        scene = sf.Scene([ground, wall], [sf.DirectionalLight([0, 0, -1], 5.0)])
+        return Problem(scene, wanted, quality=knobs(16 * n * n if kind == "patches" else 256))
+
+    return build
+
+
+POINT = {"position": [0.2, -0.3, 0.8], "intensity": 3.0}
+SPOT = {"position": [0.2, -0.3, 1.0], "direction": [-0.2, 0.3, -1.0], "intensity": 3.0, "cone": 60.0, "penumbra": 25.0}
+SUN = {"direction": [0.3, 0.2, -0.6], "irradiance": 4.0}
+LAMP = {"corner": [-0.4, -0.2, 0.5], "edge_u": [0, 0.6, 0], "edge_v": [0.9, 0, 0], "exitance": 2.0}
+LAMP_CORNERS = np.array([[-0.4, -0.2, 0.5], [-0.4, 0.4, 0.5], [0.5, 0.4, 0.5], [0.5, -0.2, 0.5]])
+
+
+def of_point(points, normals):
+    return closed_forms.point_light(points, normals, **POINT)
+
+
+def of_spot(points, normals):
+    return closed_forms.spot_light(points, normals, **SPOT)
+
+
+def of_lamp(points, normals):
+    return 2.0 * closed_forms.element_to_polygon(points, normals, LAMP_CORNERS)
+
+
+def of_sun(points, normals):
+    return np.full(len(points), 4.0 * 0.6 / 0.7)
+
+
+def lights(kind, order_and_tolerance):
+    """The four lights over a floor of patches or points."""
+    which = {
+        "point light": (sf.PointLight(**POINT), of_point),
+        "spot light": (sf.SpotLight(**SPOT), of_spot),
+        "sun": (sf.DirectionalLight(**SUN), of_sun),
+        "area light": (sf.AreaLight(**LAMP), of_lamp),
+    }
+    for name, (derivation, *numbers) in order_and_tolerance.items():
+        exact = {} if len(numbers) > 1 else {"floor": ROUNDING}
+        yield Case(f"{name}, {kind}", under_light(kind, *which[name]), (5, 10, 20), derivation, *numbers, **exact)
+
+
+ROUNDING = "a closed form of the light's own, with nothing in its way: rounding alone is left"
+CONVEX = "Half of the sky stands over every point of a convex surface: H = pi L. "
+OWN_DISKS = "what leaves a point hardly ever meets the disks around it"
+HALF = "Tilted by b, a plane without ground sees (1 + cos b) / 2 of the upper half, which gives pi L. "
+SKY_NOISE = "Rays find how much of the sky is seen and what it sends. "
+CANYON = (
+    "From the floor the opening has the factor (sin a + sin b) / 2, a and b the angles to both rims, .447214 in the "
+    "middle; from a wall (1 - sin c) / 2. The mean over the floor is sqrt(2) - 1 (DESIGN section 7). "
+)
+BOUNCE = "What the floor sends back is rho D; Lambert's polygon from every point of the wall. "
+POINT_LIGHT = "I cos / r^2; over a patch, I times its solid angle over its area. "
+SPOT_LIGHT = "I cos / r^2 times smoothstep of the angle between (cone - penumbra) / 2 and cone / 2. "
+SPOT_NOISE = "Over a patch in the penumbra, the mean share of 64 points: noise that falls with the patch. "
+AREA_LIGHT = "M times Lambert's polygon. "
+AREA_NOISE = "Over a patch, the mean of 64 points that are even but not random: order below 1. "
+
+CASES = [
+    *(
+        Case(f"convex cloud under the sky, {name}", convex_cloud(name), (100, 300, 900), CONVEX, 1e-3, floor=OWN_DISKS)
+        for name in ("sphere", "ellipsoid", "random")
+    ),
+    Case("half sky, patches", half_sky("patches", 0.0), (4, 8, 16), HALF + SKY_NOISE, 2e-4, 1.2),
+    Case("half sky, points", half_sky("points", 0.0), (4, 8, 16), HALF + SKY_NOISE, 2e-4, 1.2),
+    Case("half sky on a slope, patches", half_sky("patches", 60.0), (4, 8, 16), HALF + SKY_NOISE, 1.2e-3, 1.1),
+    Case("half sky on a slope, points", half_sky("points", 60.0), (4, 8, 16), HALF + SKY_NOISE, 1.2e-3, 1.1),
+    Case("half sky over a ledge, patches", half_sky("patches", 120.0), (4, 8, 16), HALF + SKY_NOISE, 4e-3, 1.0),
+    Case("canyon", canyon, (4, 8, 16), CANYON + SKY_NOISE, 3e-3, 1.1, off=2e-3),
+    *lights(
+        "patches",
+        {
+            "point light": (POINT_LIGHT, 1e-11),
+            "spot light": (SPOT_LIGHT + SPOT_NOISE, 3.5e-3, 0.4),
+            "sun": ("E cos. ", 1e-12),
+            "area light": (AREA_LIGHT + AREA_NOISE, 2e-3, 0.5),
+        },
+    ),
+    *lights(
+        "points",
+        {
+            "point light": (POINT_LIGHT, 1e-12),
+            "spot light": (SPOT_LIGHT, 1e-12),
+            "sun": ("E cos. ", 1e-12),
+            "area light": (AREA_LIGHT, 1e-12),
+        },
+    ),
+    Case("one bounce, patches", one_bounce("patches"), (4, 8, 16), BOUNCE, 1.6e-3, 1.1),
+    Case(
+        "one bounce, points",
+        one_bounce("points"),
+        (6, 11, 20),
+        BOUNCE + "Disks at open borders reach past them. ",
+        4.5e-2,
+        0.7,
+        off=None,
+    ),
+]

@@ -1,0 +1,55 @@
+"""Every solver that runs the cases. A new one joins by a line in SOLVERS."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import surflux as sf
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Finds the irradiance H (n, 3) at scene.surfels.
+
+    Attributes:
+        run: callable (scene, **quality) -> H.
+        factors: True where it is a matrix of form factors, and runs only what is one row of it: scenes without lights
+            in which nothing is reflected.
+        own_error: a relative error that it makes by its own knobs, whatever the density: where a case asks for less,
+            this is asked for, and no order where the errors are below.
+    """
+
+    run: Callable
+    factors: bool = False
+    own_error: float = 0.0
+
+    def __call__(self, scene, **quality):
+        return self.run(scene, **quality)
+
+    def takes(self, problem):
+        return not self.factors or (not problem.scene.lights and not problem.scene.surfels.reflectance.any())
+
+
+def at_surfels(solution, scene):
+    """The field of a Solution at the scene's own surfels: the mean by area over what each was refined into."""
+    n = len(scene.surfels)
+    areas = solution.surfels.areas
+    total = np.bincount(solution.parents, areas, n)
+    sums = [np.bincount(solution.parents, areas * h, n) for h in solution.irradiance.T]
+    return np.stack(sums, axis=1) / total[:, None]
+
+
+def all_pairs(scene, **quality):
+    return at_surfels(sf.solve(scene, tolerance=1e-7, **quality), scene)
+
+
+def by_form_factors(scene, **quality):
+    """H = F E: nothing is reflected."""
+    return sf.form_factors(scene, **quality) @ scene.surfels.emission
+
+
+SOLVERS = {
+    "solve": Solver(all_pairs),
+    "form_factors": Solver(by_form_factors, factors=True),
+}

@@ -1,0 +1,175 @@
+"""`surflux bench --quick`: the truth that solvers are judged by, the errors, and the rows, tables and plots of them."""
+
+import json
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from scenes import cube_inside, patch
+from surflux import bench_mitsuba, bench_plot, bench_scenes, bench_solvers, cli
+from surflux.bench_truth import Truth, area_sample, errors_against, even_squares, places_on
+
+SMALL = replace(bench_solvers.QUICK, surfels=12, rounds=4, samples=(1, 4))
+
+
+def test_the_truth_of_a_patch_is_its_mean():
+    """Over a square of side 2 the mean of I cos / r^2 from 1 over its centre is I solid angle / 4, 2 pi / 3 of it."""
+    floor = patch([-1, -1, 0], [2, 0, 0], [0, 2, 0], 0.5)
+    scene = sf.Scene([floor], [sf.PointLight([0, 0, 1], 3.0)])
+    truth = Truth(scene, floor, 2)
+    expected = 3.0 * (2 * np.pi / 3) / 4
+    assert np.all(np.abs(truth.total - expected) < 5 * truth.total_error)
+    assert np.all(truth.total_error < 0.05 * expected)
+    assert np.all(truth.indirect == 0.0)
+
+
+def test_the_truth_of_a_disk_is_its_centre():
+    disk = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0, areas=3.0)
+    truth = Truth(sf.Scene([disk], [sf.PointLight([0, 0, 1], 3.0)]), disk, 2)
+    np.testing.assert_allclose(truth.total, 3.0, rtol=1e-6)
+
+
+def test_direct_and_indirect_light_of_a_furnace():
+    """B = E / (1 - rho) = 2 sends H = 2 to all; a light inside adds what the same rays find in the dark scene."""
+    cube = cube_inside(2, 0.5, 1.0)
+    truth = Truth(sf.Scene([cube]), cube, 8)
+    assert np.all(np.abs(truth.total - 2.0) < 5 * truth.total_error)
+    np.testing.assert_array_equal(truth.indirect, truth.total)
+    lit = Truth(sf.Scene([cube], [sf.PointLight([0.5, 0.5, 0.5], 1.0)]), cube, 8)
+    direct = lit.total - lit.indirect
+    dark = sf.Scene([cube_inside(2, 0.0)], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
+    np.testing.assert_allclose(direct, Truth(dark, cube, 8).total, rtol=1e-9)
+    before = np.sum(lit.total_error**2)
+    for _ in range(12):
+        lit.refine()
+    assert np.sum(lit.total_error**2) < 0.75 * before  # a quarter in the mean
+    assert lit.paths == 8 * 16 * 1024
+
+
+def test_surfels_are_drawn_by_area_and_places_evenly():
+    areas = np.array([1.0, 0.0, 3.0, 6.0])
+    assert np.bincount(area_sample(areas, 1000), minlength=4).tolist() == [100, 0, 300, 600]
+    # A triangle and a quadrilateral: places lie on their surfel, and their mean is its centroid.
+    triangle = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    both = sf.Scene([triangle, patch([0, 0, 2], [3, 0, 0], [0, 1, 0])]).surfels
+    rows = np.repeat([0, 1], 400)
+    places, normals = places_on(both, rows, even_squares([0, 1], 0, 400))
+    for k in (0, 1):
+        np.testing.assert_allclose(places[rows == k].mean(axis=0), both.points[k], atol=0.02)
+    assert np.all(places[:400].sum(axis=1) <= 1.0)
+    assert places[400:, 0].max() > 2.9
+    np.testing.assert_array_equal(normals, np.tile([0.0, 0.0, 1.0], (800, 1)))
+
+
+def test_errors_are_relative_by_area_and_without_the_noise_of_the_reference():
+    exact = np.tile([3.0, 0.0, 4.0], (50, 1))
+    surfels = sf.Surfels(np.random.default_rng(0).random((50, 3)), np.tile([0, 0, 1.0], (50, 1)), radii=1, areas=1)
+    truth = Truth(sf.Scene([surfels]), surfels, 200, exact=exact)
+    value = np.array(truth.total)
+    value[:, 1] += 0.1
+    value[7, 1] += 4.9  # one of 200 is off by 100 %: beyond the 99th percentile
+    found = errors_against(truth, value, truth.indirect)
+    assert found["error"] == pytest.approx(np.sqrt((199 * 0.01 + 25.0) / (200 * 25.0)))
+    assert found["percentile_99"] == pytest.approx(0.02)
+    assert (found["indirect"], found["reference"]) == (0.0, 0.0)
+
+    noisy = SimpleNamespace(total=value, indirect=value, total_error=np.full((200, 3), 0.5), indirect_error=0 * value)
+    noise = np.random.default_rng(1).normal(scale=0.5, size=value.shape)
+    noisy.total = truth.total + noise
+    found = errors_against(noisy, truth.total, None)
+    assert found["error"] < 0.05 < found["reference"]
+    assert found["indirect"] is None
+
+
+def test_leaves_of_a_solution_are_taken_together():
+    leaves = SimpleNamespace(surfels=SimpleNamespace(areas=np.array([1.0, 3.0, 2.0])), parents=np.array([0, 0, 1]))
+    values = np.array([[1.0, 0, 0], [5.0, 0, 4], [7.0, 7, 7]])
+    np.testing.assert_allclose(bench_solvers.by_scene_surfel(leaves, values, 2), [[4, 0, 3], [7, 7, 7]])
+
+
+@pytest.mark.parametrize(("name", "surfels"), [("three spheres", 4326), ("Cornell box", 2504)])
+def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
+    built = bench_scenes.build(name)
+    assert len(built.scene.surfels) == surfels
+    coarse = bench_scenes.build(name, 0.5)
+    assert surfels / 4.2 < len(coarse.scene.surfels) < surfels / 3.8
+    polygons = coarse.polygons()
+    assert not polygons.lights
+    assert len(np.unique(polygons.surfels.triangle_surfel)) == len(polygons.surfels)
+    lamps = polygons.surfels[polygons.surfels.emission[:, 0] > 0]
+    power = sum(
+        np.linalg.norm(np.cross(light.edge_u, light.edge_v)) * light.exitance[0] for light in built.scene.lights
+    )
+    assert np.sum(lamps.areas * lamps.emission[:, 0]) == pytest.approx(power)
+    targets = bench_scenes.targets_on(polygons, coarse.scene)
+    assert len(targets) == len(coarse.scene.surfels)
+    assert np.sum(targets.areas) == pytest.approx(np.sum(polygons.surfels.areas) - np.sum(lamps.areas))
+
+
+@pytest.mark.scans
+def test_two_bunnies_as_polygons(scans):
+    built = bench_scenes.build("two bunnies", 0.1)
+    assert len(built.polygons().surfels) > 137_000  # the bunnies' own faces
+    assert len(built.scene.surfels) == 6 * 4 + 2 * 40
+
+
+def test_scenes_with_other_lights_have_no_polygons():
+    scene = sf.Scene([cube_inside(1)], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
+    with pytest.raises(ValueError, match="scene: wanted area lights alone, got a PointLight"):
+        bench_scenes.with_solid_lamps(scene)
+
+
+def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
+    small = replace(SMALL, densities={"concentric spheres": (0.25, 0.5), "three spheres": (0.25,)})
+    small = replace(small, every_setting=True, knobs_at=dict.fromkeys(bench_scenes.NAMES, 0.25))
+    monkeypatch.setattr(bench_solvers, "QUICK", small)
+    monkeypatch.setattr(bench_mitsuba, "load", lambda threads: None)
+    text, rows, plot = tmp_path / "bench.md", tmp_path / "bench.json", tmp_path / "bench.png"
+    chosen = ["--scene", "concentric spheres", "--scene", "three spheres", "--repeats", "1"]
+    paths = ["--markdown", str(text), "--json", str(rows), "--plot", str(plot)]
+    assert cli.main(["bench", "--quick", *chosen, *paths]) == 0
+    assert capsys.readouterr().out == text.read_text()
+    found = json.loads(rows.read_text())["rows"]
+    closed = [row for row in found if row["scene"] == "concentric spheres"]
+    assert [row["knob"] for row in closed] == ["surfels", *["rays"] * 3, *["tolerance"] * 3, "surfels"]
+    assert {row["knob"] for row in found} == {"surfels", "rays", "shadow rays", "tolerance"}
+    coarse, fine = (row["error"] for row in closed if row["knob"] == "surfels")
+    assert 0.0 < fine < coarse < 0.05  # finer spheres are nearer to the closed form
+    rough, usual = closed[1]["error"], closed[0]["error"]
+    assert (closed[1]["options"], usual < rough) == ({"rays": 16}, True)
+    for row in found:
+        assert row["seconds"] >= 0.5 * sum(row["stages"].values()) > 0
+        assert row["rays"] > row["surfels"]
+        assert 0.0 <= row["error"] < 0.3
+    assert text.read_text().count("closed form") == len(closed)
+    assert text.read_text().count("\n| three spheres |") == len(found) - len(closed)
+    assert sf.read_image(plot).std() > 0.05  # something is drawn
+
+
+def test_curves_of_knobs_go_through_the_defaults():
+    def row(knob, surfels, options, seconds):
+        return bench_solvers.Row("a", "solve", knob, "", surfels, seconds, *6 * (0.1,), options=options)
+
+    rows = [row("surfels", 10, {}, 1), row("rays", 10, {"rays": 16}, 2), row("rays", 10, {"rays": 1024}, 3)]
+    rows.append(row("surfels", 40, {}, 4))
+    found = bench_plot.curves(rows)
+    assert [r.seconds for r in found["solve", "surfels"]] == [1, 4]
+    assert [r.seconds for r in found["solve", "rays"]] == [2, 1, 3]  # 256 rays lie between
+
+
+def test_an_error_is_claimed_if_the_reference_is_four_times_as_sure():
+    row = bench_solvers.Row("a", "solve", "rays", "16", 10, 1.0, 0.04, 0.03, 0.5, 0.001, 0.01, 0.01)
+    assert (row.is_claimed("error"), row.is_claimed("indirect")) == (True, False)
+    assert "| 4 ± 0.1 | ~ 3 | 50 |" in bench_solvers.table([row])
+
+
+def test_mitsuba_is_left_out_aloud_where_it_is_not_installed(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    assert bench_mitsuba.load() is None
+    assert capsys.readouterr().err == "bench: Mitsuba left out: it is not installed (pip install surflux[bench])\n"
+    assert cli.main(["bench", "--reference"]) == 0
+    assert "Mitsuba left out" in capsys.readouterr().err
