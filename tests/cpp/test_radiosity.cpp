@@ -98,12 +98,13 @@ TEST(Exchange, WhereNoDiagonalClosesItNoRowIsTooLargeAndWhatIsLackingIsAbsorbed)
     e.size = 3;
     e.areas = {1.0, 2.0, 1.0};
     e.scale.assign(3, 1.0);
-    e.yields.assign(3, 1.0);
+    e.sure.assign(3, 0);
     e.g = {0.0f, 0.9f, 0.0f, 0.9f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     Hemispheres h;
     h.escape = {0.0, 0.0, 0.0};
     h.absorbed = {0.0, 0.0, 0.0};  // the third sees nothing at all
     h.sky.assign(3, Rgb{});
+    h.taken.assign(3, 256);
     const Closure closure = close(e, h);
     EXPECT_LT(closure.residual, 1e-7);
     EXPECT_NEAR(closure.largest_shortfall, 1.0, 1e-12);  // of the third

@@ -34,6 +34,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
     out.escape.assign(s.size(), 0.0);
     out.absorbed.assign(s.size(), 0.0);
     out.sky.assign(s.size(), {});
+    out.taken.assign(s.size(), 0);
     const double contact = contact_distance(bounds_of(s));
     std::atomic<std::size_t> traced{0};
 
@@ -75,6 +76,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         out.escape[i] = static_cast<double>(escaped) / taken;
         out.absorbed[i] = static_cast<double>(absorbed) / taken;
         out.sky[i] = sky / taken + (pi * out.escape[i]) * constant;
+        out.taken[i] = static_cast<std::uint32_t>(taken);
         traced += static_cast<std::size_t>(taken) * (1 + images.size());
     };
     parallel_blocks(

@@ -16,6 +16,7 @@ struct Hemispheres {
     std::vector<double>
         absorbed;          // fraction that meets a back face, which is black, or leaves where something lies on it
     std::vector<Rgb> sky;  // irradiance from the scene's Environments
+    std::vector<std::uint32_t> taken;  // rays per surfel that escape and absorbed come from
     std::size_t rays = 0;
 };
 

@@ -12,6 +12,9 @@ namespace {
 
 constexpr double largest_scale = 2.0;
 constexpr int warm_up_rounds = 3, newton_rounds = 30, newton_applications = 60;
+// How far the losses of disks follow their scale. Measured on a ball and in corners under lights and skies: from 0.1 to
+// 0.3 all the same, and the error up to 2 times less than at 1.
+constexpr double yield_of_disks = 0.1;
 constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
 
 // The state of the iteration: what leaves each surfel at the present scale, and what is known of the exchange.
@@ -29,7 +32,7 @@ public:
     }
 
     double row(std::size_t i) const { return outflow_[i] / exchange_.areas[i]; }
-    double loss_scale(std::size_t i) const { return std::pow(exchange_.scale[i], exchange_.yields[i]); }
+    double loss_scale(std::size_t i) const { return std::pow(exchange_.scale[i], yield(i)); }
     // Held at the bound: its row lacks something, but its scale must not grow.
     bool held(std::size_t i) const { return exchange_.scale[i] >= largest_scale && row(i) < 1.0; }
 
@@ -40,7 +43,7 @@ public:
             const double lost =
                 loss_scale(i) * exchange_.areas[i] * (hemispheres_.escape[i] + hemispheres_.absorbed[i]);
             outflow_[i] = product_[i] + lost;
-            slope_[i] = product_[i] + exchange_.yields[i] * lost;
+            slope_[i] = product_[i] + yield(i) * lost;
             if (!held(i)) closure_.residual = std::max(closure_.residual, std::abs(row(i) - 1.0));
         }
     }
@@ -73,10 +76,11 @@ public:
     // What is left when Newton's method has not settled: symmetric still, and rows at most 1, as yields are.
     void shrink_rows_above_one() {
         for (std::size_t i = 0; i < exchange_.size; ++i)
-            if (row(i) > 1.0) exchange_.scale[i] *= std::pow(row(i), -1.0 / exchange_.yields[i]);
+            if (row(i) > 1.0) exchange_.scale[i] *= std::pow(row(i), -1.0 / yield(i));
     }
 
 private:
+    double yield(std::size_t i) const { return exchange_.sure[i] ? 1.0 : yield_of_disks; }
     void set_scale(std::size_t i, double value) { exchange_.scale[i] = std::min(value, largest_scale); }
 
     void apply(const std::vector<double>& x, std::vector<double>& out) {
@@ -93,9 +97,28 @@ private:
     std::vector<double> ones_, product_, outflow_, slope_;  // slope: of outflow, by the logarithm of a row's own scale
 };
 
+// What sure rows lose, such that they close by themselves where that does not contradict the rays.
+void settle_losses(const Exchange& exchange, Hemispheres& hemispheres) {
+    std::vector<double> sums;
+    exchange.apply(std::vector<double>(exchange.size, 1.0), sums, 1);
+    for (std::size_t i = 0; i < exchange.size; ++i) {
+        const double lost = hemispheres.escape[i] + hemispheres.absorbed[i];
+        if (!exchange.sure[i] || !(lost > 0.0)) continue;
+        // Half a ray, so that one that nearly all or nearly none of them leave has an error too.
+        const double rays = hemispheres.taken[i], share = std::clamp(lost, 0.5 / rays, 1.0 - 0.5 / rays);
+        const double margin = 3.0 * std::sqrt(share * (1.0 - share) / rays);
+        const double wanted =
+            std::clamp(1.0 - sums[i] / exchange.areas[i], std::max(0.0, lost - margin), std::min(1.0, lost + margin));
+        hemispheres.escape[i] *= wanted / lost;
+        hemispheres.absorbed[i] *= wanted / lost;
+        hemispheres.sky[i] *= wanted / lost;
+    }
+}
+
 }  // namespace
 
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance) {
+    settle_losses(exchange, hemispheres);
     Closure closure;
     Closing closing(exchange, hemispheres, progress, closure);
     closing.measure();

@@ -21,10 +21,6 @@ constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 constexpr int most_rays = 64, emitter_rays = 16;
 constexpr double rays_per_factor = 256.0;
-// Of disks, whose exchange is known to some per cent close by, against rays that are off by less than one. Measured on
-// a ball and in corners under lights and skies: from 0.1 to 0.3 all the same, and the error up to 2 times less than
-// at 1.
-constexpr double yield_of_disks = 0.1, yield_of_patches = 1.0;
 
 }  // namespace
 
@@ -108,12 +104,6 @@ std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs
     return out;
 }
 
-std::vector<double> yields_of(const Scene& scene, const PairExchange& pairs) {
-    std::vector<double> out(scene.surfels.size());
-    for (std::uint32_t i = 0; i < out.size(); ++i) out[i] = pairs.is_patch(i) ? yield_of_patches : yield_of_disks;
-    return out;
-}
-
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress) {
     const Surfels& s = scene.surfels;
@@ -128,7 +118,8 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     out.areas = s.areas;
     out.scale.assign(n, 1.0);
     out.g.assign(n * n, 0.0f);
-    out.yields = yields_of(scene, pairs);
+    out.sure.resize(n);
+    for (std::uint32_t i = 0; i < n; ++i) out.sure[i] = pairs.is_patch(i);
 
     std::atomic<std::size_t> links{0}, rays{0};
     const auto fill = [&](std::size_t row_tile, std::size_t col_tile) {

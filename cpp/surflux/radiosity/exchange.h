@@ -24,9 +24,8 @@ struct Exchange {
     double* precise = nullptr;  // in place of g: as many doubles, which somebody else keeps
     std::vector<double> areas;
     std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
-    // How far what row i loses gives way where it and the row do not make 1: 1 as much as the row, 0 not at all.
-    std::vector<double> yields;
-    std::size_t links = 0;  // pairs i < j that exchange anything
+    std::vector<char> sure;     // per row: a patch's, exact but for what blocks it; a disk's is known to some per cent
+    std::size_t links = 0;      // pairs i < j that exchange anything
     std::size_t rays = 0;
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.
@@ -35,9 +34,6 @@ struct Exchange {
 
 // G_ii of all surfels, from the disks that overlap each.
 std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs);
-
-// Exchange::yields of all surfels.
-std::vector<double> yields_of(const Scene& scene, const PairExchange& pairs);
 
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);

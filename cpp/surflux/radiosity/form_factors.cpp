@@ -18,34 +18,22 @@ namespace {
 constexpr std::size_t tile = 32;
 constexpr double closure_tolerance = 1e-11;
 
-std::vector<double> row_sums(const Exchange& exchange) {
-    std::vector<double> sums;
-    exchange.apply(std::vector<double>(exchange.size, 1.0), sums, 1);
-    for (std::size_t i = 0; i < exchange.size; ++i) sums[i] /= exchange.areas[i];
-    return sums;
-}
-
 // Rows that make 1 already lose nothing that is worth a ray.
 bool are_closed(const Exchange& exchange) {
-    const std::vector<double> sums = row_sums(exchange);
-    return std::all_of(sums.begin(), sums.end(), [](double sum) { return std::abs(sum - 1.0) < 1e-8; });
+    std::vector<double> sums;
+    exchange.apply(std::vector<double>(exchange.size, 1.0), sums, 1);
+    for (std::size_t i = 0; i < exchange.size; ++i)
+        if (!exchange.sure[i] || std::abs(sums[i] / exchange.areas[i] - 1.0) > 1e-8) return false;
+    return true;
 }
 
-// What rows lose, such that they close by themselves where that does not contradict the rays.
-void settle_losses(const Exchange& exchange, int rays, Hemispheres& hemispheres) {
-    const std::vector<double> sums = row_sums(exchange);
-    for (std::size_t i = 0; i < exchange.size; ++i) {
-        double& escape = hemispheres.escape[i];
-        double& absorbed = hemispheres.absorbed[i];
-        const double lost = escape + absorbed;
-        if (!(lost > 0.0)) continue;
-        // Half a ray, so that one that nearly all or nearly none of them leave has an error too.
-        const double share = std::clamp(lost, 0.5 / rays, 1.0 - 0.5 / rays);
-        const double margin = 3.0 * std::sqrt(share * (1.0 - share) / rays);
-        const double wanted = std::clamp(1.0 - sums[i], std::max(0.0, lost - margin), std::min(1.0, lost + margin));
-        escape *= wanted / lost;
-        absorbed *= wanted / lost;
-    }
+Hemispheres nothing_lost(std::size_t surfels) {
+    Hemispheres out;
+    out.escape.assign(surfels, 0.0);
+    out.absorbed.assign(surfels, 0.0);
+    out.sky.assign(surfels, Rgb{});
+    out.taken.assign(surfels, 0);
+    return out;
 }
 
 }  // namespace
@@ -103,20 +91,14 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     exchange.precise = out;
     exchange.areas = s.areas;
     exchange.scale.assign(n, 1.0);
-    exchange.yields = yields_of(scene, pairs);
+    for (std::uint32_t i = 0; i < n; ++i) exchange.sure.push_back(pairs.is_patch(i));
     FormFactors result;
     result.rays = rays;
     result.imprecise = imprecise;
     if (options.visibility) {
-        Hemispheres hemispheres;
-        if (are_closed(exchange)) {
-            hemispheres.escape.assign(n, 0.0);
-            hemispheres.absorbed.assign(n, 0.0);
-            hemispheres.sky.assign(n, {});
-        } else {
-            hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, progress("hemispheres"));
-            settle_losses(exchange, options.rays, hemispheres);
-        }
+        Hemispheres hemispheres = are_closed(exchange) ? nothing_lost(n)
+                                                       : measure_hemispheres(scene, tracer, options.rays, options.seed,
+                                                                             progress("hemispheres"));
         close(exchange, hemispheres, progress("closure"), closure_tolerance);
         result.rest.resize(n);
         for (std::size_t i = 0; i < n; ++i) result.rest[i] = hemispheres.escape[i] + hemispheres.absorbed[i];

@@ -24,9 +24,7 @@ struct FormFactors {
 };
 
 // F_ij of all pairs into n x n doubles at `out`, row-major. The scene needs areas.
-//   Rows are closed as `solve` does it (closure.h), but only as far as rays contradict them: what a row lacks is taken
-// for what it loses to the sky and to back faces, if that is within three standard errors of what rays of the
-// hemisphere found; no more is asked of factors that are precise already. A row of which no ray is lost makes 1.
+// Rows are closed as `solve` does it (closure.h), only more precisely.
 FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
                          const StageProgress& progress);
 
