@@ -19,7 +19,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import _check, bench_clouds, bench_scenes, shapes
+from surflux import _check, bench_clouds, bench_factors, bench_scenes, shapes
 
 
 @dataclass
@@ -118,6 +118,8 @@ def _cases(options):
         reason = bench_scenes.why_not(name)
         if needs_data and not os.environ.get("SURFLUX_DATA"):
             reason = bench_scenes.NO_SCANS
+        if name == bench_factors.NAME:
+            reason = bench_factors.why_not()
         if reason:
             print(f"bench: {name} left out: {reason}", file=sys.stderr)
             continue
@@ -366,5 +368,6 @@ CASES = {
     "sphere inside": (False, _sphere_inside),
     "concentric spheres": (False, _concentric),
     "form factors in a cube": (False, _cube_factors),
+    bench_factors.NAME: (False, lambda threads: _run(*bench_factors.beside_peer(threads))),
     **{name: (False, _scene_file(file)) for name, file in bench_scenes.FILES.items()},
 }

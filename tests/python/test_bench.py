@@ -2,10 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench, bench_areas, bench_scenes, cli
+from surflux import bench, bench_areas, bench_factors, bench_scenes, cli
 
 
 def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
@@ -44,6 +45,36 @@ def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
     out, err = capsys.readouterr()
     assert "two bunnies left out" in err
     assert "two bunnies" not in out
+
+
+def test_view_factors_are_measured_beside_a_peer():
+    class Peer:
+        """One that is off by one per cent, from column to row."""
+
+        @staticmethod
+        def compute_viewfactor_matrix(mesh, skip_obstruction):
+            faces = mesh.regular_faces
+            corners = mesh.points[faces[:, [0, 1, 3]]].astype(float)
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            assert np.all(np.sum(normals * (0.5 - corners.mean(axis=1)), axis=1) > 0)  # it sees the inside
+            assert skip_obstruction
+            return 0.99 * sf.form_factors(sf.Scene([sf.Surfels.from_mesh((mesh.points, faces))])).T
+
+    surfels, seconds, error, against, stages = bench_factors.cube_factors(None, Peer)
+    assert surfels == 864
+    assert error < 1e-10
+    assert seconds == stages["surflux"]
+    assert stages["pyviewfactor"] > 0
+    assert against.startswith("between faces, largest; row sums ")
+    assert against.endswith("; pyviewfactor 2.0e-03, row sums 1.0e-02")
+
+
+def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
+    monkeypatch.setattr(bench_factors.importlib.util, "find_spec", lambda name: None)
+    assert cli.main(["bench", "--case", bench_factors.NAME]) == 0
+    out, err = capsys.readouterr()
+    assert err == "bench: view factors beside pyviewfactor left out: needs pip install 'surflux[bench]'\n"
+    assert "pyviewfactor" not in out
 
 
 @pytest.mark.parametrize(

@@ -164,6 +164,7 @@ REFUSED = [
     (factors, "scene", [surfels(), [surfels()], "room.toml", 5]),
     (factors, "visibility", [1, 0, None, "yes"]),
     (factors, "return_escape", [1, 0, None, "yes"]),
+    (factors, "error", [*NUMBERS, None, 0.0, 1e-7, 1.1]),
     (factors, "rays", [*COUNTS, None, 15]),
     (factors, "epsilon", [*NUMBERS, None, 0.0, 1.0, -1]),
     (factors, "seed", [-1, 0.5, "0", True, None, 2**64]),

@@ -18,6 +18,24 @@ namespace {
 constexpr std::size_t tile = 32;
 constexpr double closure_tolerance = 1e-11;
 
+// Rows that make 1 already lose nothing that is worth a ray.
+bool are_closed(const Exchange& exchange) {
+    std::vector<double> sums;
+    exchange.apply(std::vector<double>(exchange.size, 1.0), sums, 1);
+    for (std::size_t i = 0; i < exchange.size; ++i)
+        if (!exchange.sure[i] || std::abs(sums[i] / exchange.areas[i] - 1.0) > 1e-8) return false;
+    return true;
+}
+
+Hemispheres nothing_lost(std::size_t surfels) {
+    Hemispheres out;
+    out.escape.assign(surfels, 0.0);
+    out.absorbed.assign(surfels, 0.0);
+    out.sky.assign(surfels, Rgb{});
+    out.taken.assign(surfels, 0);
+    return out;
+}
+
 }  // namespace
 
 FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
@@ -78,8 +96,9 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     result.rays = rays;
     result.imprecise = imprecise;
     if (options.visibility) {
-        Hemispheres hemispheres =
-            measure_hemispheres(scene, tracer, options.rays, options.seed, progress("hemispheres"));
+        Hemispheres hemispheres = are_closed(exchange) ? nothing_lost(n)
+                                                       : measure_hemispheres(scene, tracer, options.rays, options.seed,
+                                                                             progress("hemispheres"));
         close(exchange, hemispheres, progress("closure"), closure_tolerance);
         result.rest.resize(n);
         for (std::size_t i = 0; i < n; ++i) result.rest[i] = hemispheres.escape[i] + hemispheres.absorbed[i];

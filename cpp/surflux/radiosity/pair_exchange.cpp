@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "surflux/core/gauss_legendre.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
 
@@ -216,19 +217,75 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     return g > 0.0 ? Pair{std::min(g, std::min(s.areas[i], s.areas[j])), Range::near} : Pair{};
 }
 
+// Two parallelograms of which none has a corner behind the other.
+bool PairExchange::face_wholly(std::uint32_t i, std::uint32_t j) const {
+    const Surfels& s = scene_.surfels;
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+        for (const Vec3& corner : polygons_[a].front())
+            if (dot(s.normals[b], corner - s.positions[b]) < 0.0) return false;
+        return true;
+    };
+    return points_.parallelogram(i) && points_.parallelogram(j) && before(i, j) && before(j, i);
+}
+
+// G_ij of such, by the rule of Gauss and Legendre with `count` points along each edge.
+template <int count>
+double PairExchange::by_quadrature(std::uint32_t i, std::uint32_t j) const {
+    static const auto rule = [] {
+        std::pair<std::vector<double>, std::vector<double>> out;
+        gauss_legendre(count, out.first, out.second);
+        return out;
+    }();
+    constexpr std::size_t points = count * count;
+    const Surfels& s = scene_.surfels;
+    // From the centre of i, so that positions far from the origin lose nothing.
+    const auto spread = [&](std::uint32_t k, double (&x)[points], double (&y)[points], double (&z)[points],
+                            double (&weight)[points]) {
+        const SurfelPoints::Parallelogram& p = *points_.parallelogram(k);
+        for (std::size_t a = 0, at = 0; a < count; ++a)
+            for (std::size_t b = 0; b < count; ++b, ++at) {
+                const Vec3 q = p.corner - s.positions[i] + rule.first[a] * p.u + rule.first[b] * p.v;
+                x[at] = q.x, y[at] = q.y, z[at] = q.z;
+                weight[at] = rule.second[a] * rule.second[b];
+            }
+    };
+    double xi[points], yi[points], zi[points], wi[points], xj[points], yj[points], zj[points], wj[points];
+    spread(i, xi, yi, zi, wi);
+    spread(j, xj, yj, zj, wj);
+    const Vec3 &ni = s.normals[i], &nj = s.normals[j];
+    double sum = 0.0;
+    for (std::size_t a = 0; a < points; ++a) {
+        double terms[points];
+        for (std::size_t b = 0; b < points; ++b) {
+            const double dx = xj[b] - xi[a], dy = yj[b] - yi[a], dz = zj[b] - zi[a];
+            const double squared = dx * dx + dy * dy + dz * dz;
+            terms[b] = wj[b] * (ni.x * dx + ni.y * dy + ni.z * dz) * -(nj.x * dx + nj.y * dy + nj.z * dz) /
+                       (squared * squared);
+        }
+        double row = 0.0;
+        for (std::size_t b = 0; b < points; ++b) row += terms[b];
+        sum += wi[a] * row;
+    }
+    return s.areas[i] * s.areas[j] * sum / pi;
+}
+
 PairExchange::Pair PairExchange::precise(std::uint32_t i, std::uint32_t j) const {
-    Pair pair = (*this)(i, j);
-    if (!points_.is_patch(i) || !points_.is_patch(j) || pair.range == Range::none) return pair;
-    // Relative errors of a cube's patches: 1e-14 where they touch, 1e-9 over a gap of a tenth of their edge, 1e-11 and
-    // less farther off.
-    const double squared = length_squared(scene_.surfels.positions[j] - scene_.surfels.positions[i]);
-    const double extent = std::max(extent_[i], extent_[j]), ratio = std::sqrt(squared) / extent;
-    const double g = ratio <= mid_ratio   ? between_polygons(i, j, 32, Grading::steep)
-                     : ratio <= far_ratio ? between_polygons(i, j, 6, Grading::plain)
-                     : ratio <= 1e3       ? between_polygons(i, j, 4, Grading::plain)
-                                          : pair.exchange;  // where the contour's terms cancel
-    pair.exchange = std::min(g, std::min(scene_.surfels.areas[i], scene_.surfels.areas[j]));
-    return pair;
+    const Surfels& s = scene_.surfels;
+    const double extent = std::max(extent_[i], extent_[j]);
+    const double ratio = length(s.positions[j] - s.positions[i]) / extent;
+    // From there on the contour's terms cancel to less than the kernel gives.
+    constexpr double largest_ratio = 1e3;
+    if (!points_.is_patch(i) || !points_.is_patch(j) || ratio > largest_ratio) return (*this)(i, j);
+    // Errors of square patches, turned at random: 1e-14 where they touch, 1e-9 over a gap of a tenth of their edge, at
+    // most 1e-9 of the kernel between points facing each other farther off.
+    const double g = ratio <= mid_ratio                   ? between_polygons(i, j, 32, Grading::steep)
+                     : ratio <= 6.0                       ? between_polygons(i, j, 6, Grading::plain)
+                     : ratio <= 8.0 || !face_wholly(i, j) ? between_polygons(i, j, 4, Grading::plain)
+                     : ratio <= 20.0                      ? by_quadrature<4>(i, j)
+                                                          : by_quadrature<3>(i, j);
+    const double least = std::min(s.areas[i], s.areas[j]);
+    const Range range = ratio <= mid_ratio ? Range::near : ratio <= far_ratio ? Range::mid : Range::far;
+    return g > 1e-12 * least ? Pair{std::min(g, least), range} : Pair{};
 }
 
 double PairExchange::self(std::uint32_t i, const std::vector<std::uint32_t>& overlapping) const {

@@ -29,7 +29,7 @@ public:
     };
     Pair operator()(std::uint32_t i, std::uint32_t j) const;
 
-    // The same where it may take longer: of two patches the contour integral at any distance, to some 1e-9 of it.
+    // The same where it may take longer: of two patches to some 1e-9 of it at any distance.
     Pair precise(std::uint32_t i, std::uint32_t j) const;
 
     // G_ii of a concave piece: its own area times the mean kernel to its nearest surroundings; 0 where flat or convex.
@@ -58,6 +58,9 @@ private:
     double near_factor(std::uint32_t i, std::uint32_t j) const;
     double between_nodes(std::uint32_t i, std::uint32_t j) const;
     double between_polygons(std::uint32_t i, std::uint32_t j, int count, Grading grading = Grading::graded) const;
+    bool face_wholly(std::uint32_t i, std::uint32_t j) const;
+    template <int count>
+    double by_quadrature(std::uint32_t i, std::uint32_t j) const;
     double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
     Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;

@@ -11,19 +11,17 @@ namespace surflux {
 
 namespace {
 
-// Integral of ln sqrt(x^2 + h^2) from 0 to x.
-double log_integral(double x, double h) {
-    const double squared = x * x + h * h;
-    if (!(squared > 0.0)) return 0.0;
-    return 0.5 * x * std::log(squared) - x + (h > 0.0 ? h * std::atan(x / h) : 0.0);
-}
+// x ln |(x, h)|.
+double log_term(double x, double squared) { return squared > 0.0 ? 0.5 * x * std::log(squared) : 0.0; }
 
 // Integral of ln |p - q| over the points q of the edge from b along the unit vector u.
 double log_distance(const Vec3& p, const Vec3& b, const Vec3& u, double length_b) {
     const Vec3 d = p - b;
-    const double along = dot(d, u);
-    const double h = length(d - along * u);
-    return log_integral(length_b - along, h) + log_integral(along, h);
+    const double along = dot(d, u), rest = length_b - along;
+    const double h2 = length_squared(d - along * u), h = std::sqrt(h2);
+    // The angle at p between both ends of the edge, for atan(along / h) + atan(rest / h).
+    return log_term(along, along * along + h2) + log_term(rest, rest * rest + h2) - length_b +
+           h * std::atan2(h * length_b, h2 - along * rest);
 }
 
 struct Rule {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "surflux/core/morton.h"
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
@@ -14,10 +15,7 @@ constexpr std::size_t leaf = 2;  // surfels
 
 }  // namespace
 
-Shafts::Shafts(const Scene& scene)
-    : surfels_(scene.surfels),
-      order_(morton_order(scene.surfels.positions)),
-      triangles_(triangle_ranges(scene.surfels)) {
+Shafts::Shafts(const Scene& scene) : surfels_(scene.surfels), triangles_(triangle_ranges(scene.surfels)) {
     const Surfels& s = surfels_;
     boxes_.resize(s.size());
     Box all{Vec3{1, 1, 1} * std::numeric_limits<double>::infinity(),
@@ -45,8 +43,27 @@ Shafts::Shafts(const Scene& scene)
     }
     // Embree's floats are off by 1e-7 of the scene; rays keep farther off than that.
     touching_ = 1e-7 * length(all.high - all.low);
-    nodes_.resize(4 * s.size() + 4);
-    bound(0, 0, s.size());
+    find_blockers();
+    nodes_.resize(4 * order_.size() + 4);
+    if (!order_.empty()) bound(0, 0, order_.size());
+}
+
+void Shafts::find_blockers() {
+    const Surfels& s = surfels_;
+    std::vector<char> blocks(s.size(), 0);
+    parallel_for(s.size(), 64, [&](std::size_t k) {
+        const Vec3& n = s.normals[k];
+        const double plane = dot(n, s.positions[k]);
+        bool before = false, behind = false;
+        for (std::uint32_t i = 0; i < s.size() && !(before && behind); ++i) {
+            const Span at = span(i, n);
+            before |= at.high > plane + touching_;
+            behind |= at.low < plane - touching_;
+        }
+        blocks[k] = before && behind;
+    });
+    for (const std::uint32_t k : morton_order(s.positions))
+        if (blocks[k]) order_.push_back(k);
 }
 
 void Shafts::bound(std::size_t node, std::size_t begin, std::size_t end) {
@@ -156,6 +173,8 @@ bool Shafts::visit(std::size_t node, std::size_t begin, std::size_t end, const S
     return visit(2 * node + 1, begin, middle, shaft, i, j) || visit(2 * node + 2, middle, end, shaft, i, j);
 }
 
-bool Shafts::empty(std::uint32_t i, std::uint32_t j) const { return !visit(0, 0, order_.size(), between(i, j), i, j); }
+bool Shafts::empty(std::uint32_t i, std::uint32_t j) const {
+    return order_.empty() || !visit(0, 0, order_.size(), between(i, j), i, j);
+}
 
 }  // namespace surflux

@@ -35,6 +35,7 @@ private:
         Box bounds;
     };
 
+    void find_blockers();
     Shaft between(std::uint32_t i, std::uint32_t j) const;
     static bool is_outside(const Box& box, const Shaft& shaft);
     bool is_outside(std::uint32_t surfel, const Shaft& shaft, std::uint32_t i, std::uint32_t j) const;
@@ -45,8 +46,10 @@ private:
 
     const Surfels& surfels_;
     double touching_;  // what reaches less than this into a shaft does not block it
-    std::vector<std::uint32_t> order_, triangles_;
+    std::vector<std::uint32_t> triangles_;
     std::vector<Box> boxes_;  // of the surfels
+    // Those that can block anything, along a curve: the walls of a convex room have all else on one side.
+    std::vector<std::uint32_t> order_;
     std::vector<Box> nodes_;  // of a binary tree over order_, halved at each level; children of k: 2 k + 1, 2 k + 2
 };
 
