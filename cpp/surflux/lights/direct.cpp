@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "surflux/core/gauss_legendre.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
@@ -15,7 +16,7 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t light_stream = 16;
-constexpr int patch_points = 64;
+constexpr int patch_points = 64, patch_order = 4;
 
 // The surfel that is lit, as far as a light needs to know it.
 struct Receiver {
@@ -98,6 +99,7 @@ struct AreaEmitter final : Emitter {
     explicit AreaEmitter(const AreaLight& light) : light_(light), front_(cross(light.edge_u, light.edge_v)) {
         color = light.exitance;
         extended = true;
+        gauss_legendre(patch_order, rule_.at, rule_.weight);
     }
     Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const override {
         const Vec3 from = light_.corner + s * light_.edge_u + t * light_.edge_v;
@@ -109,8 +111,15 @@ struct AreaEmitter final : Emitter {
     // In closed form over the light; over a patch by points, for which no ray is traced.
     double mean_kernel(const Receiver& r) const override {
         if (!r.is_patch()) return at_point(r.center, r.normal);
-        EvenPoints even(2, 0, r.surfel);
         double sum = 0.0;
+        if (const SurfelPoints::Parallelogram* p = r.points.parallelogram(r.surfel)) {
+            for (std::size_t a = 0; a < rule_.at.size(); ++a)
+                for (std::size_t b = 0; b < rule_.at.size(); ++b)
+                    sum += rule_.weight[a] * rule_.weight[b] *
+                           at_point(p->corner + rule_.at[a] * p->u + rule_.at[b] * p->v, r.normal);
+            return sum;
+        }
+        EvenPoints even(2, 0, r.surfel);
         for (int k = 0; k < patch_points; ++k) {
             const double* u = even.next();
             sum += at_point(r.at(u[0], u[1]), r.normal);
@@ -127,6 +136,9 @@ private:
     }
     const AreaLight& light_;
     Vec3 front_;
+    struct {
+        std::vector<double> at, weight;
+    } rule_;
 };
 
 std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& lights) {

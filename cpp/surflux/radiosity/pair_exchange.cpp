@@ -13,6 +13,8 @@ namespace surflux {
 namespace {
 
 constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
+// The circle in a square of the disk's area: what is farther out may lie behind a wall that the disk adjoins.
+constexpr double within_cell = 0.886;
 // Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to
 // 2e-8.
 constexpr int touching_points = 12, apart_points = 6;
@@ -320,7 +322,7 @@ Vec3 PairExchange::ray_point(std::uint32_t i, Range range, double s, double t) c
     const Frame frame = frame_around(scene_.surfels.normals[i]);
     double x, y;
     square_to_disk(s, t, x, y);
-    return scene_.surfels.positions[i] + extent_[i] * (x * frame.u + y * frame.v);
+    return scene_.surfels.positions[i] + (within_cell * extent_[i]) * (x * frame.u + y * frame.v);
 }
 
 }  // namespace surflux

@@ -92,6 +92,13 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
     return report;
 }
 
+// What rows lack adds up over all bounces, 1 / (1 - rho) of them.
+double closure_tolerance(const Surfels& s) {
+    double least = 1.0;
+    for (const Rgb& rho : s.reflectance) least = std::min({least, 1.0 - rho.x, 1.0 - rho.y, 1.0 - rho.z});
+    return std::clamp(1e-5 * least, 1e-13, 1e-7);
+}
+
 // Light that enters, and where it ends; all channels added up. They agree if nothing is lost on the way.
 void add_energy(const Solution& solution, const Hemispheres& hemispheres, Figures& figures) {
     Rgb entered, absorbed, escaped, backs;
@@ -134,7 +141,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     watch.lap("direct");
     Exchange exchange = exchange_of_all_pairs(scene, &tracer, options.exchange, options.seed, stage("exchange"));
     watch.lap("exchange");
-    const Closure closure = close(exchange, hemispheres, stage("closure"));
+    const Closure closure = close(exchange, hemispheres, stage("closure"), closure_tolerance(s));
     watch.lap("closure");
 
     for (std::size_t i = 0; i < n; ++i) out.direct[i] += hemispheres.sky[i];
