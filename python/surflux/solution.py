@@ -23,8 +23,9 @@ class Solution:
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
         irradiance: (n, 3) H, direct light included.
         direct: (n, 3) the part of H that comes from lights and Environments.
-        error: the solver's own estimate of the relative RMS error of H: fresh rays from 1000 surfels gather the
-            solution once more. What the direct light is off by is not in it; NaN where it was not estimated.
+        error: the solver's own estimate of the relative RMS error of H: fresh rays from 1000 surfels gather light
+            anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light is off
+            by at those surfels is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,
             largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,

@@ -42,7 +42,8 @@ def solve(
         zeta, insert, max_surfels: steer the refinement, which this version does not have yet: it solves on the
             scene's own surfels whatever they say. Checked, so that scripts that use them keep working.
         tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
-        rays: per surfel, to measure what escapes and what Environments send; 16 or more.
+        rays: per surfel, to measure what escapes and what Environments send, four times as many where not all meet
+            the same; 16 or more.
         probes, shadow_rays: shadow rays from a surfel to a light: as many to begin with, and where more than one
             disagrees.
         epsilon: surfels with n_i . n_j above this that overlap stand for the same surface (D04 eq. 10); in (0, 1).

@@ -23,7 +23,8 @@ struct Reference {
 };
 
 // Irradiance at points with unit normals by path tracing (Kajiya 1986), unbiased for this model:
-// - The surfaces are the disks, and the triangles of surfels that have some, exactly as Tracer has them. What a ray
+// - The surfaces are the disks up to their ends, and the triangles of surfels that have some, exactly as Tracer has
+//   them. What a ray
 //   meets first is what it sees: where disks overlap, the first one's reflectance and emission count, and paths go on
 //   from where it was met. Disks that stand off a curved surface are seen where they stand, rims and all.
 // - The radiance that leaves the front of a surfel is (E + rho H) / pi, with H the irradiance at that place, on the
