@@ -2,105 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
-#include "surflux/solution/conjugate_gradients.h"
+#include "surflux/radiosity/symmetric_scaling.h"
 
 namespace surflux {
 
 namespace {
 
 constexpr double largest_scale = 2.0;
-constexpr int warm_up_rounds = 3, newton_rounds = 30, newton_applications = 60;
 // How far the losses of disks follow their scale. Measured on a ball and in corners under lights and skies: from 0.1 to
-// 0.3 all the same, and the error up to 2 times less than at 1.
-constexpr double yield_of_disks = 0.1;
-constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
+// 0.3 all the same, and the error up to 2 times less than at 1. And how far all else follows that of near pairs.
+constexpr double yield_of_disks = 0.1, yield_of_rest = 0.1;
+constexpr double near_tolerance = 1e-4;
 
-// The state of the iteration: what leaves each surfel at the present scale, and what is known of the exchange.
-class Closing {
-public:
-    Closing(Exchange& exchange, const Hemispheres& hemispheres, const Progress& progress, Closure& closure)
-        : exchange_(exchange),
-          hemispheres_(hemispheres),
-          progress_(progress),
-          closure_(closure),
-          ones_(exchange.size, 1.0),
-          outflow_(exchange.size),
-          slope_(exchange.size) {
-        exchange.scale.assign(exchange.size, 1.0);
-    }
-
-    double row(std::size_t i) const { return outflow_[i] / exchange_.areas[i]; }
-    double loss_scale(std::size_t i) const { return std::pow(exchange_.scale[i], yield(i)); }
-    // Held at the bound: its row lacks something, but its scale must not grow.
-    bool held(std::size_t i) const { return exchange_.scale[i] >= largest_scale && row(i) < 1.0; }
-
-    void measure() {
-        apply(ones_, product_);
-        closure_.residual = 0.0;
-        for (std::size_t i = 0; i < exchange_.size; ++i) {
-            const double lost =
-                loss_scale(i) * exchange_.areas[i] * (hemispheres_.escape[i] + hemispheres_.absorbed[i]);
-            outflow_[i] = product_[i] + lost;
-            slope_[i] = product_[i] + yield(i) * lost;
-            if (!held(i)) closure_.residual = std::max(closure_.residual, std::abs(row(i) - 1.0));
-        }
-    }
-
-    void sinkhorn_round() {
-        for (std::size_t i = 0; i < exchange_.size; ++i)
-            set_scale(i, row(i) > 0.0 ? exchange_.scale[i] / std::sqrt(row(i)) : largest_scale);
-    }
-
-    // In log scale: (DGD + diag(slope)) step = A - outflow over the rows that are not held, with unit diagonal.
-    void newton_round() {
-        const std::size_t n = exchange_.size;
-        std::vector<double> weight(n), right(n), scaled(n), step(n, 0.0);
-        for (std::size_t i = 0; i < n; ++i) {
-            weight[i] = held(i) ? 0.0 : 1.0 / std::sqrt(slope_[i]);
-            right[i] = weight[i] * (exchange_.areas[i] - outflow_[i]);
-        }
-        const LinearOperator hessian = [&](const std::vector<double>& x, std::vector<double>& out) {
-            for (std::size_t i = 0; i < n; ++i) scaled[i] = weight[i] * x[i];
-            apply(scaled, out);
-            for (std::size_t i = 0; i < n; ++i) out[i] = x[i] + weight[i] * out[i];
-        };
-        conjugate_gradients(hessian, right, 1, newton_tolerance, newton_applications, step);
-        for (std::size_t i = 0; i < n; ++i)
-            if (!held(i))
-                set_scale(i,
-                          exchange_.scale[i] * std::exp(std::clamp(weight[i] * step[i], -newton_limit, newton_limit)));
-    }
-
-    // What is left when Newton's method has not settled: symmetric still, and rows at most 1, as yields are.
-    void shrink_rows_above_one() {
-        for (std::size_t i = 0; i < exchange_.size; ++i)
-            if (row(i) > 1.0) exchange_.scale[i] *= std::pow(row(i), -1.0 / yield(i));
-    }
-
-private:
-    double yield(std::size_t i) const { return exchange_.sure[i] ? 1.0 : yield_of_disks; }
-    void set_scale(std::size_t i, double value) { exchange_.scale[i] = std::min(value, largest_scale); }
-
-    void apply(const std::vector<double>& x, std::vector<double>& out) {
-        exchange_.apply(x, out, 1);
-        // How many it takes is not known: most scenes, 20 to 100.
-        const auto done = static_cast<std::size_t>(++closure_.applications);
-        report(progress_, done, std::max<std::size_t>(done, 100));
-    }
-
-    Exchange& exchange_;
-    const Hemispheres& hemispheres_;
-    const Progress& progress_;
-    Closure& closure_;
-    std::vector<double> ones_, product_, outflow_, slope_;  // slope: of outflow, by the logarithm of a row's own scale
-};
+std::vector<double> row_sums(const Exchange& exchange) {
+    std::vector<double> out;
+    exchange.apply(std::vector<double>(exchange.size, 1.0), out, 1);
+    return out;
+}
 
 // What sure rows lose, such that they close by themselves where that does not contradict the rays.
-void settle_losses(const Exchange& exchange, Hemispheres& hemispheres) {
-    std::vector<double> sums;
-    exchange.apply(std::vector<double>(exchange.size, 1.0), sums, 1);
+void settle_losses(const Exchange& exchange, const std::vector<double>& sums, Hemispheres& hemispheres) {
     for (std::size_t i = 0; i < exchange.size; ++i) {
         const double lost = hemispheres.escape[i] + hemispheres.absorbed[i];
         if (!exchange.sure[i] || !(lost > 0.0)) continue;
@@ -115,31 +39,74 @@ void settle_losses(const Exchange& exchange, Hemispheres& hemispheres) {
     }
 }
 
+// Scales the near pairs alone, in place.
+void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const Hemispheres& hemispheres) {
+    if (exchange.near.empty()) return;
+    std::vector<std::uint32_t> members;
+    for (const auto& [i, j] : exchange.near) members.push_back(i), members.push_back(j);
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+    const auto place = [&](std::uint32_t i) {
+        return static_cast<std::size_t>(std::lower_bound(members.begin(), members.end(), i) - members.begin());
+    };
+    struct Entry {
+        std::size_t a, b;
+        double g;
+    };
+    std::vector<Entry> entries;
+    ScalingProblem problem;
+    for (std::uint32_t i : members) {
+        problem.totals.push_back(exchange.areas[i]);
+        problem.lost.push_back(sums[i] + exchange.areas[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]));
+    }
+    for (const auto& [i, j] : exchange.near) {
+        const Entry entry{place(i), place(j), exchange.at(i, j)};
+        problem.lost[entry.a] -= entry.g;
+        problem.lost[entry.b] -= entry.g;
+        entries.push_back(entry);
+    }
+    // Subtracting leaves rounding where a row is all near pairs.
+    for (double& lost : problem.lost) lost = std::max(lost, 0.0);
+    problem.yields.assign(members.size(), yield_of_rest);
+    problem.product = [&](const std::vector<double>& x, std::vector<double>& out) {
+        out.assign(x.size(), 0.0);
+        for (const Entry& e : entries) {
+            out[e.a] += e.g * x[e.b];
+            out[e.b] += e.g * x[e.a];
+        }
+    };
+    const Scaling found = scale_symmetrically(problem, largest_scale, near_tolerance);
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+        const Entry& e = entries[k];
+        exchange.set(exchange.near[k].first, exchange.near[k].second, e.g * found.scale[e.a] * found.scale[e.b]);
+    }
+}
+
 }  // namespace
 
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance) {
-    settle_losses(exchange, hemispheres);
-    Closure closure;
-    Closing closing(exchange, hemispheres, progress, closure);
-    closing.measure();
-    for (int round = 0; round < warm_up_rounds && closure.residual > tolerance; ++round) {
-        closing.sinkhorn_round();
-        closing.measure();
-    }
-    for (; closure.rounds < newton_rounds && closure.residual > tolerance; ++closure.rounds) {
-        closing.newton_round();
-        closing.measure();
-    }
-    if (closure.residual > tolerance) {
-        closing.shrink_rows_above_one();
-        closing.measure();
-    }
-    closure.residual = 0.0;
+    exchange.scale.assign(exchange.size, 1.0);
+    const std::vector<double> sums = row_sums(exchange);
+    settle_losses(exchange, sums, hemispheres);
+    scale_near_pairs(exchange, sums, hemispheres);
+
+    ScalingProblem problem;
+    problem.totals = exchange.areas;
     for (std::size_t i = 0; i < exchange.size; ++i) {
-        const double lacking = 1.0 - closing.row(i), scale = closing.loss_scale(i);
-        hemispheres.escape[i] *= scale;
-        hemispheres.absorbed[i] *= scale;
-        hemispheres.sky[i] *= scale;
+        problem.lost.push_back(exchange.areas[i] * (hemispheres.escape[i] + hemispheres.absorbed[i]));
+        problem.yields.push_back(exchange.sure[i] ? 1.0 : yield_of_disks);
+    }
+    problem.product = [&](const std::vector<double>& x, std::vector<double>& out) { exchange.apply(x, out, 1); };
+    Scaling found = scale_symmetrically(problem, largest_scale, tolerance, progress);
+
+    Closure closure;
+    closure.rounds = found.rounds;
+    closure.applications = found.applications + 1;
+    for (std::size_t i = 0; i < exchange.size; ++i) {
+        const double lacking = 1.0 - found.rows[i];
+        hemispheres.escape[i] *= found.lost_scale[i];
+        hemispheres.absorbed[i] *= found.lost_scale[i];
+        hemispheres.sky[i] *= found.lost_scale[i];
         if (lacking > tolerance) {
             hemispheres.absorbed[i] += lacking;
             closure.largest_shortfall = std::max(closure.largest_shortfall, lacking);
@@ -147,8 +114,9 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
         } else {
             closure.residual = std::max(closure.residual, -lacking);
         }
-        closure.largest_correction = std::max(closure.largest_correction, std::abs(exchange.scale[i] - 1.0));
+        closure.largest_correction = std::max(closure.largest_correction, std::abs(found.scale[i] - 1.0));
     }
+    exchange.scale = std::move(found.scale);
     return closure;
 }
 

@@ -107,6 +107,20 @@ std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs
     return out;
 }
 
+void NearPairs::take_all(std::vector<NearPairs>& blocks, Exchange& exchange) {
+    for (const NearPairs& block : blocks)
+        exchange.near.insert(exchange.near.end(), block.found_.begin(), block.found_.end());
+    std::sort(exchange.near.begin(), exchange.near.end());
+}
+
+void Exchange::set(std::size_t i, std::size_t j, double value) {
+    for (const std::size_t k : {i * size + j, j * size + i})
+        if (precise)
+            precise[k] = value;
+        else
+            g[k] = static_cast<float>(value);
+}
+
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
                                std::uint64_t seed, const Progress& progress) {
     const Surfels& s = scene.surfels;
@@ -125,7 +139,8 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     for (std::uint32_t i = 0; i < n; ++i) out.sure[i] = pairs.is_patch(i);
 
     std::atomic<std::size_t> links{0}, rays{0};
-    const auto fill = [&](std::size_t row_tile, std::size_t col_tile) {
+    std::vector<NearPairs> near;
+    const auto fill = [&](std::size_t block, std::size_t row_tile, std::size_t col_tile) {
         std::size_t tile_links = 0, tile_rays = 0;
         for (std::size_t a = row_tile * tile; a < std::min(n, (row_tile + 1) * tile); ++a)
             for (std::size_t b = std::max(a + 1, col_tile * tile); b < std::min(n, (col_tile + 1) * tile); ++b) {
@@ -138,6 +153,7 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
                     g *= visible_share(*tracer, pairs, i, j, pair.range, g / std::min(s.areas[i], s.areas[j]),
                                        pairs.is_patch(i) || pairs.is_patch(j), seed, tile_rays);
                 if (g <= 0.0) continue;
+                near[block].add(pairs, i, j, pair.range);
                 ++tile_links;
                 out.g[i * n + j] = out.g[j * n + i] = static_cast<float>(g);
             }
@@ -150,13 +166,15 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     work.reserve(tiles * (tiles + 1) / 2);
     for (std::uint32_t r = 0; r < tiles; ++r)
         for (std::uint32_t c = r; c < tiles; ++c) work.emplace_back(r, c);
+    near.resize(work.size());
     parallel_blocks(
         work.size(), 1,
         [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) fill(work[k].first, work[k].second);
+            for (std::size_t k = begin; k < end; ++k) fill(k, work[k].first, work[k].second);
         },
         progress);
 
+    NearPairs::take_all(near, out);
     const std::vector<double> own = self_exchanges(scene, pairs);
     for (std::size_t i = 0; i < n; ++i) out.g[i * n + i] = static_cast<float>(own[i]);
     out.links = links;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -25,8 +26,16 @@ struct Exchange {
     std::vector<double> areas;
     std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
     std::vector<char> sure;     // per row: a patch's, exact but for what blocks it; a disk's is known to some per cent
-    std::size_t links = 0;      // pairs i < j that exchange anything
+    // Pairs i < j at Range::near of which one at least is a disk, in ascending order.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> near;
+    std::size_t links = 0;  // pairs i < j that exchange anything
     std::size_t rays = 0;
+
+    double at(std::size_t i, std::size_t j) const {
+        return precise ? precise[i * size + j] : static_cast<double>(g[i * size + j]);
+    }
+    // Both of G_ij and G_ji.
+    void set(std::size_t i, std::size_t j, double value);
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.
     void apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const;
@@ -34,6 +43,18 @@ struct Exchange {
 
 // G_ii of all surfels, from the disks that overlap each.
 std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs);
+
+// The pairs for Exchange::near, collected from blocks of pairs on many threads.
+class NearPairs {
+public:
+    void add(const PairExchange& pairs, std::uint32_t i, std::uint32_t j, PairExchange::Range range) {
+        if (range == PairExchange::Range::near && !(pairs.is_patch(i) && pairs.is_patch(j))) found_.emplace_back(i, j);
+    }
+    static void take_all(std::vector<NearPairs>& blocks, Exchange& exchange);
+
+private:
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> found_;
+};
 
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);

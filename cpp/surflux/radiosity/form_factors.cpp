@@ -51,7 +51,8 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     std::fill(out, out + n * n, 0.0);
 
     std::atomic<std::size_t> rays{0}, imprecise{0};
-    const auto fill = [&](std::size_t row_tile, std::size_t col_tile) {
+    std::vector<NearPairs> near;
+    const auto fill = [&](std::size_t block, std::size_t row_tile, std::size_t col_tile) {
         std::size_t tile_rays = 0, tile_imprecise = 0;
         for (std::size_t a = row_tile * tile; a < std::min(n, (row_tile + 1) * tile); ++a)
             for (std::size_t b = std::max(a + 1, col_tile * tile); b < std::min(n, (col_tile + 1) * tile); ++b) {
@@ -66,6 +67,7 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
                     tile_rays += found.rays;
                     tile_imprecise += !found.precise;
                 }
+                near[block].add(pairs, i, j, pair.range);
                 out[i * n + j] = out[j * n + i] = g;
             }
         rays += tile_rays;
@@ -77,10 +79,11 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     work.reserve(tiles * (tiles + 1) / 2);
     for (std::uint32_t r = 0; r < tiles; ++r)
         for (std::uint32_t c = r; c < tiles; ++c) work.emplace_back(r, c);
+    near.resize(work.size());
     parallel_blocks(
         work.size(), 1,
         [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) fill(work[k].first, work[k].second);
+            for (std::size_t k = begin; k < end; ++k) fill(k, work[k].first, work[k].second);
         },
         progress("exchange"));
     const std::vector<double> own = self_exchanges(scene, pairs);
@@ -92,6 +95,7 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     exchange.areas = s.areas;
     exchange.scale.assign(n, 1.0);
     for (std::uint32_t i = 0; i < n; ++i) exchange.sure.push_back(pairs.is_patch(i));
+    NearPairs::take_all(near, exchange);
     FormFactors result;
     result.rays = rays;
     result.imprecise = imprecise;
