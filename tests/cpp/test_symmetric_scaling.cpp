@@ -51,7 +51,7 @@ TEST(SymmetricScaling, LossesThatHardlyYieldLeaveTheDifferenceToTheMatrix) {
     const std::vector<double> as_much = shares(1.0), hardly = shares(0.01);
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(hardly[i], 1.0, 0.01);
-        EXPECT_LT(as_much[i], 0.95);  // rows make more than 1 to begin with
+        EXPECT_LT(as_much[i], 0.98);  // rows make more than 1 to begin with
     }
 }
 
