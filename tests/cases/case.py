@@ -138,6 +138,9 @@ class Case:
         order: least order of the error against h, by least squares over all densities; None where there is a floor.
             Not asked of a solver whose errors are a tenth of the tolerance or less at every density.
         floor: why the error does not fall with h: it is rounding, or the noise of a fixed number of rays.
+        factors: largest error, at every density, of solvers of form factors: where they find out by themselves how many
+            rays a pair needs, neither the tolerance nor the order of the others says anything of them. None where it
+            does.
         off: by how much of it the expected value may be off for the very disks and triangles of the scene at the last
             density, which are all that the path tracer knows. None where these are another geometry altogether, or
             its paths too long to be followed here.
@@ -150,11 +153,18 @@ class Case:
     tolerance: float
     order: float | None = None
     floor: str = ""
+    factors: float | None = None
     off: float | None = 0.0
 
     def __post_init__(self):
         assert len(self.densities) >= 3, self.name
         assert (self.order is None) == bool(self.floor), self.name
+
+    def judged(self, solver):
+        """(tolerance, order) that a solver is held to; no order where there is a floor."""
+        if solver.factors and self.factors is not None:
+            return self.factors, None
+        return max(self.tolerance, solver.own_error), self.order
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from cases.case import Case, Problem, Wanted
 
 ALL = slice(None)
 FURNACE = "In a closed enclosure of one E and rho, B = E + rho H and H = B: B = H = E / (1 - rho) everywhere."
-ROUNDING = "rows are closed to 1e-7, whatever the density; what is left of that grows by 1 / (1 - rho)"
+ROUNDING = "rows are closed to 1e-7, and closer where 1 / (1 - rho) would make more of it, whatever the density"
 OVERHANG = (
     "The disks of the ball stand off it by up to R^2 / r at their rims, and what grazes it from the walls meets their "
-    "backs, which absorb: a loss that falls with h^2. "
+    "backs, which absorb: a loss that falls with h^2, as far as rays find it. "
 )
 
 
@@ -187,31 +187,32 @@ CYLINDER = (
 )
 PRISM = "The prism has the cylinder's area around, not its shape: off by h^2. "
 CREASES = (
-    "Looser than order 1: points of the ends stand irregularly along the edge, and disks reach past the side there. "
-    "Before closure the same factors are off by 1.3 % where after it they are by 4.6 %. "
+    "Looser than order 1: points of the ends stand irregularly along the edge, whose area and creases are found the "
+    "worse for it. Closure moves the error: from 1.6 % to 5 % where an end glows, from 5.6 % to 1.1 % where the side "
+    "does. "
 )
 
 CASES = [
-    Case("furnace, cube", furnace(cube_inside, 0.5), (4, 7, 12), FURNACE, 1e-6, floor=ROUNDING),
-    Case("furnace, cube, rho .999", furnace(cube_inside, 0.999), (4, 7, 12), FURNACE, 2e-4, floor=ROUNDING, off=None),
-    Case("furnace, cube of points", furnace(cube_of_points, 0.5), (4, 7, 12), FURNACE, 1e-6, floor=ROUNDING),
-    Case("furnace, sphere of points", furnace(ball_of_points, 0.9), (100, 300, 900), FURNACE, 1e-6, floor=ROUNDING),
+    Case("furnace, cube", furnace(cube_inside, 0.5), (4, 7, 12), FURNACE, 4e-7, floor=ROUNDING),
+    Case("furnace, cube, rho .999", furnace(cube_inside, 0.999), (4, 7, 12), FURNACE, 2e-7, floor=ROUNDING, off=None),
+    Case("furnace, cube of points", furnace(cube_of_points, 0.5), (4, 7, 12), FURNACE, 1e-7, floor=ROUNDING),
+    Case("furnace, sphere of points", furnace(ball_of_points, 0.9), (100, 300, 900), FURNACE, 1e-7, floor=ROUNDING),
     Case(
         "furnace, sphere of points, rho .999",
         furnace(ball_of_points, 0.999),
         (100, 300, 900),
         FURNACE,
-        1e-5,
+        2e-7,
         floor=ROUNDING,
         off=None,
     ),
-    Case("furnace, L-shaped room", furnace(l_room, 0.9), (3, 5, 8), FURNACE, 1e-6, floor=ROUNDING),
+    Case("furnace, L-shaped room", furnace(l_room, 0.9), (3, 5, 8), FURNACE, 3e-7, floor=ROUNDING),
     Case(
         "furnace, icosphere in a cube",
         furnace(ball_in_a_cube("patches"), 0.9),
         ((3, 0), (6, 1), (12, 2)),
         FURNACE,
-        1e-6,
+        1e-7,
         floor=ROUNDING,
     ),
     Case(
@@ -219,8 +220,8 @@ CASES = [
         furnace(ball_in_a_cube("points"), 0.9),
         ((4, 60), (6, 140), (9, 320)),
         FURNACE + " " + OVERHANG,
-        1.1e-2,
-        1.4,
+        5e-3,
+        2.0,
         off=None,
     ),
     Case("furnace of colours", furnace_of_colours, (4, 7, 12), FURNACE, 2e-6, floor=ROUNDING),
@@ -229,7 +230,7 @@ CASES = [
         furnace_of_unlike_walls,
         (4, 7, 12),
         "E = 1 - rho makes B = 1 whatever rho is.",
-        1e-6,
+        4e-7,
         floor=ROUNDING,
     ),
     Case("sphere inside, points", sphere_inside("points"), (100, 300, 900), SPHERES, 1e-4, 1.5, off=5e-3),
@@ -248,8 +249,8 @@ CASES = [
         concentric("points"),
         ((100, 200), (250, 500), (600, 1200)),
         CONCENTRIC + OVERHANG,
-        6e-3,
-        0.7,
+        2.5e-3,
+        1.2,
         off=1e-2,
     ),
     Case(
@@ -257,8 +258,8 @@ CASES = [
         concentric("patches"),
         ((0, 1), (1, 2), (2, 3)),
         CONCENTRIC + POLYHEDRA,
-        1.6e-2,
-        1.3,
+        2e-2,
+        1.5,
         off=2e-2,
     ),
     Case(
@@ -266,24 +267,24 @@ CASES = [
         cube_factors(cube_inside),
         (4, 7, 12),
         CUBE,
-        1e-5,
+        4e-6,
         floor="the exchange of patches is exact to some 1e-7 and kept in float",
     ),
-    Case("cube, points", cube_factors(cube_of_points), (4, 7, 12), CUBE, 5e-3, 0.7),
+    Case("cube, points", cube_factors(cube_of_points), (4, 7, 12), CUBE, 3e-3, 1.0),
     Case(
-        "cylinder, patches, an end glows", cylinder("patches", True), (2, 4, 7), CYLINDER + PRISM, 2e-3, 1.3, off=5e-3
+        "cylinder, patches, an end glows", cylinder("patches", True), (2, 4, 7), CYLINDER + PRISM, 2e-3, 1.6, off=5e-3
     ),
     Case(
         "cylinder, patches, the side glows",
         cylinder("patches", False),
         (2, 4, 7),
         CYLINDER + PRISM,
-        1e-3,
-        1.5,
+        1.5e-3,
+        1.6,
         off=5e-3,
     ),
     Case(
-        "cylinder, points, an end glows", cylinder("points", True), (3, 5, 8), CYLINDER + CREASES, 7e-2, 0.4, off=2e-2
+        "cylinder, points, an end glows", cylinder("points", True), (3, 5, 8), CYLINDER + CREASES, 9e-2, 0.5, off=2e-2
     ),
     Case(
         "cylinder, points, the side glows",
@@ -291,7 +292,7 @@ CASES = [
         (3, 5, 8),
         CYLINDER + CREASES,
         2e-2,
-        0.4,
+        0.5,
         off=2e-2,
     ),
 ]

@@ -75,16 +75,12 @@ SCENES = {
     "clouds_that_cross": crossing_clouds,
     "disks_in_a_heap": random_disks,
 }
-# Where disks overlap or reach past a border, rays meet more than the areas hold; the closure scales what escapes
-# together with the exchange, and so the two do not add up: by this share of what is emitted.
-OFF = {
-    "clouds_a_radius_apart": 4e-3,
-    "ball_on_a_cloud": 1.0e-2,
-    "corner_of_clouds": 2.2e-2,
-    "clouds_that_cross": 7e-3,
-    "disks_that_cross": 5.2e-2,
-    "disks_in_a_heap": 6.1e-2,
-}
+# Where single disks overlap or cross, rays meet more, or less, than the areas hold, and what escapes is measured from
+# the middle of each. By this share of what is emitted the two do not add up, with 1024 rays as with 4096.
+OFF = {"corner_of_clouds": 1.6e-3, "disks_that_cross": 4.7e-2, "disks_in_a_heap": 2.1e-2}
+GOAL = 1e-3
+# Clouds that cross are off by as much as the goal itself: 9.6e-4 to 1.08e-3, by the seed.
+WITHIN = {"clouds_that_cross": 1.5e-3, **{name: 1.25 * off for name, off in OFF.items()}}
 
 
 @functools.cache
@@ -104,16 +100,28 @@ def test_contact_gives_finite_values_and_rows_of_at_most_one(name):
     assert factors.sum(axis=1).max() <= 1 + 1e-7
 
 
-def marked(name):
-    reason = f"off by {OFF.get(name, 0):.1e} of what is emitted"
-    return pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=reason)] if name in OFF else [])
-
-
-@pytest.mark.parametrize("name", [marked(name) for name in SCENES])
-def test_light_ends_where_rays_find_it_to_end(name):
-    """|emitted - absorbed - escaped - into backs| <= 1e-3 of what is emitted, the standard error a quarter of that."""
+@functools.cache
+def left_over(name):
+    """(emitted - absorbed - escaped - into backs) / emitted, its standard error a quarter of GOAL at most."""
     scene, solution = solved(name)
     rays = 2 ** min(16, round(np.log2(1.2e6 / len(solution.surfels))))
     off, error = unaccounted(scene, solution, rays)
-    assert error <= 2.5e-4
-    assert abs(off) <= 1e-3
+    assert error <= GOAL / 4
+    return off
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_light_ends_where_rays_find_it_to_end(name):
+    assert abs(left_over(name)) <= WITHIN.get(name, GOAL)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.xfail(strict=True, reason=f"off by {off:.1e} of what is emitted"))
+        for name, off in OFF.items()
+    ],
+)
+def test_all_light_is_accounted_for(name):
+    """To 1e-3 of what is emitted, as in all other scenes."""
+    assert abs(left_over(name)) <= GOAL

@@ -81,7 +81,7 @@ def test_at_most_30_applications(name):
     assert np.all(np.isfinite(solution.radiosity))
 
 
-@pytest.mark.xfail(strict=True, reason="rays past the ball meet the black backs of disks that jut out: 19 % lost")
+@pytest.mark.xfail(strict=True, reason="1e-4 of all rays graze the ball and meet backs of its disks: 5 to 15 % lost")
 def test_furnace_with_a_ball_in_it():
     unit = shapes.sphere(300)
     ball = surfels_of(0.15 * unit.points + np.array([0.5, 0.5, 0.3]), unit.normals, 0.999, 2.0)
@@ -125,7 +125,7 @@ def test_copies_of_points_change_nothing(copies):
     assert solution.surfels.areas.sum() == pytest.approx(4 * np.pi, rel=1e-3)
 
 
-@pytest.mark.xfail(strict=True, reason="only of its own object a ray ignores disks that it leaves behind: 90 % lost")
+@pytest.mark.xfail(strict=True, reason="rays meet the backs of the other object's disks where they start: 90 % lost")
 def test_two_objects_at_one_place():
     ball = ball_inside(500, rho=0.9, emission=1.0)
     np.testing.assert_allclose(sf.solve(sf.Scene([ball, ball])).radiosity, 10.0, rtol=1e-3)
@@ -144,7 +144,7 @@ def test_emission_over_six_decades():
     np.testing.assert_allclose(colours * [1e6, 1.0, 1e-6], np.repeat(colours[:, 1:2], 3, axis=1), rtol=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="what escapes a disk is measured at its centre: up to 27 % too large a factor")
+@pytest.mark.xfail(strict=True, reason="what escapes a disk is measured at its centre: up to 31 % too large a factor")
 def test_two_coaxial_disks_of_one_surfel_each():
     """Radius 1, gap h: F = 1 + h^2 / 2 - sqrt((1 + h^2 / 2)^2 - 1)."""
     for gap in (1e-3, 0.1, 0.5, 1.0):

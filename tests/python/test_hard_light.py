@@ -42,18 +42,13 @@ def leak(solution):
     return power[dark].sum() / power.sum()
 
 
-REACHES = pytest.mark.xfail(
-    strict=True, reason="disks of the dark side's area reach through the wall: 1.4e-4 to 2.7e-4"
-)
-
-
 @pytest.mark.parametrize("wall", [wall_of_patches, wall_of_disks])
-@pytest.mark.parametrize("room", ["patches", pytest.param("clouds", marks=REACHES)])
+@pytest.mark.parametrize("room", ["patches", "clouds"])
 def test_thin_walls_hold_the_light(room, wall):
-    """1e-3 of the room thick, lit from one side: at most 1e-4 of all that is received comes through."""
+    """1e-3 of the room thick, lit from one side: at most 2e-5 of all that is received comes through."""
     solution = sf.solve(sf.Scene([*double_room(room), wall()], LIGHTS))
     assert solution.direct[:, 0].max() > 0
-    assert leak(solution) <= 1e-4
+    assert leak(solution) <= 2e-5
 
 
 @pytest.mark.parametrize("at_once", [False, True])
@@ -151,25 +146,21 @@ LAMPS = {
     ),
     "area light": lambda: sf.AreaLight([-SIDE / 2, -SIDE / 2, 1], [0, SIDE, 0], [SIDE, 0, 0], 1e6),
 }
-EDGE = pytest.mark.xfail(strict=True, reason="disks reach past the floor's edge, and the closure spreads that: 2.3 %")
-TINY = [
-    pytest.param(lamp, floor, marks=[EDGE] if floor == 2 and lamp != "area light" else [])
-    for lamp in LAMPS
-    for floor in (0, 2)
-]
 
 
-@pytest.mark.parametrize(("lamp", "floor"), TINY)
+@pytest.mark.parametrize("floor", [0, 2])
+@pytest.mark.parametrize("lamp", LAMPS)
 def test_one_bright_tiny_lamp(lamp, floor):
     """1e-6 of a steradian over a floor: E a^2 cos^2 / (pi r^2), in closed form as exact as 1e-6."""
-    lamp, floor = LAMPS[lamp](), floors()[floor]
+    floor_is_patches, lamp, floor = floor == 0, LAMPS[lamp](), floors()[floor]
     is_light = isinstance(lamp, sf.AreaLight)
     scene = sf.Scene([floor], [lamp]) if is_light else sf.Scene([floor, lamp])
     solution = sf.solve(scene, rays=4096)
     d = np.array([0, 0, 1]) - floor.points
     expected = 1e6 * SIDE**2 * d[:, 2] ** 2 / (np.pi * (d**2).sum(axis=1) ** 2)
     received = solution.irradiance[: len(floor), 0]
-    np.testing.assert_allclose(received, expected, rtol=0.01)
+    # What a patch receives is a mean over it, not what its centre does: .33 % on the floor of patches.
+    np.testing.assert_allclose(received, expected, rtol=0.006 if floor_is_patches else 0.003)
     found, error = sf.reference_irradiance(scene, floor.points, floor.normals, samples=1024)
     assert np.all(np.abs(found[:, 0] - expected) < 5 * error[:, 0] + 1e-3 * expected)
     assert (error[:, 0] / expected).max() < 2.5e-3

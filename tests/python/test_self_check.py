@@ -1,0 +1,78 @@
+"""Solution.error, the solver's own estimate, against the truth."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import surflux as sf
+from fresh_rays import starts
+from scenes import patch, surfels_of
+from surflux import shapes
+
+SUN = sf.DirectionalLight([0.3, 0.2, -1.0], 3.0)
+SIDE = 1e-3  # of a lamp at height 1 over the middle of a floor
+
+
+def ball_over_a_floor(rho, patch_area):
+    unit = shapes.sphere(162)
+    ball = surfels_of(0.3 * unit.points + np.array([0, 0, 0.35]), unit.normals, rho)
+    return sf.Scene([patch([-1, -1, 0], [2, 0, 0], [0, 2, 0], rho, 0.0, patch_area), ball], [SUN])
+
+
+def floor_of_points(n=20):
+    x, y = (a.ravel() for a in np.meshgrid(*[2 * (np.arange(n) + 0.5) / n - 1] * 2))
+    return surfels_of(np.stack([x, y, 0 * x], axis=1), [[0, 0, 1]] * n * n, 0.0)
+
+
+def means(scene, solution, seed, per=16, samples=256):
+    """H by the path tracer, as the mean over places of each surfel, the same places for the same seed."""
+    s, random = solution.surfels, np.random.default_rng(seed)
+    uv = (stats.qmc.Sobol(2, rng=random).random(per) + random.random((len(s), 1, 2))) % 1.0
+    normals = np.repeat(s.normals, per, axis=0)
+    found, _ = sf.reference_irradiance(scene, starts(s, uv).reshape(-1, 3), normals, samples=samples, seed=seed)
+    return found[:, 0].reshape(len(s), per).mean(axis=1)
+
+
+def measured(lit, black, solution):
+    """Relative RMS of what is not direct light, as Solution.error has it, and its standard error.
+
+    Two halves, whose noise has no part in the product; direct light is that of the same scene in black, at the same
+    places.
+    """
+    weight, h = solution.surfels.areas, solution.irradiance[:, 0]  # all is grey
+    size = (weight * h**2).sum()
+    bounced = h - solution.direct[:, 0]
+    off = [bounced - means(lit, solution, seed) + means(black, solution, seed) for seed in (1, 2)]
+    error = np.sqrt((weight * off[0] * off[1]).sum() / size)
+    spread = np.sqrt((weight**2 * (off[0] - off[1]) ** 2 * (off[0] + off[1]) ** 2 / 4).sum()) / size
+    return error, spread / (2 * error)
+
+
+@pytest.mark.parametrize("patch_area", [0.25, 0.0625])
+def test_it_sees_what_one_value_per_surfel_loses(patch_area):
+    """A ball hangs over a floor whose patches have one value each, in and out of its shadow: 5 %, and 1.6 %."""
+    lit, black = ball_over_a_floor(0.6, patch_area), ball_over_a_floor(0.0, patch_area)
+    solution = sf.solve(lit)
+    truth, error = measured(lit, black, solution)
+    assert error < truth / 4
+    assert 0.01 < truth < 0.06
+    assert 0.5 * truth < solution.error < 2 * truth
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("lamp", ["surfel", "patch"])
+def test_a_tiny_lamp_is_no_reason_to_doubt(lamp, seed):
+    """1e-6 of a steradian, which no ray finds by chance; E a^2 cos^2 / (pi r^2) in closed form."""
+    floor = floor_of_points()
+    if lamp == "surfel":
+        radius = SIDE / np.sqrt(np.pi)
+        small = sf.Surfels([[0, 0, 1]], [[0, 0, -1]], radii=radius, areas=SIDE**2, reflectance=0.0, emission=1e6)
+    else:
+        small = patch([-SIDE / 2, -SIDE / 2, 1], [0, SIDE, 0], [SIDE, 0, 0], 0.0, 1e6)
+    solution = sf.solve(sf.Scene([floor, small]), rays=4096, seed=seed)
+    to_lamp = np.array([0, 0, 1]) - floor.points
+    expected = 1e6 * SIDE**2 * to_lamp[:, 2] ** 2 / (np.pi * (to_lamp**2).sum(axis=1) ** 2)
+    weight, found = solution.surfels.areas[:-1], solution.irradiance[:-1, 0]
+    truth = np.sqrt((weight * (found - expected) ** 2).sum() / (weight * expected**2).sum())
+    # It never claims less than its rays can tell, which is 1e-4 here.
+    assert 0.5 * truth < solution.error < max(2 * truth, 1e-4)
