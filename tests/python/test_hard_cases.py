@@ -125,7 +125,6 @@ def test_copies_of_points_change_nothing(copies):
     assert solution.surfels.areas.sum() == pytest.approx(4 * np.pi, rel=1e-3)
 
 
-@pytest.mark.xfail(strict=True, reason="rays meet the backs of the other object's disks where they start: 90 % lost")
 def test_two_objects_at_one_place():
     ball = ball_inside(500, rho=0.9, emission=1.0)
     np.testing.assert_allclose(sf.solve(sf.Scene([ball, ball])).radiosity, 10.0, rtol=1e-3)

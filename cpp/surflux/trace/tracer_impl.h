@@ -163,6 +163,19 @@ struct Tracer::Impl {
         return disks[from.surfel].object == q.object && squared < reach * reach;
     }
 
+    // Does what a ray from surfel a crosses, of another object, go on where a ends? In one plane with it, that is.
+    bool goes_on(std::uint32_t a, const Crossing& hit) const {
+        if (a == no_surfel) return false;
+        const Disk &p = disks[a], &q = disks[hit.surfel];
+        if (p.object == q.object) return false;
+        float cosine = 0.0f, along = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) {
+            cosine += p.normal[axis] * q.normal[axis];
+            along += hit.direction[axis] * q.normal[axis];
+        }
+        return cosine > 0.5f && along > 0.0f && hit.height() <= 2.0f * contact;
+    }
+
     // A surface that faces away from the point, or is farther along the normal than it may be, is not the point's own.
     bool is_strange(const Vec3& normal, const Crossing& hit) const {
         const Disk& q = disks[hit.surfel];
@@ -197,6 +210,7 @@ struct Tracer::Impl {
             if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
                 : query->nearby ? impl.is_strange(*query->nearby, crossing)
                                 : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
+                                      impl.goes_on(query->from, crossing) ||
                                       impl.ignores(query->to, crossing.surfel, is_disk, crossing.direction, false))
                 arguments->valid[n] = 0;
         }
