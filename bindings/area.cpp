@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/area/disk_ends.h"
@@ -26,14 +28,19 @@ void bind_area(py::module_& module) {
         py::arg("backend"), py::arg("progress") = py::none());
     module.def(
         "with_disk_ends",
-        [](const Surfels& surfels) {
+        [](const Surfels& surfels, const py::object& progress) {
+            const Progress report = to_progress(progress);
             return without_gil([&] {
                 Surfels out = surfels;
-                out.ends = disk_ends(surfels);
+                out.ends = disk_ends(surfels, AreaOptions{}.epsilon, report);
                 return out;
             });
         },
-        py::arg("surfels"));
+        py::arg("surfels"), py::arg("progress") = py::none());
+    module.def("has_disks", [](const Surfels& surfels) {
+        const std::vector<bool> is_disk = disks_among(surfels);
+        return std::find(is_disk.begin(), is_disk.end(), true) != is_disk.end();
+    });
     module.def(
         "area_shares",
         [](const Surfels& surfels, std::size_t index, bool curved, double kappa, int resolution, double epsilon) {

@@ -108,7 +108,7 @@ def _check_options(options, kind):
     for option, names in (("case", CASES), ("scene", bench_scenes.NAMES)):
         for name in getattr(options, option) or ():
             if name not in names:
-                raise ValueError(f"--{option}: wanted one of {', '.join(names)}, got {name!r}")
+                raise ValueError(f"--{option}: there is no {name!r}; --list names them all")
 
 
 def _cases(options):

@@ -21,7 +21,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
     solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {cloud_limit})")
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
-    solve.add_argument("--zeta", type=float, help="fraction of the RMS irradiance that a link may be wrong by")
+    solve.add_argument("--zeta", type=float, help="steers the refinement, which is not built yet: no effect")
     solve.add_argument("--seed", type=int, help="of everything random")
     _viewpoint_option(solve)
     _image_options(solve)

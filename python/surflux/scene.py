@@ -100,12 +100,14 @@ class Scene:
         with stage_callback(progress) as show:  # one stage, however many objects
             callback = False if show is None else partial(show, "areas")
             for index, s in enumerate(self._objects):
-                core = self._with_ends(index)
-                if s.areas is None:
+                areas = s.areas
+                if areas is None:
                     if index not in self._computed_areas:
                         self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
-                    core = _with_areas(core, self._computed_areas[index])
-                cores.append(core)
+                    areas = self._computed_areas[index]
+                cores.append(
+                    _with_areas(self._with_ends(index, callback or None), areas)
+                )  # those of now: they can be set
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
     def _to_core_without_areas(self):
@@ -113,10 +115,11 @@ class Scene:
         cores = [_with_areas(self._with_ends(index), None) for index in range(len(self._objects))]
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
-    def _with_ends(self, index):
+    def _with_ends(self, index, progress=None):
         """The object, compiled, with the lines where its disks end."""
         if index not in self._ended:
-            self._ended[index] = _core.with_disk_ends(self._objects[index]._core)
+            core = self._objects[index]._core
+            self._ended[index] = _core.with_disk_ends(core, progress) if _core.has_disks(core) else core
         return self._ended[index]
 
 

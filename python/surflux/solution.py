@@ -21,7 +21,7 @@ class Solution:
         parents: (n,) index of each surfel in scene.surfels.
         objects: (n,) index of the object in scene.objects that each surfel belongs to.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
-        irradiance: (n, 3) H, direct light included.
+        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk.
         direct: (n, 3) the part of H that comes from lights and Environments.
         error: the solver's own estimate of the relative RMS error of H: fresh rays from 1000 surfels gather light
             anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light is off

@@ -33,8 +33,9 @@ def solve(
 
     Solves B = E + rho H, H = D + F B (D04 eq. 1, with the unknown as D03 section 3 has it) for red, green and blue, or
     once where the scene is grey. All pairs of surfels exchange light: memory grows as 4 n^2 bytes, seconds as n^2.
-    The exchange A_i F_ij is symmetric and scaled by one diagonal until each row, with what rays find to leave the
-    scene or to end on a back face, makes 1 (Solution.history reports the largest correction). The linear system is
+    The exchange A_i F_ij is symmetric and scaled by a diagonal, pairs of disks in contact by another before that, until
+    each row, with what rays find to leave the scene or to end on a back face, makes 1 (Solution.history reports the
+    largest correction). The linear system is
     solved by conjugate gradients. The scene stays as it is; areas that it lacks are computed.
 
     Args:
@@ -146,7 +147,8 @@ def form_factors(
         error: 1e-6 to 1, what blocking may be misjudged by: F summed from a surfel to any set of others, over all
             columns or over a wall, is within `error` of its true value; a single factor within error * sqrt(F0), F0
             being the larger of F[i, j] and F[j, i] without what blocks them. Each with 95 % probability, for patches;
-            shares of disks are not sampled finer than 5 %. Costs rays in proportion to 1/error or a little more.
+            shares of disks are not sampled finer than 5 %. Costs rays in proportion to 1/error or
+            more, towards 1e-5 to its square.
         rays, epsilon, seed, threads, progress: see `solve`.
         return_escape: True returns (F, escape), escape (n,) being the share of each row that is not in F: what leaves
             the scene and what ends on back faces. Needs visibility.

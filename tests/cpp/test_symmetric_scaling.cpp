@@ -65,5 +65,16 @@ TEST(SymmetricScaling, NoRowIsAboveItsTotalWhereTheBoundHoldsOthers) {
     EXPECT_EQ(found.scale[1], 2.0);
 }
 
+TEST(SymmetricScaling, TwoRowsDoNotTakeTurnsAtTheBound) {
+    // The bound cuts the step of one row short and not the other's: without a search along it, both end at .37.
+    const double across = 0.99865, lost = 1.0 / 4096.0;
+    const Scaling found =
+        scale_symmetrically(problem_of({{0.0, across}, {across, 0.0}}, {1.0, 1.0}, {0.0, lost}, 0.1), 2.0, 1e-10);
+    EXPECT_LE(found.residual, 1e-10);
+    EXPECT_EQ(found.scale[0], 2.0);
+    EXPECT_NEAR(found.rows[1], 1.0, 1e-9);
+    EXPECT_NEAR(found.scale[1], (1.0 - lost * std::pow(found.scale[1], 0.1)) / (2.0 * across), 1e-9);
+}
+
 }  // namespace
 }  // namespace surflux

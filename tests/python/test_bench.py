@@ -80,14 +80,14 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--case", "nothing"], "--case: wanted one of areas of an icosphere"),
+        (["--case", "nothing"], "--case: there is no 'nothing'; --list names them all"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
         (["--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
         (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),
         (["--quick", "--case", "statues"], "--case: does not go with --quick"),
         (["--scene", "statues"], "--scene: goes with --quick or --full"),
-        (["--full", "--scene", "statues"], "--scene: wanted one of concentric spheres, three spheres, Cornell box"),
+        (["--full", "--scene", "statues"], "--scene: there is no 'statues'; --list names them all"),
         (["--paths", "4096"], "--paths: goes with --quick, --full or --reference"),
         (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
         (["--full", "--quick"], "--full: does not go with --quick"),

@@ -96,6 +96,34 @@ def test_partly_blocked_pairs_come_to_the_stated_error(side, error):
         assert np.abs(found - past).max() > 0.05 * error * np.sqrt(free.min())
 
 
+@pytest.mark.parametrize("sheet", ["two_sided", "two faces"])
+def test_a_partition_is_one_sheet_whatever_makes_it(sheet):
+    """A plate of two sides half way between unit squares hides what one of one side hides."""
+    low = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], patch_area=1 / 36)
+    high = patch([0, 0, 1], [0, 1, 0], [1, 0, 0], patch_area=1 / 36)
+    corners = [[0.3, 0.2, 0.5], [0.7, 0.2, 0.5], [0.7, 0.8, 0.5], [0.3, 0.8, 0.5]]
+    up, down = [0, 1, 2, 3], [3, 2, 1, 0]
+    plates = {
+        "two_sided": [sf.Surfels.from_mesh((corners, [up]), two_sided=True)],
+        "two faces": [sf.Surfels.from_mesh((corners, [up, down]))],
+    }[sheet]
+    n = len(low)
+    factors, rest = sf.form_factors(sf.Scene([low, high, *plates]), return_escape=True)
+    bare = sf.form_factors(sf.Scene([low, high, sf.Surfels.from_mesh((corners, [up]))]))
+    assert factors[:n, n : 2 * n].sum() / n == pytest.approx(bare[:n, n : 2 * n].sum() / n, abs=2e-4)
+    # By quadrature of the closed form from each point of the low square: .104235.
+    assert factors[:n, n : 2 * n].sum() / n == pytest.approx(0.104235, abs=1e-4)
+    free = sf.form_factors(sf.Scene([low, plates[0]]), visibility=False)[n:, :n].sum(axis=1).max()
+    assert sorted(factors[2 * n :, :n].sum(axis=1)) == pytest.approx([0.0, free], abs=1e-6)
+    assert rest[2 * n :] == pytest.approx(1 - free, abs=1e-6)
+
+
+def test_areas_have_to_be_positive():
+    disks = sf.Surfels([[0, 0, 0], [0, 0, 1]], [[0, 0, 1], [0, 0, -1]], radii=1e-200)
+    with pytest.raises(ValueError, match=r"^areas: surfel 0 has area 0, wanted a positive number"):
+        sf.form_factors(sf.Scene([disks]))
+
+
 def test_an_error_that_a_million_rays_do_not_reach_is_told():
     low, high = patch([0, 0, 0], [1, 0, 0], [0, 1, 0]), patch([0, 0, 1], [0, 1, 0], [1, 0, 0])
     between = patch([0.3, 0.2, 0.4], [0.3, 0.1, 0], [-0.1, 0.5, 0.1])

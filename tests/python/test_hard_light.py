@@ -65,6 +65,22 @@ def test_two_rooms_wall_to_wall(at_once):
     assert solution.history[-1]["power_escaped"] == 0.0
 
 
+def test_a_bright_sky_through_a_hole_has_the_noise_of_its_own_rays():
+    """Rays that are aimed at the bright part of an image decide, not how many others happen to find the hole."""
+    image = np.full((64, 128, 3), 0.01)
+    image[:2] = 1000.0
+    a, b = 0.4, 0.6
+    ceiling = [[[0, 0], [1, 0], [1, a], [0, a]], [[0, b], [1, b], [1, 1], [0, 1]]]
+    ceiling += [[[0, a], [a, a], [a, b], [0, b]], [[b, a], [1, a], [1, b], [b, b]]]
+    vertices = [[x, y, 1.0] for strip in ceiling for x, y in strip]
+    lid = sf.Surfels.from_mesh((vertices, [[4 * k + 3, 4 * k + 2, 4 * k + 1, 4 * k] for k in range(4)]), 0.04, 0.0)
+    floor = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.0, 0.0, 0.01)
+    scene = sf.Scene([floor, lid], [sf.Environment(image)])
+    below = np.flatnonzero(np.all(np.abs(floor.points[:, :2] - 0.5) < 0.1, axis=1))
+    found = np.array([sf.solve(scene, seed=seed).irradiance[below, 0].mean() for seed in range(6)])
+    assert found.std() < 0.03 * found.mean()
+
+
 def slit_in_a_wall(width):
     low, high = 0.5 - width / 2, 0.5 + width / 2
     sheets = [[[1, a, 0], [1, b, 0], [1, b, 1], [1, a, 1]] for a, b in ((0, low), (high, 1))]

@@ -54,6 +54,17 @@ def test_to_core_computes_missing_areas_once_and_leaves_the_objects_alone(monkey
     assert scene._to_core().surfels.areas[4:] == pytest.approx([2.0] * 3)
 
 
+def test_areas_set_between_two_solves_count():
+    s = disks()
+    scene = sf.Scene([s, floor()], [sf.PointLight([0, 0, 3], 1.0)])
+    sf.solve(scene)
+    for areas in (2.0, 3.0):
+        s.areas = areas
+        assert sf.solve(scene).surfels.areas[: len(s)] == pytest.approx([areas] * len(s))
+    s.areas = None
+    assert sf.solve(scene).surfels.areas[: len(s)] == pytest.approx(sf.effective_areas(s))
+
+
 def test_every_light_reaches_the_core():
     lights = [
         sf.PointLight([0, 0, 1], 2.0),

@@ -7,6 +7,7 @@ namespace surflux {
 
 // Where disks end before their rims, as the curved areas have it (neighborhood.h): at the border of the sampling and at
 // creases. With them the fronts that rays meet are the surface whose area is counted, and nothing that overhangs it.
-std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon);
+std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon,
+                               const Progress& progress = {});
 
 }  // namespace surflux

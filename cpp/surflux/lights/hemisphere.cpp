@@ -20,17 +20,16 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
                                 const Progress& progress) {
     const Surfels& s = scene.surfels;
     const SurfelPoints points(s);
-    Rgb constant;
     std::vector<EnvironmentMap> images;
+    Hemispheres out;
     for (const Light& light : scene.lights)
         if (const auto* environment = std::get_if<Environment>(&light)) {
             if (environment->pixels.empty())
-                constant += environment->radiance;
+                out.constant_sky += environment->radiance;
             else
                 images.emplace_back(*environment);
         }
 
-    Hemispheres out;
     out.escape.assign(s.size(), 0.0);
     out.absorbed.assign(s.size(), 0.0);
     out.sky.assign(s.size(), {});
@@ -75,7 +74,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         }
         out.escape[i] = static_cast<double>(escaped) / taken;
         out.absorbed[i] = static_cast<double>(absorbed) / taken;
-        out.sky[i] = sky / taken + (pi * out.escape[i]) * constant;
+        out.sky[i] = sky / taken;
         out.taken[i] = static_cast<std::uint32_t>(taken);
         traced += static_cast<std::size_t>(taken) * (1 + images.size());
     };

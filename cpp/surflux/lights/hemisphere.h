@@ -15,7 +15,8 @@ struct Hemispheres {
     std::vector<double> escape;  // fraction (of the cosine-weighted hemisphere) that leaves the scene
     std::vector<double>
         absorbed;          // fraction that meets a back face, which is black, or leaves where something lies on it
-    std::vector<Rgb> sky;  // irradiance from the scene's Environments
+    std::vector<Rgb> sky;  // irradiance from the Environments that are images: by rays of their own, closure apart
+    Rgb constant_sky;      // radiance of the others, of which a surfel has pi times its escape
     std::vector<std::uint32_t> taken;  // rays per surfel that escape and absorbed come from
     std::size_t rays = 0;
 };

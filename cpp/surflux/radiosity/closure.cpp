@@ -35,7 +35,6 @@ void settle_losses(const Exchange& exchange, const std::vector<double>& sums, He
             std::clamp(1.0 - sums[i] / exchange.areas[i], std::max(0.0, lost - margin), std::min(1.0, lost + margin));
         hemispheres.escape[i] *= wanted / lost;
         hemispheres.absorbed[i] *= wanted / lost;
-        hemispheres.sky[i] *= wanted / lost;
     }
 }
 
@@ -106,7 +105,6 @@ Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& prog
         const double lacking = 1.0 - found.rows[i];
         hemispheres.escape[i] *= found.lost_scale[i];
         hemispheres.absorbed[i] *= found.lost_scale[i];
-        hemispheres.sky[i] *= found.lost_scale[i];
         if (lacking > tolerance) {
             hemispheres.absorbed[i] += lacking;
             closure.largest_shortfall = std::max(closure.largest_shortfall, lacking);

@@ -9,7 +9,7 @@
 namespace surflux {
 
 struct Closure {
-    double largest_correction = 0.0;  // max_i |scale_i - 1|
+    double largest_correction = 0.0;  // max_i |scale_i - 1|, near pairs' own scale apart
     double residual = 0.0;            // max_i |row_i + escape_i + absorbed_i - 1| afterwards
     double largest_shortfall = 0.0;   // max_i of what row_i lacked at the largest scale, and counts as absorbed
     std::size_t short_rows = 0;       // how many lacked anything
@@ -23,10 +23,8 @@ struct Closure {
 //   Rows and rays may disagree on what is lost to the sky and to back faces. Sure rows are right as far as the rays
 // allow it: what they lack is what they lose, within three standard errors of what the rays found. For the rest losses
 // follow the scale as one more column does in sure rows, and hardly in those of disks, of which the rays know better.
-// D_i of the sky goes with the losses.
 //   What rows lack they lack above all in their near pairs, where a disk stands for a cell of unknown shape. So these
-//   are
-// scaled first, by a diagonal of their own that the rest follows as hardly as losses do.
+// are scaled first, by a diagonal of their own that the rest follows as hardly as losses do.
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7);
 
 }  // namespace surflux

@@ -56,6 +56,9 @@ private:
     std::vector<std::pair<std::uint32_t, std::uint32_t>> found_;
 };
 
+// Throws ArgumentError where areas are missing, or one is not a positive number.
+void require_areas(const Surfels& surfels);
+
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);
 

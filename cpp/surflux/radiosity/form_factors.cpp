@@ -42,6 +42,7 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
                          const StageProgress& progress) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
+    require_areas(s);
     const Tracer tracer(scene);
     const PairExchange pairs(scene, options.epsilon);
     const Shafts shafts(scene);

@@ -202,10 +202,7 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
         const double g = between_nodes(i, j);
         return g > 0.0 ? Pair{g, Range::mid} : Pair{};
     }
-    // Neither reaches above the other's plane, coplanar neighbours above all: nothing to integrate.
-    const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
-    const double above_i = to_j + extent_[j] * sine, above_j = to_i + extent_[i] * sine;
-    if (above_i <= contact_ || above_j <= contact_) return {};
+    if (!rise_above_each_other(i, j)) return {};
     if (patches) {
         const double g = between_polygons(i, j, is_mid ? apart_points : touching_points);
         const double least = std::min(s.areas[i], s.areas[j]);
@@ -217,6 +214,14 @@ PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) co
     if (over_i > 0.0) g += over_i * s.areas[i] * near_factor(i, j);
     if (over_i < 1.0) g += (1.0 - over_i) * s.areas[j] * near_factor(j, i);
     return g > 0.0 ? Pair{std::min(g, std::min(s.areas[i], s.areas[j])), Range::near} : Pair{};
+}
+
+// False for coplanar neighbours above all, and for either side of a sheet: nothing to integrate.
+bool PairExchange::rise_above_each_other(std::uint32_t i, std::uint32_t j) const {
+    const Surfels& s = scene_.surfels;
+    const Vec3 d = s.positions[j] - s.positions[i];
+    const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
+    return dot(s.normals[i], d) + extent_[j] * sine > contact_ && -dot(s.normals[j], d) + extent_[i] * sine > contact_;
 }
 
 // Two parallelograms of which none has a corner behind the other.
@@ -278,6 +283,7 @@ PairExchange::Pair PairExchange::precise(std::uint32_t i, std::uint32_t j) const
     // From there on the contour's terms cancel to less than the kernel gives.
     constexpr double largest_ratio = 1e3;
     if (!points_.is_patch(i) || !points_.is_patch(j) || ratio > largest_ratio) return (*this)(i, j);
+    if (ratio <= far_ratio && !rise_above_each_other(i, j)) return {};
     // Errors of square patches, turned at random: 1e-14 where they touch, 1e-9 over a gap of a tenth of their edge, at
     // most 1e-9 of the kernel between points facing each other farther off.
     const double g = ratio <= mid_ratio                   ? between_polygons(i, j, 32, Grading::steep)

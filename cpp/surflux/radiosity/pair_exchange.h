@@ -58,6 +58,7 @@ private:
     double near_factor(std::uint32_t i, std::uint32_t j) const;
     double between_nodes(std::uint32_t i, std::uint32_t j) const;
     double between_polygons(std::uint32_t i, std::uint32_t j, int count, Grading grading = Grading::graded) const;
+    bool rise_above_each_other(std::uint32_t i, std::uint32_t j) const;
     bool face_wholly(std::uint32_t i, std::uint32_t j) const;
     template <int count>
     double by_quadrature(std::uint32_t i, std::uint32_t j) const;

@@ -7,6 +7,8 @@
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 
+#include "surflux/core/sampling.h"
+
 namespace surflux {
 
 namespace {
@@ -32,7 +34,9 @@ Shafts::Shafts(const Scene& scene) : surfels_(scene.surfels), triangles_(triangl
             for (const Vec3& corner : {s.triangles[t].a, s.triangles[t].b, s.triangles[t].c}) grow(corner, {});
         if (triangles_[i] == triangles_[i + 1]) {
             const Vec3& n = s.normals[i];
-            const auto reach = [&](double along) { return s.radii[i] * std::sqrt(std::max(0.0, 1.0 - along * along)); };
+            // Of the disk that blocks, and of that of its area, which light leaves.
+            const double radius = std::max(s.radii[i], std::sqrt(s.areas[i] / pi));
+            const auto reach = [&](double along) { return radius * std::sqrt(std::max(0.0, 1.0 - along * along)); };
             grow(s.positions[i], {reach(n.x), reach(n.y), reach(n.z)});
         }
         boxes_[i] = box;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "surflux/core/error.h"
+#include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/radiosity/closure.h"
 #include "surflux/solution/conjugate_gradients.h"
@@ -123,10 +124,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     require(n > 0, "scene: it has no surfels");
-    require(s.areas.size() == n, "scene: its surfels have no areas yet");
-    for (std::size_t i = 0; i < n; ++i)
-        require(s.areas[i] > 0.0 && std::isfinite(s.areas[i]), "areas: surfel ", i, " has area ", s.areas[i],
-                ", wanted a positive number");
+    require_areas(s);
     require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance: wanted in (0, 1), got ", options.tolerance);
     require(options.rays >= 16, "rays: wanted at least 16, got ", options.rays);
     const auto stage = [&](const char* name) { return progress ? progress(name) : Progress{}; };
@@ -144,7 +142,8 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     const Closure closure = close(exchange, hemispheres, stage("closure"), closure_tolerance(s));
     watch.lap("closure");
 
-    for (std::size_t i = 0; i < n; ++i) out.direct[i] += hemispheres.sky[i];
+    for (std::size_t i = 0; i < n; ++i)
+        out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
     std::size_t channels = 0;
     const LinearReport linear =
         solve_irradiance(exchange, s, out.direct, options.tolerance, out.irradiance, channels, stage("solve"));

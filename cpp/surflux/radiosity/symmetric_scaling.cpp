@@ -29,11 +29,13 @@ public:
     void measure() {
         apply(std::vector<double>(size_, 1.0), product_);
         out_.residual = 0.0;
+        value_ = 0.0;
         for (std::size_t i = 0; i < size_; ++i) {
             out_.lost_scale[i] = std::pow(out_.scale[i], problem_.yields[i]);
             const double lost = out_.lost_scale[i] * problem_.lost[i];
             out_.rows[i] = (product_[i] + lost) / problem_.totals[i];
             slope_[i] = product_[i] + problem_.yields[i] * lost;
+            value_ += 0.5 * product_[i] + lost / problem_.yields[i] - problem_.totals[i] * std::log(out_.scale[i]);
             if (!held(i)) out_.residual = std::max(out_.residual, std::abs(out_.rows[i] - 1.0));
         }
     }
@@ -44,6 +46,7 @@ public:
     }
 
     // In log scale: (DGD + diag(slope)) step = totals - row sums over the rows that are not held, with unit diagonal.
+    // What comes of it is measured.
     void newton_round() {
         std::vector<double> weight(size_), right(size_), step(size_, 0.0);
         for (std::size_t i = 0; i < size_; ++i) {
@@ -57,9 +60,23 @@ public:
             for (std::size_t i = 0; i < size_; ++i) out[i] = x[i] + weight[i] * out[i];
         };
         conjugate_gradients(hessian, right, 1, newton_tolerance, newton_applications, step);
-        for (std::size_t i = 0; i < size_; ++i)
-            if (!held(i))
-                set_scale(i, out_.scale[i] * std::exp(std::clamp(weight[i] * step[i], -newton_limit, newton_limit)));
+        // The bound cuts a step short for some rows and not for others: without a search along it, what is left may
+        // lead uphill, and two rows take turns for ever (Bertsekas 1982).
+        const std::vector<double> start = out_.scale, slack = out_.rows;
+        const double value = value_;
+        double rounding = 0.0;
+        for (double total : problem_.totals) rounding += 1e-12 * total;
+        for (double part = 1.0;; part *= 0.5) {
+            double expected = 0.0;
+            for (std::size_t i = 0; i < size_; ++i) {
+                if (!(weight[i] > 0.0)) continue;
+                out_.scale[i] = start[i];
+                set_scale(i, start[i] * std::exp(part * std::clamp(weight[i] * step[i], -newton_limit, newton_limit)));
+                expected += problem_.totals[i] * (slack[i] - 1.0) * std::log(out_.scale[i] / start[i]);
+            }
+            measure();
+            if (part < 1e-3 || value_ <= value + 1e-4 * expected + rounding) return;
+        }
     }
 
     // What is left when Newton's method has not settled: symmetric still, and rows at most 1, as yields are.
@@ -88,6 +105,7 @@ private:
     const Progress& progress_;
     Scaling& out_;
     std::size_t size_;
+    double value_ = 0.0;                          // of what is minimized
     std::vector<double> work_, product_, slope_;  // slope: of a row's sum, by the logarithm of its own scale
 };
 
@@ -101,10 +119,7 @@ Scaling scale_symmetrically(const ScalingProblem& problem, double largest, doubl
         iteration.sinkhorn_round();
         iteration.measure();
     }
-    for (; out.rounds < newton_rounds && out.residual > tolerance; ++out.rounds) {
-        iteration.newton_round();
-        iteration.measure();
-    }
+    for (; out.rounds < newton_rounds && out.residual > tolerance; ++out.rounds) iteration.newton_round();
     if (out.residual > tolerance) {
         iteration.shrink_rows_above_one();
         iteration.measure();

@@ -13,10 +13,10 @@ namespace surflux {
 //   A pair whose shaft is empty is free, without a ray. Of any other, points of both surfels are tried in pairs, each
 // weighed by the kernel between them, in eight streams, each even and shifted by its own seed: what they differ by
 // gives the standard error. Points are doubled until it is half of what is allowed.
-//   Allowed is `error` for what a surfel sends to any set of others: of the factor F of a pair, error sqrt(F), F
-//   without
-// what blocks it, so that the errors of a row, F summing to at most 1 and the errors being independent, make at most
-// `error` together. So a pair's share may be off by error / sqrt(F), and small factors take few rays.
+//   Allowed is `error` for what a surfel sends to any set of others: of the factor F of a pair, error
+// sqrt(F), F without what blocks it, so that the errors of a row, F summing to at most 1 and the errors being
+// independent, make at most `error` together. So a pair's share may be off by error / sqrt(F), and small factors take
+// few rays.
 //   A pair that is found all free, or all blocked, has been tried so often that a share above that would have been
 // met with 95 % probability (3 of its inverse), however it is spread.
 class VisibleShare {

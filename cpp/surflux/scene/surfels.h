@@ -52,7 +52,7 @@ std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels);
 // The same of `ends`.
 std::vector<std::uint32_t> end_ranges(const Surfels& surfels);
 
-// The surfels at `indices`, in that order, with their triangles.
+// The surfels at `indices`, in that order, with their triangles and ends.
 Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices);
 
 // The surfels followed by a copy of each that faces the other way: a sheet seen from both sides.

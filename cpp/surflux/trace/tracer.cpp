@@ -72,6 +72,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
         d.radius = static_cast<float>(s.radii[i]);
         d.object = scene.object[i];
         d.twin = twin[i];
+        d.is_patch = triangles[i] != triangles[i + 1];
         if (triangles[i] == triangles[i + 1]) impl_->disk_surfel.push_back(i);
     }
     impl_->end_begin = end_ranges(s);

@@ -41,6 +41,7 @@ struct Tracer::Impl {
         float radius;
         std::uint32_t object;
         std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
+        bool is_patch;
     };
 
     // The line beyond which a disk has no surface (scene's DiskEnd).
@@ -163,11 +164,12 @@ struct Tracer::Impl {
         return disks[from.surfel].object == q.object && squared < reach * reach;
     }
 
-    // Does what a ray from surfel a crosses, of another object, go on where a ends? In one plane with it, that is.
+    // Does a disk of another object that a ray from disk a crosses stand for the same surface, in one plane with it?
+    // What lies on patches covers them.
     bool goes_on(std::uint32_t a, const Crossing& hit) const {
         if (a == no_surfel) return false;
         const Disk &p = disks[a], &q = disks[hit.surfel];
-        if (p.object == q.object) return false;
+        if (p.object == q.object || p.is_patch || q.is_patch) return false;
         float cosine = 0.0f, along = 0.0f;
         for (int axis = 0; axis < 3; ++axis) {
             cosine += p.normal[axis] * q.normal[axis];
