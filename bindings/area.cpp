@@ -32,7 +32,7 @@ void bind_area(py::module_& module) {
             const Progress report = to_progress(progress);
             return without_gil([&] {
                 Surfels out = surfels;
-                out.ends = disk_ends(surfels, AreaOptions{}.epsilon, report);
+                find_disk_ends(out, AreaOptions{}.epsilon, report);
                 return out;
             });
         },

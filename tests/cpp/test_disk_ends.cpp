@@ -24,7 +24,7 @@ void add_grid(Surfels& s, const Vec3& corner, const Vec3& u, const Vec3& v) {
 Surfels finished(Surfels s) {
     shapes::finish(s, 0.5, 0.0);
     s.radii = estimate_radii(s.positions);
-    s.ends = disk_ends(s);
+    find_disk_ends(s);
     return s;
 }
 
@@ -56,7 +56,25 @@ TEST(DiskEnds, ASquareEndsABitOutsideOfItsOutermostPoints) {
     }
 }
 
-TEST(DiskEnds, ASphereHasNone) { EXPECT_TRUE(disk_ends(shapes::sphere(500, 1.0, 1.0, 0.5, 0.0)).empty()); }
+TEST(DiskEnds, ASphereHasNone) {
+    Surfels s = shapes::sphere(500, 1.0, 1.0, 0.5, 0.0);
+    find_disk_ends(s);
+    EXPECT_TRUE(s.ends.empty());
+    EXPECT_TRUE(s.alone.empty());
+}
+
+TEST(DiskEnds, ADiskWithoutNeighboursStandsAlone) {
+    Surfels s = square(origin, x, y);
+    EXPECT_TRUE(s.alone.empty());
+    s.positions.push_back({0.5, 0.5, 3.0});
+    s.normals.push_back(z);
+    s.radii.push_back(0.1);
+    shapes::finish(s, 0.5, 0.0);
+    find_disk_ends(s);
+    EXPECT_EQ(s.alone, std::vector<std::uint32_t>{side * side});
+    EXPECT_EQ(select(s, {3, side * side, 4}).alone, std::vector<std::uint32_t>{1});
+    EXPECT_EQ(shapes::scene_of({s, s}).surfels.alone, (std::vector<std::uint32_t>{side * side, 2 * side * side + 1}));
+}
 
 TEST(DiskEnds, TwoSquaresOfOneCloudEndAtTheirEdge) {
     Surfels s;

@@ -8,9 +8,14 @@ from surflux import _core
 CONTACT = 1e-6  # of the scene's diagonal: what faces a surfel and is nearer covers it
 
 
-def starts(surfels, uv):
-    """Points of each surfel for uv (n, k, 2): anywhere on a patch; of a disk its centre, which lies on the surface."""
+def starts(surfels, uv, alone=0.0):
+    """Points of each surfel for uv (n, k, 2): anywhere on a patch; of a disk its centre, which lies on the surface.
+
+    A disk that stands alone (n,) is a surface of its own: anywhere on it.
+    """
     points = np.repeat(surfels.points[:, None], uv.shape[1], axis=1)
+    radius = np.sqrt(alone * surfels.areas / np.pi)[:, None] * np.sqrt(uv[..., 0])
+    points += in_frame(surfels.normals, radius, 2 * np.pi * uv[..., 1], 0.0)
     owner, triangles = surfels.triangle_surfel, surfels.triangles
     if len(owner):
         a, e, f = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
@@ -42,7 +47,7 @@ def in_frame(normals, radius, angle, height):
     )
 
 
-def fates(core, surfels, rays, seed):
+def fates(core, surfels, rays, seed, alone):
     """Of the light of each surfel, the shares (n,) that leave the scene and that end on a back or under a cover."""
     n = len(surfels)
     random = np.random.default_rng(seed)
@@ -50,7 +55,7 @@ def fates(core, surfels, rays, seed):
     uv = (even[None] + random.random((n, 1, 4))) % 1.0
     sine = np.sqrt(uv[..., 0])
     directions = in_frame(surfels.normals, sine, 2 * np.pi * uv[..., 1], np.sqrt(1 - uv[..., 0]))
-    points = starts(surfels, uv[..., 2:])
+    points = starts(surfels, uv[..., 2:], alone)
     met, front, distance = _core.closest_hits(
         core, np.repeat(np.arange(n), rays), points.reshape(-1, 3), directions.reshape(-1, 3)
     )
@@ -65,11 +70,12 @@ def unaccounted(scene, solution, rays=1024, batches=8, seed=71):
     """What was emitted and neither absorbed nor seen to leave, as a share of what was emitted; its standard error."""
     s = solution.surfels
     core = scene._to_core()
+    alone = np.concatenate([np.full(len(o), len(o) == 1 and not len(o.triangles)) for o in scene.objects])
     emitted = (s.areas[:, None] * (s.emission + solution.direct)).sum()
     absorbed = (s.areas[:, None] * (1 - s.reflectance) * solution.irradiance).sum()
     power = s.areas * solution.radiosity.sum(axis=1)
     left = []
     for batch in range(batches):
-        escaped, ended = fates(core, s, rays // batches, [seed, batch])
+        escaped, ended = fates(core, s, rays // batches, [seed, batch], alone)
         left.append((emitted - absorbed - (power * (escaped + ended)).sum()) / emitted)
     return np.mean(left), np.std(left, ddof=1) / np.sqrt(batches)

@@ -75,12 +75,17 @@ SCENES = {
     "clouds_that_cross": crossing_clouds,
     "disks_in_a_heap": random_disks,
 }
-# Where single disks overlap or cross, rays meet more, or less, than the areas hold, and what escapes is measured from
-# the middle of each. By this share of what is emitted the two do not add up.
-OFF = {"disks_that_cross": 5.3e-2, "disks_in_a_heap": 4.7e-3}
+# Where disks of one cloud lie in a heap, rays meet more, or less, than the areas hold: by this share of what is emitted
+# the two do not add up.
+OFF = {"disks_in_a_heap": 4.7e-3}
 GOAL = 1e-3
-# Clouds that meet or cross are off by as much as the goal itself: 9.9e-4 to 1.12e-3, by the seed.
-WITHIN = {"clouds_that_cross": 1.5e-3, "corner_of_clouds": 1.5e-3, **{name: 1.25 * off for name, off in OFF.items()}}
+# What meets or crosses is off by as much as the goal itself: 9.9e-4 to 1.34e-3, by the seed.
+WITHIN = {
+    "clouds_that_cross": 1.5e-3,
+    "corner_of_clouds": 1.5e-3,
+    "disks_that_cross": 1.8e-3,
+    **{name: 1.25 * off for name, off in OFF.items()},
+}
 
 
 @functools.cache

@@ -13,9 +13,10 @@ constexpr double crease_overlap = 0.02;
 
 }  // namespace
 
-std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon, const Progress& progress) {
+void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) {
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
     std::vector<std::vector<DiskEnd>> of_surfel(surfels.size());
+    std::vector<char> alone(surfels.size(), 0);
     parallel_blocks(
         finder.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -23,6 +24,7 @@ std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon, const Pro
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, true, around);
                 const std::uint32_t i = finder.surfel(k);
+                alone[i] = around.surface.size() == 1 && around.crease.empty() && around.ends.empty();
                 for (std::size_t e = 0; e < around.ends.size(); ++e) {
                     const HalfPlane& side = around.ends[e];
                     const auto kind = e < around.crease_ends ? DiskEnd::crease : DiskEnd::border;
@@ -34,9 +36,12 @@ std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon, const Pro
             }
         },
         progress);
-    std::vector<DiskEnd> out;
-    for (const auto& ends : of_surfel) out.insert(out.end(), ends.begin(), ends.end());
-    return out;
+    surfels.ends.clear();
+    surfels.alone.clear();
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+        surfels.ends.insert(surfels.ends.end(), of_surfel[i].begin(), of_surfel[i].end());
+        if (alone[i]) surfels.alone.push_back(i);
+    }
 }
 
 }  // namespace surflux

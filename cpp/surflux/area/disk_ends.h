@@ -5,9 +5,9 @@
 
 namespace surflux {
 
-// Where disks end before their rims, as the curved areas have it (neighborhood.h): at the border of the sampling and at
-// creases. With them the fronts that rays meet are the surface whose area is counted, and nothing that overhangs it.
-std::vector<DiskEnd> disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon,
-                               const Progress& progress = {});
+// Sets where disks end before their rims, as the curved areas have it (neighborhood.h): at the border of the sampling
+// and at creases. With it the fronts that rays meet are the surface whose area is counted, and nothing that overhangs
+// it. And which disks have no neighbours at all.
+void find_disk_ends(Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
 
 }  // namespace surflux

@@ -39,7 +39,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
 
     const auto measure = [&](std::uint32_t i) {
         const Frame frame = frame_around(s.normals[i]);
-        EvenPoints even(points.is_patch(i) ? 4 : 2, seed + cosine_stream, i);
+        EvenPoints even(points.extends(i) ? 4 : 2, seed + cosine_stream, i);
         int taken = 0, escaped = 0, absorbed = 0;
         Rgb sky;
         const auto take = [&](int count) {
@@ -63,7 +63,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         const bool agree = (escaped == 0 || escaped == taken) && (absorbed == 0 || absorbed == taken);
         if (!agree) take(more_rays * rays);
         for (std::size_t k = 0; k < images.size(); ++k) {
-            EvenPoints lit(points.is_patch(i) ? 4 : 2, seed + image_stream + k, i);
+            EvenPoints lit(points.extends(i) ? 4 : 2, seed + image_stream + k, i);
             for (int r = 0; r < taken; ++r) {
                 const double* u = lit.next();
                 const Vec3 direction = images[k].sample(u[0], u[1]);

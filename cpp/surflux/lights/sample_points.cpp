@@ -47,7 +47,10 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
       begin_(triangle_ranges(surfels)),
       kind_(surfels.size(), none),
       up_to_(surfels.triangles.size()),
-      inset_(surfels.size(), 0.0) {
+      inset_(surfels.size(), 0.0),
+      reach_(surfels.size(), 0.0) {
+    for (std::uint32_t i : surfels.alone)
+        reach_[i] = surfels.areas.empty() ? surfels.radii[i] : std::sqrt(surfels.areas[i] / pi);
     const double contact = contact_distance(bounds_of(surfels));
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
         double total = 0.0;
@@ -65,7 +68,13 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
 }
 
 Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
-    if (!is_patch(i)) return surfels_.positions[i];
+    if (!is_patch(i)) {
+        if (!(reach_[i] > 0.0)) return surfels_.positions[i];
+        const Frame frame = frame_around(surfels_.normals[i]);
+        double x, y;
+        square_to_disk(s, t, x, y);
+        return surfels_.positions[i] + reach_[i] * (x * frame.u + y * frame.v);
+    }
     const auto inset = [&](const Vec3& p) { return p + inset_[i] * (surfels_.positions[i] - p); };
     if (const Parallelogram* p = parallelogram(i)) return inset(p->corner + s * p->u + t * p->v);
     std::uint32_t k = begin_[i];

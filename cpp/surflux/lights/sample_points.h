@@ -8,8 +8,8 @@
 
 namespace surflux {
 
-// Points that stand for a surfel: anywhere on its patch where it has triangles; its centre where it is a disk, because
-// only there the disk is known to touch the surface.
+// Points that stand for a surfel: anywhere on its patch where it has triangles, or on the disk of its area where it
+// stands alone; its centre where it is a disk among others, because only there the disk is known to touch the surface.
 class SurfelPoints {
 public:
     explicit SurfelPoints(const Surfels& surfels);
@@ -23,6 +23,8 @@ public:
     }
 
     bool is_patch(std::uint32_t i) const { return begin_[i] != begin_[i + 1]; }
+    // Has it more points than one?
+    bool extends(std::uint32_t i) const { return is_patch(i) || reach_[i] > 0.0; }
     // Uniform over the patch for (s, t) uniform in the unit square.
     Vec3 at(std::uint32_t i, double s, double t) const;
     const Triangle* triangles_begin(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i]; }
@@ -38,6 +40,7 @@ private:
     // By how much points are drawn in from the rim of the patch: on it, float rounding would put some of them behind
     // the next wall.
     std::vector<double> inset_;
+    std::vector<double> reach_;  // radius of the disk of its area, where it stands alone; else 0
 };
 
 }  // namespace surflux

@@ -25,6 +25,7 @@ void append(Scene& scene, const Surfels& surfels) {
         e.surfel += first;
         all.ends.push_back(e);
     }
+    for (std::uint32_t i : surfels.alone) all.alone.push_back(first + i);
     scene.object.insert(scene.object.end(), surfels.size(), object);
 }
 

@@ -40,6 +40,8 @@ Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices
             out.ends.push_back(surfels.ends[e]);
             out.ends.back().surfel = static_cast<std::uint32_t>(to);
         }
+        if (std::binary_search(surfels.alone.begin(), surfels.alone.end(), from))
+            out.alone.push_back(static_cast<std::uint32_t>(to));
     }
     return out;
 }

@@ -42,6 +42,9 @@ struct Surfels {
     std::vector<Triangle> triangles;
     // Of disks, sorted by surfel: most have none.
     std::vector<DiskEnd> ends;
+    // Disks that no other one continues, ascending: light comes to all of the disk of their area, and not only to the
+    // centre, where alone a disk touches a curved surface.
+    std::vector<std::uint32_t> alone;
 
     std::size_t size() const { return positions.size(); }
 };
