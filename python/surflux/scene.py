@@ -105,9 +105,9 @@ class Scene:
                     if index not in self._computed_areas:
                         self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
                     areas = self._computed_areas[index]
-                cores.append(
-                    _with_areas(self._with_ends(index, callback or None), areas)
-                )  # those of now: they can be set
+                core = self._with_ends(index, callback or None)
+                # What is kept has the areas of then; they can be set.
+                cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
         return _core.Scene(cores, [light._to_core() for light in self._lights])
 
     def _to_core_without_areas(self):

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "surflux/radiosity/symmetric_scaling.h"
@@ -16,12 +15,6 @@ constexpr double largest_scale = 2.0;
 // 0.3 all the same, and the error up to 2 times less than at 1. And how far all else follows that of near pairs.
 constexpr double yield_of_disks = 0.1, yield_of_rest = 0.1;
 constexpr double near_tolerance = 1e-4;
-
-std::vector<double> row_sums(const Exchange& exchange) {
-    std::vector<double> out;
-    exchange.apply(std::vector<double>(exchange.size, 1.0), out, 1);
-    return out;
-}
 
 // What sure rows lose, such that they close by themselves where that does not contradict the rays.
 void settle_losses(const Exchange& exchange, const std::vector<double>& sums, Hemispheres& hemispheres) {
@@ -85,7 +78,7 @@ void scale_near_pairs(Exchange& exchange, const std::vector<double>& sums, const
 
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress, double tolerance) {
     exchange.scale.assign(exchange.size, 1.0);
-    const std::vector<double> sums = row_sums(exchange);
+    const std::vector<double> sums = exchange.row_sums();
     settle_losses(exchange, sums, hemispheres);
     scale_near_pairs(exchange, sums, hemispheres);
 

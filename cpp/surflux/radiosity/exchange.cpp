@@ -2,21 +2,19 @@
 
 #include <unistd.h>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "surflux/core/error.h"
-#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/neighbors/disk_index.h"
+#include "surflux/radiosity/all_pairs.h"
 #include "surflux/radiosity/pair_exchange.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::size_t tile = 32;
 constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not the two surfels
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 constexpr int most_rays = 64, emitter_rays = 16;
@@ -114,12 +112,6 @@ std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs
     return out;
 }
 
-void NearPairs::take_all(std::vector<NearPairs>& blocks, Exchange& exchange) {
-    for (const NearPairs& block : blocks)
-        exchange.near.insert(exchange.near.end(), block.found_.begin(), block.found_.end());
-    std::sort(exchange.near.begin(), exchange.near.end());
-}
-
 void Exchange::set(std::size_t i, std::size_t j, double value) {
     for (const std::size_t k : {i * size + j, j * size + i})
         if (precise)
@@ -134,58 +126,18 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
     const std::size_t n = s.size();
     require_memory_for_pairs(n, options.max_memory);
     const PairExchange pairs(scene, options.epsilon);
-    // Rays of a tile then start and end close together, which Embree rewards.
-    const std::vector<std::uint32_t> order = morton_order(s.positions);
 
     Exchange out;
-    out.size = n;
-    out.areas = s.areas;
-    out.scale.assign(n, 1.0);
     out.g.assign(n * n, 0.0f);
-    out.sure.resize(n);
-    for (std::uint32_t i = 0; i < n; ++i) out.sure[i] = pairs.is_patch(i);
-
-    std::atomic<std::size_t> links{0}, rays{0};
-    std::vector<NearPairs> near;
-    const auto fill = [&](std::size_t block, std::size_t row_tile, std::size_t col_tile) {
-        std::size_t tile_links = 0, tile_rays = 0;
-        for (std::size_t a = row_tile * tile; a < std::min(n, (row_tile + 1) * tile); ++a)
-            for (std::size_t b = std::max(a + 1, col_tile * tile); b < std::min(n, (col_tile + 1) * tile); ++b) {
-                // Lower index first: what a pair gets does not depend on the order of the curve.
-                const std::uint32_t i = std::min(order[a], order[b]), j = std::max(order[a], order[b]);
-                const PairExchange::Pair pair = pairs(i, j);
-                if (pair.exchange <= 0.0) continue;
-                double g = pair.exchange;
-                if (tracer)
-                    g *= visible_share(*tracer, pairs, i, j, pair.range, g / std::min(s.areas[i], s.areas[j]),
-                                       pairs.is_patch(i) || pairs.is_patch(j), seed, tile_rays);
-                if (g <= 0.0) continue;
-                near[block].add(pairs, i, j, pair.range);
-                ++tile_links;
-                out.g[i * n + j] = out.g[j * n + i] = static_cast<float>(g);
-            }
-        links += tile_links;
-        rays += tile_rays;
+    const auto of_pair = [&](std::uint32_t i, std::uint32_t j, std::size_t& rays) {
+        PairExchange::Pair pair = pairs(i, j);
+        if (tracer && pair.exchange > 0.0)
+            pair.exchange *=
+                visible_share(*tracer, pairs, i, j, pair.range, pair.exchange / std::min(s.areas[i], s.areas[j]),
+                              pairs.is_patch(i) || pairs.is_patch(j), seed, rays);
+        return pair;
     };
-    // Pairs of tiles, upper triangle, numbered row by row.
-    const std::size_t tiles = (n + tile - 1) / tile;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> work;
-    work.reserve(tiles * (tiles + 1) / 2);
-    for (std::uint32_t r = 0; r < tiles; ++r)
-        for (std::uint32_t c = r; c < tiles; ++c) work.emplace_back(r, c);
-    near.resize(work.size());
-    parallel_blocks(
-        work.size(), 1,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) fill(k, work[k].first, work[k].second);
-        },
-        progress);
-
-    NearPairs::take_all(near, out);
-    const std::vector<double> own = self_exchanges(scene, pairs);
-    for (std::size_t i = 0; i < n; ++i) out.g[i * n + i] = static_cast<float>(own[i]);
-    out.links = links;
-    out.rays = rays;
+    fill_all_pairs(out, scene, pairs, of_pair, progress);
     return out;
 }
 
@@ -219,6 +171,12 @@ void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std
                                                         : row_product(g.data() + i * size, column, size));
         }
     });
+}
+
+std::vector<double> Exchange::row_sums() const {
+    std::vector<double> out;
+    apply(std::vector<double>(size, 1.0), out, 1);
+    return out;
 }
 
 }  // namespace surflux

@@ -39,22 +39,12 @@ struct Exchange {
 
     // out_i = scale_i sum_j G_ij scale_j x_j for each of `channels` interleaved channels.
     void apply(const std::vector<double>& x, std::vector<double>& out, std::size_t channels) const;
+    // The same of x = 1.
+    std::vector<double> row_sums() const;
 };
 
 // G_ii of all surfels, from the disks that overlap each.
 std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs);
-
-// The pairs for Exchange::near, collected from blocks of pairs on many threads.
-class NearPairs {
-public:
-    void add(const PairExchange& pairs, std::uint32_t i, std::uint32_t j, PairExchange::Range range) {
-        if (range == PairExchange::Range::near && !(pairs.is_patch(i) && pairs.is_patch(j))) found_.emplace_back(i, j);
-    }
-    static void take_all(std::vector<NearPairs>& blocks, Exchange& exchange);
-
-private:
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> found_;
-};
 
 // Throws ArgumentError where areas are missing, or one is not a positive number.
 void require_areas(const Surfels& surfels);

@@ -32,13 +32,12 @@ struct Ray {
 };
 
 // Visibility among the surfels of a scene: disks, up to their creases, and the triangles of those that have some, block
-// from both sides.
-// The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and those disks k of the
-// same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a convex surface or ridge
-// that they are tangent to. Disks of other clouds
-// that lie in one plane with it are its own surface, too. Arriving, the same seen backwards, but for those. By index
-// and side, not by distance alone: what touches i but faces elsewhere, or rises in front of it, blocks. Queries are
-// const and may run on many threads at once.
+// from both sides. The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and
+// those disks k of the same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a
+// convex surface or ridge that they are tangent to. Disks of other clouds that lie in one plane with it are its own
+// surface, too. Arriving, the same seen backwards, but for those. By index and side, not by distance alone: what
+// touches i but faces elsewhere, or rises in front of it, blocks. Queries are const and may run on many threads at
+// once.
 class Tracer {
 public:
     explicit Tracer(const Scene& scene);

@@ -137,7 +137,7 @@ struct Tracer::Impl {
     bool has_ends(std::uint32_t surfel) const { return end_begin[surfel] != end_begin[surfel + 1]; }
 
     bool is_beyond_crease(const Crossing& hit) const {
-        if (!has_ends(hit.surfel)) return false;
+        if (!hit.is_disk || !has_ends(hit.surfel)) return false;
         float at[3];
         for (int axis = 0; axis < 3; ++axis)
             at[axis] = hit.from(disks[hit.surfel], axis) + hit.distance() * hit.direction[axis];
@@ -186,6 +186,15 @@ struct Tracer::Impl {
         return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
     }
 
+    // Does the query take no notice of what ray `id` crosses there?
+    bool passes(const Query& query, const Crossing& hit, unsigned id) const {
+        if (query.but != no_object) return disks[hit.surfel].object == query.but;
+        if (query.rays) return ignores(query.rays[id].from, hit);
+        if (query.nearby) return is_strange(*query.nearby, hit);
+        return ignores(query.from, hit.surfel, hit.is_disk, hit.direction, true) || goes_on(query.from, hit) ||
+               ignores(query.to, hit.surfel, hit.is_disk, hit.direction, false);
+    }
+
     static void filter(const RTCFilterFunctionNArguments* arguments) {
         const auto* query = reinterpret_cast<const Query*>(arguments->context);
         const Impl& impl = *query->impl;
@@ -201,19 +210,7 @@ struct Tracer::Impl {
                 is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive],
                 is_disk,
                 {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
-            if (is_disk && impl.is_beyond_crease(crossing)) {
-                arguments->valid[n] = 0;
-                continue;
-            }
-            if (query->but != no_object) {
-                if (impl.disks[crossing.surfel].object == query->but) arguments->valid[n] = 0;
-                continue;
-            }
-            if (query->rays     ? impl.ignores(query->rays[RTCRayN_id(ray, count, n)].from, crossing)
-                : query->nearby ? impl.is_strange(*query->nearby, crossing)
-                                : impl.ignores(query->from, crossing.surfel, is_disk, crossing.direction, true) ||
-                                      impl.goes_on(query->from, crossing) ||
-                                      impl.ignores(query->to, crossing.surfel, is_disk, crossing.direction, false))
+            if (impl.is_beyond_crease(crossing) || impl.passes(*query, crossing, RTCRayN_id(ray, count, n)))
                 arguments->valid[n] = 0;
         }
     }
