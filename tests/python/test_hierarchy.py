@@ -15,7 +15,8 @@ def expect_sound(tree, s):
     below = np.arange(len(s))
     for k, group in enumerate(tree.levels):
         count = tree.counts[k]
-        assert group.shape == (len(s),) and group.dtype.kind in "iu"
+        assert group.shape == (len(s),)
+        assert group.dtype.kind in "iu"
         assert np.array_equal(np.unique(group), np.arange(count))
         assert len(np.unique(np.stack([below, group]), axis=1).T) == below.max() + 1  # none is torn apart
         assert np.allclose(np.bincount(group, s.areas), tree.areas[k], rtol=1e-12)
@@ -29,7 +30,8 @@ def expect_sound(tree, s):
 
 def sphere(n, seed=0):
     v = np.random.default_rng(seed).normal(size=(n, 3))
-    return sf.Surfels(v, v / np.linalg.norm(v, axis=1)[:, None], radii=0.1, areas=0.01)
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    return sf.Surfels(v, v, radii=1.5 * np.sqrt(4 / n), areas=4 * np.pi / n)
 
 
 def test_levels_nest_and_keep_the_area():
@@ -52,7 +54,7 @@ def test_no_group_of_the_first_level_turns_by_more_than_twice_epsilon():
 
 
 def test_areas_that_are_missing_are_the_curved_ones():
-    s = sf.Surfels(sphere(500).normals, sphere(500).normals)
+    s = sf.Surfels(sphere(500).points, sphere(500).normals)
     tree = sf.build_hierarchy(s)
     assert s.areas is None
     assert np.allclose(np.bincount(tree.levels[0], sf.effective_areas(s)), tree.areas[0])
@@ -81,7 +83,8 @@ def test_the_three_spheres_have_the_levels_of_the_paper():
 
 def test_one_surfel_and_two_sides():
     one = sf.build_hierarchy(sphere(1))
-    assert one.counts == [1] and one.levels[0].tolist() == [0]
+    assert one.counts == [1]
+    assert one.levels[0].tolist() == [0]
     s = sf.Surfels([[0, 0, 0]] * 4, [[0, 0, 1], [0, 0, -1]] * 2, radii=1.0, areas=1.0)
     assert sf.build_hierarchy(s).counts == [2]
     group = sf.build_hierarchy(s).levels[0]
@@ -112,11 +115,15 @@ def test_stops_when_told_to():
 
 
 def test_plot_gives_each_group_a_colour(tmp_path):
-    s = sphere(300)
+    s = sphere(1000)
     tree = sf.build_hierarchy(s)
-    image = tree.plot(level=-1, screenshot=tmp_path / "groups.png", size=(200, 200))
-    assert (tmp_path / "groups.png").exists()
-    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 3
+    pictures = []
+    for level in (0, -1):
+        path = tree.plot(level=level, screenshot=tmp_path / f"{level}.png", size=(200, 200))
+        pictures.append(sf.read_image(path))
+    # Groups by the colours of their pixels: there are more on the finer level.
+    many, few = (len(np.unique(np.round(p.reshape(-1, 3), 1), axis=0)) for p in pictures)
+    assert many > few > 3
     with pytest.raises(ValueError, match="level: wanted a whole number from"):
         tree.plot(level=len(tree))
 
