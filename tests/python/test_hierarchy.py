@@ -68,7 +68,7 @@ def test_options():
     two = sf.build_hierarchy(s, max_levels=2)
     assert two.counts == tree.counts[:2]
     assert not np.array_equal(sf.build_hierarchy(s, seed=1).levels[0], tree.levels[0])
-    assert sf.build_hierarchy(s, epsilon=0.99).counts[0] > tree.counts[0]
+    assert sf.build_hierarchy(s, epsilon=0.998).counts[0] > tree.counts[0]
 
 
 def test_the_three_spheres_have_the_levels_of_the_paper():
