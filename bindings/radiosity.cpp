@@ -45,7 +45,9 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
     for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
     py::dict out;
     out["parents"] = to_array(solution.parents);
-    out["objects"] = to_array(scene.object);
+    std::vector<std::uint32_t> objects;
+    for (std::uint32_t parent : solution.parents) objects.push_back(scene.object[parent]);
+    out["objects"] = to_array(objects);
     out["radiosity"] = to_array(solution.radiosity);
     out["irradiance"] = to_array(solution.irradiance);
     out["direct"] = to_array(solution.direct);
