@@ -41,8 +41,7 @@ class Truth:
         """Another round of paths for each surfel; nothing to do for a closed form."""
         if self._exact is not None:
             return
-        rows = np.repeat(self.index, PLACES)
-        places, normals = places_on(self.surfels, rows, even_squares(self.index, [self.seed, self.rounds]))
+        places, normals = self._places()
 
         def traced(scene):
             seed = 1000 * self.seed + self.rounds
@@ -58,7 +57,12 @@ class Truth:
         for k, values in enumerate((total, indirect, total**2, indirect**2)):
             self._sums[k] += values
         self.rounds += 1
-        self.paths += len(rows) * PATHS_A_PLACE
+        self.paths += len(places) * PATHS_A_PLACE
+
+    def _places(self):
+        """Where this round's paths start: PLACES places and normals for each row."""
+        rows = np.repeat(self.index, PLACES)
+        return places_on(self.surfels, rows, even_squares(self.index, [self.seed, self.rounds]))
 
     @property
     def total(self):
@@ -81,6 +85,24 @@ class Truth:
             return np.zeros_like(self._exact)
         mean = self._sums[k] / self.rounds
         return np.sqrt(np.maximum(0.0, self._sums[k + 2] / self.rounds - mean**2) / (self.rounds - 1))
+
+
+class PointTruth(Truth):
+    """Irradiance at random points of the surface: each on one of the area-sampled surfels, anywhere on its patch, or
+    its centre where it is a disk.
+
+    Attributes, beside Truth's:
+        points, normals: (m, 3).
+    """
+
+    def __init__(self, scene, surfels, count, *, seed=0, threads=None):
+        rows = area_sample(surfels.areas, count, seed)
+        squares = np.random.default_rng([seed, count]).random((count, 2))
+        self.points, self.normals = places_on(surfels, rows, squares)
+        super().__init__(scene, surfels, count, seed=seed, threads=threads)
+
+    def _places(self):
+        return np.repeat(self.points, PLACES, axis=0), np.repeat(self.normals, PLACES, axis=0)
 
 
 def area_sample(areas, count, seed=0):
