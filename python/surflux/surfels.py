@@ -384,7 +384,7 @@ def sampled_surfels(polygons, n, seed, reflectance, emission):
     """n blue-noise surfels on checked polygons, with reflectance and emission (n, 3)."""
     from surflux.patches import make_patches
 
-    patches = make_patches(*polygons)
+    patches = make_patches(*polygons, paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
     points = np.ascontiguousarray(points[kept])
