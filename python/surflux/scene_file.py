@@ -44,9 +44,9 @@ def load_scene(path, *, surfels=None):
     - patch_area (kind "mesh"): largest area of a patch, measured after `scale`; default: one patch per face.
     - points: of a "sphere", "blob" or "knot", how many (see there). With kind = "surfels" and a mesh (a "box", "room",
       "rectangle" or a mesh file): spread this many blue-noise points on it.
-    - orient (false): true turns round the patches of surfels whose normals point inwards (sf.inward_patches), as
-      scans have them, before they are thinned.
     - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
+    - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
+      sf.inward_patches), after they are thinned.
     - seed (0): of all that is random in the object.
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,

@@ -56,11 +56,7 @@ def open_object(table):
     count, fewest, most, create = _created(table, transform, shape, file, kind, seed)
     table.no_more_keys()
 
-    def turned(n):
-        surfels, side = create(n)
-        return (table.call(_turned_outwards, surfels), side) if orient else (surfels, side)
-
-    whole = turned
+    thinned = create
     if thin is not None:
         most, thin = count, table.call(_check.count, "thin", thin, 2)
         if thin > most:
@@ -70,14 +66,16 @@ def open_object(table):
     if thin is not None:
         asked, all_of_them, count, fewest = "thin" in table, count, thin, 2
 
-        def whole(n):
-            surfels, side = turned(all_of_them)
+        def thinned(n):
+            surfels, side = create(all_of_them)
             if n == all_of_them and not asked:
                 return surfels, side
             return table.call(surfels.thinned, n, seed), None  # points no longer know their face
 
     def make(n):
-        surfels, side = whole(n)
+        surfels, side = thinned(n)
+        if orient:
+            surfels = table.call(_turned_outwards, surfels)
         surfels = _painted(table, surfels, shape, side)
         return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
 
@@ -179,17 +177,10 @@ def _turned_outwards(surfels):
     s = surfels.flipped(inward)
     if len(s.triangles):
         return s
+    # Outliers stay as small as they were made.
+    radii = np.minimum(estimated_radii(s.points, s.normals), s.radii.max())
     return Surfels._from_core(
-        _core.Surfels(
-            s.points,
-            s.normals,
-            estimated_radii(s.points, s.normals),
-            s.areas,
-            s.reflectance,
-            s.emission,
-            s.triangles,
-            s.triangle_surfel,
-        )
+        _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, s.triangles, s.triangle_surfel)
     )
 
 
