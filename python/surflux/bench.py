@@ -338,10 +338,10 @@ def _cube_factors(threads):
     return _run(2400, seconds, off, "factors between faces, largest")
 
 
-def _scene_file(name):
+def _scene_file(name, surfels=None):
     def run(threads):
         start = perf_counter()
-        scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml")
+        scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml", surfels=surfels)
         loading = perf_counter() - start
         row = _solved(scene, threads, lambda s: s.error, "own estimate, RMS")
         row.stages = {"load": loading, **row.stages}
@@ -370,4 +370,6 @@ CASES = {
     "form factors in a cube": (False, _cube_factors),
     bench_factors.NAME: (False, lambda threads: _run(*bench_factors.beside_peer(threads))),
     **{name: (False, _scene_file(file)) for name, file in bench_scenes.FILES.items()},
+    # Whole ones are a row of --scale.
+    "two bunnies": (False, _scene_file("two_bunnies", 10_400)),
 }

@@ -5,8 +5,6 @@ import numpy as np
 from surflux import _check, _core
 from surflux.estimates import estimated_normals, estimated_radii
 
-_ENOUGH_FOR_AREA = 50_000
-
 
 class Surfels:
     """Oriented disks that sample a surface, as arrays of one length (D04 section 4).
@@ -267,11 +265,13 @@ class Surfels:
         Raises:
             ValueError: n out of range.
         """
+        from surflux.areas import surface_area
+
         n = _check.count("n", n, 2, 2**63 - 1)
         seed = _check.seed("seed", seed)
         if n > len(self):
             raise ValueError(f"n: {only_so_many(len(self), n)}")
-        area = self._total_area()
+        area = surface_area(self)
         kept = np.arange(n)
         if n < len(self):
             kept = np.sort(_core.eliminate_samples(self.points, n, area, seed))
@@ -281,17 +281,6 @@ class Surfels:
         radii = np.minimum(estimated_radii(points, normals), largest)
         core = _make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
         return Surfels._from_core(core)
-
-    def _total_area(self):
-        """Of the surface, where nobody has given areas good to some per cent: many surfels are looked at by a few."""
-        from surflux.areas import effective_areas
-
-        if self.areas is not None:
-            return float(self.areas.sum())
-        if len(self) < 2 * _ENOUGH_FOR_AREA:
-            return float(effective_areas(self).sum())
-        few = np.sort(np.random.default_rng(0).choice(len(self), _ENOUGH_FOR_AREA, replace=False))
-        return float(effective_areas(Surfels(self.points[few], self.normals[few])).sum())
 
     def save(self, path):
         """Writes a binary PLY from which read() gives the surfels back, triangles included.

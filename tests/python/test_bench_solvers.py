@@ -114,7 +114,7 @@ def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
 def test_two_bunnies_as_polygons(scans):
     built = bench_scenes.build("two bunnies", 0.1)
     assert len(built.polygons().surfels) > 137_000  # the bunnies' own faces
-    assert len(built.scene.surfels) == 6 * 4 + 2 * 40
+    assert len(built.scene.surfels) == 6 * 4 + 2 * 348  # of 34 834 each
 
 
 def test_scenes_with_other_lights_have_no_polygons():
