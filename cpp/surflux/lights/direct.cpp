@@ -17,14 +17,16 @@ namespace {
 
 constexpr std::uint64_t light_stream = 16;
 constexpr int patch_points = 64, patch_order = 4;
+constexpr double evenness = 0.5;  // of even points' standard error in that of random ones, measured in penumbrae
 
 // The surfel that is lit, as far as a light needs to know it.
 struct Receiver {
     const SurfelPoints& points;
     std::uint32_t surfel;
     Vec3 center, normal;
+    bool whole;
 
-    bool is_patch() const { return points.is_patch(surfel); }
+    bool is_patch() const { return whole && points.is_patch(surfel); }
     Vec3 at(double s, double t) const { return is_patch() ? points.at(surfel, s, t) : center; }
 };
 
@@ -153,13 +155,30 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
     return out;
 }
 
+// Is the way free to a light at a place, or in a direction?
+bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, const Vec3& light, bool distant) {
+    if (receiver.whole)
+        return distant ? tracer.escapes(receiver.surfel, at, light) : tracer.visible(receiver.surfel, at, light);
+    thread_local std::vector<Ray> ray(1);
+    thread_local std::vector<char> free;
+    const double distance = distant ? Ray{}.length : length(light - at);
+    if (!(distance > 0.0)) return true;
+    ray[0] = {{at, receiver.normal, receiver.surfel}, distant ? light : (light - at) / distance, distance};
+    tracer.free(ray, free);
+    return free[0] != 0;
+}
+
+struct Part {
+    double irradiance = 0.0, error = 0.0;
+};
+
 // Mean over the surfel of the irradiance from one light, per unit of its colour: the mean kernel times the share of it
 // that gets through, by rays that count as much as passes along them.
-double irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver,
-                       const DirectOptions& options, EvenPoints even) {
+Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver,
+                     const DirectOptions& options, EvenPoints even) {
     const double mean = light.mean_kernel(receiver);
-    if (mean <= 0.0) return 0.0;
-    double all = 0.0, passed = 0.0, least = 1.0, most = 0.0;
+    if (mean <= 0.0) return {};
+    double all = 0.0, passed = 0.0, squared = 0.0, least = 1.0, most = 0.0;
     int taken = 0, lit = 0, dark = 0;
     const auto take = [&](int count) {
         for (; taken < count; ++taken) {
@@ -167,12 +186,11 @@ double irradiance_from(const Emitter& light, const Tracer& tracer, const Receive
             const Vec3 at = receiver.at(u[2], u[3]);
             const Arrival arrival = light.arrival(at, receiver.normal, u[0], u[1]);
             if (arrival.kernel <= 0.0) continue;
-            const bool free =
-                arrival.share > 0.0 && (light.distant ? tracer.escapes(receiver.surfel, at, arrival.from)
-                                                      : tracer.visible(receiver.surfel, at, arrival.from));
+            const bool free = arrival.share > 0.0 && is_free(tracer, receiver, at, arrival.from, light.distant);
             const double through = free ? arrival.share : 0.0;
             all += arrival.kernel;
             passed += through * arrival.kernel;
+            squared += through * through * arrival.kernel;
             least = std::min(least, through);
             most = std::max(most, through);
             lit += through == 1.0;
@@ -184,28 +202,40 @@ double irradiance_from(const Emitter& light, const Tracer& tracer, const Receive
     // that it found, too. More rays would take three quarters of it away, and of the light through narrow slits.
     const bool one_disagrees = (lit == 1 && dark > 1) || (dark == 1 && lit > 1);
     if (taken > 1 && most > least && !one_disagrees) take(options.rays);
-    return all > 0.0 ? mean * passed / all : 0.0;
+    if (!(all > 0.0)) return {};
+    const double share = passed / all, variance = std::max(0.0, squared / all - share * share);
+    return {mean * share, evenness * mean * std::sqrt(variance / taken)};
 }
 
 }  // namespace
 
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress) {
-    const Surfels& s = scene.surfels;
-    const SurfelPoints points(s);
+    return direct_irradiance(scene, tracer, places_of(scene.surfels), options, seed, progress);
+}
+
+std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
+                                   const DirectOptions& options, std::uint64_t seed, const Progress& progress,
+                                   std::vector<Rgb>* errors) {
+    const SurfelPoints points(scene.surfels);
     const auto lights = emitters_of(scene.lights);
-    std::vector<Rgb> direct(s.size());
+    std::vector<Rgb> direct(places.size());
+    if (errors) errors->assign(places.size(), {});
     if (lights.empty()) return direct;
     parallel_blocks(
-        s.size(), 16,
+        places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
-                const auto i = static_cast<std::uint32_t>(k);
-                const Receiver receiver{points, i, s.positions[i], s.normals[i]};
-                for (std::size_t l = 0; l < lights.size(); ++l)
-                    direct[i] += irradiance_from(*lights[l], tracer, receiver, options,
-                                                 EvenPoints(4, seed + light_stream + l, i)) *
-                                 lights[l]->color;
+                const Place& place = places[k];
+                const Receiver receiver{points, place.surfel, place.position, place.normal, place.whole};
+                Rgb squared;
+                for (std::size_t l = 0; l < lights.size(); ++l) {
+                    const Part part = irradiance_from(*lights[l], tracer, receiver, options,
+                                                      EvenPoints(4, seed + light_stream + l, stream_of(place)));
+                    direct[k] += part.irradiance * lights[l]->color;
+                    squared += (part.error * lights[l]->color) * (part.error * lights[l]->color);
+                }
+                if (errors) (*errors)[k] = {std::sqrt(squared.x), std::sqrt(squared.y), std::sqrt(squared.z)};
             }
         },
         progress);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -18,5 +19,10 @@ struct DirectOptions {
 // irradiance (in closed form for point lights, and over area lights) times the fraction that shadow rays find visible.
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress = {});
+
+// The same at places; with `errors`, about the standard error of each, which is 0 where all rays agree.
+std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
+                                   const DirectOptions& options, std::uint64_t seed, const Progress& progress = {},
+                                   std::vector<Rgb>* errors = nullptr);
 
 }  // namespace surflux

@@ -20,6 +20,7 @@ constexpr double short_of = 1.0 - 1e-5;
 LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources sources) : surfels_(scene.surfels) {
     for (const Light& light : scene.lights) {
         if (sources == Sources::surfels) break;
+        if (sources == Sources::sky && !std::holds_alternative<Environment>(light)) continue;
         if (const auto* p = std::get_if<PointLight>(&light))
             point_like_.push_back({PointLike::point, p->position, p->intensity, SpotCone({})});
         if (const auto* p = std::get_if<SpotLight>(&light))
@@ -39,6 +40,7 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
         }
     }
 
+    if (sources == Sources::sky) return;
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels_);
     double all = 0.0, emitting = 0.0;
     std::vector<Piece> pieces;

@@ -22,7 +22,7 @@ struct LightRay {
 // once: where light can be found by either, the balance heuristic (Veach and Guibas 1995) shares it between them.
 class LightSampler {
 public:
-    enum class Sources { all, surfels };
+    enum class Sources { all, surfels, sky };
     // Emissive surfels are sampled if they cover at most this share of the surface of the scene; larger ones are found
     // as well by chance. Measured on a sphere in a sphere and a lamp in a room: a gain of 2 at 0.1, of 30 at 0.04, and
     // none from 0.2 on.

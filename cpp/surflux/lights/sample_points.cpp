@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "surflux/core/error.h"
@@ -41,6 +42,23 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::
 }
 
 }  // namespace
+
+std::uint64_t stream_of(const Place& place) {
+    if (place.whole) return place.surfel;
+    std::uint64_t bits = 0x51ed270b;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, &place.position[axis], sizeof word);
+        bits = (bits ^ (bits >> 29) ^ word) * 0x9e3779b97f4a7c15ull;
+    }
+    return bits;
+}
+
+std::vector<Place> places_of(const Surfels& surfels) {
+    std::vector<Place> out(surfels.size());
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) out[i] = {surfels.positions[i], surfels.normals[i], i, true};
+    return out;
+}
 
 SurfelPoints::SurfelPoints(const Surfels& surfels)
     : surfels_(surfels),

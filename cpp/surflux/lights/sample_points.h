@@ -8,6 +8,18 @@
 
 namespace surflux {
 
+// Where light is asked for: all of a surfel, as SurfelPoints has it, or one place on it.
+struct Place {
+    Vec3 position, normal;
+    std::uint32_t surfel = 0;
+    bool whole = true;
+};
+
+// A number of its own for the random numbers of each place.
+std::uint64_t stream_of(const Place& place);
+
+std::vector<Place> places_of(const Surfels& surfels);
+
 // Points that stand for a surfel: anywhere on its patch where it has triangles, or on the disk of its area where it
 // stands alone; its centre where it is a disk among others, because only there the disk is known to touch the surface.
 class SurfelPoints {
@@ -27,6 +39,10 @@ public:
     bool extends(std::uint32_t i) const { return is_patch(i) || reach_[i] > 0.0; }
     // Uniform over the patch for (s, t) uniform in the unit square.
     Vec3 at(std::uint32_t i, double s, double t) const;
+    bool extends(const Place& place) const { return place.whole && extends(place.surfel); }
+    Vec3 at(const Place& place, double s, double t) const {
+        return extends(place) ? at(place.surfel, s, t) : place.position;
+    }
     const Triangle* triangles_begin(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i]; }
     const Triangle* triangles_end(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i + 1]; }
 

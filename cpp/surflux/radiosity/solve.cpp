@@ -5,11 +5,14 @@
 #include <cmath>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/radiosity/global_refinement.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/radiosity/closure.h"
 #include "surflux/solution/conjugate_gradients.h"
 #include "surflux/solution/self_check.h"
+#include "surflux/solution/stopwatch.h"
 
 namespace surflux {
 
@@ -17,21 +20,6 @@ namespace {
 
 constexpr int max_applications = 1000;
 constexpr int checked_surfels = 1000, check_rays = 256;
-
-class Stopwatch {
-public:
-    explicit Stopwatch(Figures& timings) : timings_(timings) {}
-    void lap(const std::string& stage) {
-        const auto now = Clock::now();
-        timings_.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
-        last_ = now;
-    }
-
-private:
-    using Clock = std::chrono::steady_clock;
-    Figures& timings_;
-    Clock::time_point last_ = Clock::now();
-};
 
 bool is_grey(const std::vector<Rgb>& values) {
     return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
@@ -133,6 +121,17 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     Stopwatch watch(out.timings);
     const Tracer tracer(scene);
     watch.lap("trace");
+    if (std::getenv("SF_RAYS")) {
+        RefinementOptions ro;
+        ro.zeta = std::getenv("SF_ZETA") ? std::atof(std::getenv("SF_ZETA")) : 0.02;
+        ro.insert = !std::getenv("SF_NOINSERT");
+        ro.rays = options.rays;
+        ro.tolerance = options.tolerance;
+        ro.seed = options.seed;
+        ro.direct = options.direct;
+        solve_by_gathering(scene, tracer, ro, progress, out);
+        return out;
+    }
     Hemispheres hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, stage("hemispheres"));
     watch.lap("hemispheres");
     out.direct = direct_irradiance(scene, tracer, options.direct, options.seed, stage("direct"));

@@ -16,13 +16,12 @@ std::vector<double> inner(const std::vector<double>& a, const std::vector<double
     return sum;
 }
 
-// The residual falls by about the same factor each time: its logarithm tells how far the way still is.
+}  // namespace
+
 std::size_t percent_done(double residual, double tolerance) {
     if (residual >= 1.0) return 0;
     return static_cast<std::size_t>(std::clamp(100.0 * std::log(residual) / std::log(tolerance), 0.0, 99.0));
 }
-
-}  // namespace
 
 LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels,
                                  double tolerance, int max_applications, std::vector<double>& x,

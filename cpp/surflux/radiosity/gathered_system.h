@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/radiosity/gathering.h"
+#include "surflux/solution/interpolation.h"
+#include "surflux/solution/linear.h"
+
+namespace surflux {
+
+// Irradiance of the points of a tree that needs no solving: from lights, and by rays aimed at emitters and at the sky.
+// By point; those that were split have what they had.
+struct Sources {
+    std::vector<Rgb> lights, emitters, sky;
+    Rgb operator[](std::size_t p) const { return lights[p] + emitters[p] + sky[p]; }
+};
+
+// The nodes that light is solved for: each leaf of the tree is below one of them, or is one.
+struct Cut {
+    std::vector<std::uint32_t> nodes;
+    std::vector<std::uint32_t> rows;     // of each, in the gathering
+    std::vector<std::uint32_t> place_of;  // of each point, its place in `nodes`
+};
+
+// The linear system of light on a cut, x = G (E + rho (H0 + f + P x)): x is what comes to its nodes from surfels that
+// reflect or glow, f what their rays bring of emitters and of the sky, P the weights of nodes at leaves, and G the
+// gathering, from whatever node of the tree each ray met.
+class GatheredSystem {
+public:
+    GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const Sources& sources, bool emitters_apart,
+                   std::size_t channels);
+
+    // Each leaf takes the value of its node; or that of the nodes around by the weights of an interpolation.
+    void take_by_nodes(const Cut& cut);
+    void interpolate(const Cut& cut, const Interpolation& nodes);
+
+    // `x` holds the start and the result.
+    LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
+    // All that comes to a point by the weights.
+    Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
+    // What all nodes send, for x as it is.
+    const std::vector<double>& sent(const std::vector<double>& x);
+
+    std::size_t channels() const { return channels_; }
+    Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
+    Rgb value(const std::vector<double>& x, std::size_t place) const { return unpack(&x[place * channels_]); }
+    // What rays of a node find of emitters and of the sky.
+    Rgb found(std::size_t place) const;
+
+private:
+    void send(const std::vector<double>& x, bool with_sources);
+    void gather(std::vector<double>& out) const;
+
+    const SurfelTree& tree_;
+    const Gathering& gathering_;
+    const Sources& sources_;
+    const bool emitters_apart_;
+    const std::size_t channels_;
+    const Cut* cut_ = nullptr;
+    std::vector<std::size_t> begin_;  // of each point, in weights_
+    std::vector<Interpolation::Weight> weights_;
+    std::vector<double> sent_;
+};
+
+}  // namespace surflux

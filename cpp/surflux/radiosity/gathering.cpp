@@ -1,0 +1,190 @@
+#include "surflux/radiosity/gathering.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t ray_stream = 0x9a7e41;
+// Slopes are 1 / cos, and their mean square does not exist: beyond this they are cut.
+constexpr double steepest = 8.0;
+
+}  // namespace
+
+struct Gathering::Shot {
+    std::vector<Link> links;
+    Row row{};
+    TiltedRgb lamps, sky;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+};
+
+Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
+                     const LightSampler& skies, const Options& options)
+    : scene_(scene),
+      tracer_(tracer),
+      tree_(tree),
+      emitters_(emitters),
+      skies_(skies),
+      options_(options),
+      points_(scene.surfels),
+      contact_(contact_distance(bounds_of(scene.surfels))) {}
+
+void Gathering::shoot(const Place& receiver, Shot& out) const {
+    const Surfels& s = scene_.surfels;
+    const Frame frame = frame_around(receiver.normal);
+    const bool extends = points_.extends(receiver);
+    const int count = options_.rays;
+    EvenPoints even(extends ? 4 : 2, options_.seed + ray_stream, stream_of(receiver));
+    out.rays.clear();
+    for (int k = 0; k < count; ++k) {
+        const double* u = even.next();
+        const Vec3 from = points_.at(receiver, u[2], u[3]);
+        out.rays.push_back({{from, receiver.normal, receiver.surfel},
+                            frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+    }
+    tracer_.closest(out.rays, out.hits);
+
+    out.links.clear();
+    out.lamps = out.sky = {};
+    int escaped = 0, absorbed = 0;
+    double closeness = 0.0;
+    for (int k = 0; k < count; ++k) {
+        const Ray& ray = out.rays[static_cast<std::size_t>(k)];
+        const Hit& hit = out.hits[static_cast<std::size_t>(k)];
+        const double cosine = dot(ray.direction, frame.n), steep = std::min(steepest, 1.0 / cosine) / count;
+        const double u = steep * dot(ray.direction, frame.u), v = steep * dot(ray.direction, frame.v);
+        const auto add = [&](TiltedRgb& to, const Rgb& light) {
+            to.value += (1.0 / count) * light;
+            to.u += u * light;
+            to.v += v * light;
+        };
+        if (!hit) {
+            ++escaped;
+            add(out.sky, skies_.found(ray.from.position, frame.n, ray.direction, hit));
+            continue;
+        }
+        closeness += 1.0 / std::max(hit.distance, contact_);
+        // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
+        const bool covered = hit.distance <= contact_ && dot(frame.n, s.normals[hit.surfel]) < -0.5;
+        if (!hit.front || covered) {
+            ++absorbed;
+            continue;
+        }
+        if (!emitters_.empty()) add(out.lamps, emitters_.found(ray.from.position, frame.n, ray.direction, hit));
+        // The cone that this ray stands for has pi / (count cos) of solid angle.
+        const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
+                                                  hit.distance / std::sqrt(count * cosine));
+        out.links.push_back({sender, static_cast<std::uint16_t>(k % 2 == 0), static_cast<std::uint16_t>(k % 2),
+                             static_cast<float>(u), static_cast<float>(v)});
+    }
+    std::stable_sort(out.links.begin(), out.links.end(),
+                     [](const Link& a, const Link& b) { return a.sender < b.sender; });
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < out.links.size(); ++k) {
+        const Link& link = out.links[k];
+        if (kept > 0 && out.links[kept - 1].sender == link.sender) {
+            Link& same = out.links[kept - 1];
+            same.first = static_cast<std::uint16_t>(same.first + link.first);
+            same.second = static_cast<std::uint16_t>(same.second + link.second);
+            same.u += link.u;
+            same.v += link.v;
+        } else {
+            out.links[kept++] = link;
+        }
+    }
+    out.links.resize(kept);
+    out.row.rays = static_cast<std::uint32_t>(count);
+    out.row.escape = static_cast<float>(escaped) / static_cast<float>(count);
+    out.row.absorbed = static_cast<float>(absorbed) / static_cast<float>(count);
+    out.row.closeness = static_cast<float>(closeness / count);
+}
+
+void Gathering::add(const std::vector<Place>& receivers, const Progress& progress) {
+    // Blocks keep their own links, and are put together in their order.
+    constexpr std::size_t grain = 16;
+    struct Block {
+        std::vector<Link> links;
+        std::vector<Row> rows;
+    };
+    std::vector<Block> blocks((receivers.size() + grain - 1) / grain);
+    const std::size_t before = rows_.size();
+    lamps_.resize(before + receivers.size());
+    sky_.resize(before + receivers.size());
+    parallel_blocks(
+        receivers.size(), grain,
+        [&](std::size_t begin, std::size_t end) {
+            Block& block = blocks[begin / grain];
+            Shot shot;
+            for (std::size_t k = begin; k < end; ++k) {
+                shoot(receivers[k], shot);
+                shot.row.begin = block.links.size();
+                block.links.insert(block.links.end(), shot.links.begin(), shot.links.end());
+                shot.row.end = block.links.size();
+                block.rows.push_back(shot.row);
+                lamps_[before + k] = shot.lamps;
+                sky_[before + k] = shot.sky;
+            }
+        },
+        progress);
+    for (const Block& block : blocks) {
+        for (Row row : block.rows) {
+            row.begin += links_.size();
+            row.end += links_.size();
+            rays_ += row.rays;
+            rows_.push_back(row);
+        }
+        links_.insert(links_.end(), block.links.begin(), block.links.end());
+    }
+    places_.insert(places_.end(), receivers.begin(), receivers.end());
+}
+
+void Gathering::gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const {
+    const Row& r = rows_[row];
+    double sum[3] = {};
+    for (std::size_t k = r.begin; k < r.end; ++k) {
+        const Link& link = links_[k];
+        const double* from = sent.data() + link.sender * channels;
+        for (std::size_t c = 0; c < channels; ++c) sum[c] += (link.first + link.second) * from[c];
+    }
+    for (std::size_t c = 0; c < channels; ++c) out[c] = sum[c] / r.rays;
+}
+
+void Gathering::gather_halves(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* first,
+                              double* second) const {
+    const Row& r = rows_[row];
+    for (std::size_t c = 0; c < channels; ++c) first[c] = second[c] = 0.0;
+    for (std::size_t k = r.begin; k < r.end; ++k) {
+        const Link& link = links_[k];
+        for (std::size_t c = 0; c < channels; ++c) {
+            const double from = sent[link.sender * channels + c];
+            first[c] += link.first * from;
+            second[c] += link.second * from;
+        }
+    }
+    for (std::size_t c = 0; c < channels; ++c) {
+        first[c] *= 2.0 / r.rays;
+        second[c] *= 2.0 / r.rays;
+    }
+}
+
+TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const {
+    const Row& r = rows_[row];
+    TiltedRgb out;
+    for (std::size_t k = r.begin; k < r.end; ++k) {
+        const Link& link = links_[k];
+        const double* from = sent.data() + link.sender * channels;
+        const Rgb light = channels == 1 ? Rgb{from[0], from[0], from[0]} : Rgb{from[0], from[1], from[2]};
+        out.value += (static_cast<double>(link.first + link.second) / r.rays) * light;
+        out.u += static_cast<double>(link.u) * light;
+        out.v += static_cast<double>(link.v) * light;
+    }
+    return out;
+}
+
+}  // namespace surflux

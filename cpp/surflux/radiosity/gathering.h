@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/environment.h"
+#include "surflux/lights/light_sampler.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/radiosity/surfel_tree.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Irradiance at a place for normals around its own: n' . (value n + u frame.u + v frame.v), which is exact as far as
+// nothing rises above the horizon by the tilt.
+struct TiltedRgb {
+    Rgb value, u, v;
+};
+
+// The operator of light, as rays find it: for each receiver a row of links, each the share of its cosine-weighted
+// hemisphere that a sender fills; with what escapes and what back faces absorb it makes 1. A ray's sender is the largest
+// group that the cone the ray stands for covers: far senders act through their groups, near ones are surfels.
+//   Shot once and kept: every bounce, every channel and every iteration of the refinement is one sparse product.
+class Gathering {
+public:
+    struct Link {
+        std::uint32_t sender;
+        std::uint16_t first, second;  // rays of either half of all that met it
+        float u, v;                   // sum of the rays' slopes, for TiltedRgb
+    };
+    struct Row {
+        std::size_t begin, end;  // links
+        std::uint32_t rays;
+        float escape, absorbed;  // shares
+        float closeness;         // mean of 1 / distance of what the rays met
+    };
+    struct Options {
+        int rays = 256;
+        std::uint64_t seed = 0;
+    };
+
+    // Emission of `emitters` is in no link: rays pick it up here, in balance with those that are aimed at them
+    // (lights/aimed.h); the sky likewise.
+    Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
+              const LightSampler& skies, const Options& options);
+
+    // Shoots the rays of more receivers; `number` of each is where its random numbers come from.
+    void add(const std::vector<Place>& receivers, const Progress& progress = {});
+
+    std::size_t size() const { return rows_.size(); }
+    const Place& place(std::size_t row) const { return places_[row]; }
+    const Row& row(std::size_t row) const { return rows_[row]; }
+    std::size_t links() const { return links_.size(); }
+    std::size_t rays() const { return rays_; }
+    // Per row, what its rays met of emitters and of the sky.
+    const std::vector<TiltedRgb>& lamps() const { return lamps_; }
+    const std::vector<TiltedRgb>& sky() const { return sky_; }
+
+    // Irradiance of row from what all senders send, `channels` interleaved.
+    void gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const;
+    // The same of each half of the rays: they differ by about twice the standard error of the whole.
+    void gather_halves(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* first,
+                       double* second) const;
+    // The same for tilted normals, in 3 channels or one.
+    TiltedRgb gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
+
+private:
+    struct Shot;
+    void shoot(const Place& receiver, Shot& out) const;
+
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const SurfelTree& tree_;
+    const LightSampler &emitters_, &skies_;
+    Options options_;
+    SurfelPoints points_;
+    double contact_;
+    std::vector<Place> places_;
+    std::vector<Row> rows_;
+    std::vector<Link> links_;
+    std::vector<TiltedRgb> lamps_, sky_;
+    std::size_t rays_ = 0;
+};
+
+}  // namespace surflux

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/core/vec.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// Groups of surfels, groups of those, and so on (D04 section 6): every surfel is in one group of each level.
+struct Hierarchy {
+    // Level 0 groups surfels, level k the groups of level k - 1; either are its members.
+    struct Level {
+        std::vector<std::uint32_t> parent_of;       // of each member, its group here
+        std::vector<std::uint32_t> first, members;  // those of group g are members[first[g] .. first[g + 1]), the one
+                                                    // it was grown from first, the others ascending
+        std::vector<Vec3> positions, normals;       // averages by area; normals unit
+        std::vector<double> radii;  // of a sphere around the average position that encloses all disks (D03 sec. 6)
+        std::vector<double> areas;  // sums
+        std::vector<std::uint32_t> representatives;  // the surfel nearest the averages, by place and by normal
+
+        std::size_t size() const { return positions.size(); }
+    };
+    std::vector<Level> levels;  // finest first, at least one; surfels themselves are not among them
+
+    // The group of each surfel on a level.
+    std::vector<std::uint32_t> groups(std::size_t level) const;
+};
+
+struct HierarchyOptions {
+    double epsilon = 0.8;    // cosine between normals above which surfels group (D04 eq. 10), -1 < epsilon < 1
+    int max_levels = 0;      // at most so many; 0: to one group, or to where a level shrinks by less than 5 %
+    std::uint64_t seed = 0;  // of the order in which groups are grown
+};
+
+// Needs areas. `object`: one number each; surfels of different objects stay apart.
+Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_t>& object,
+                          const HierarchyOptions& options, const Progress& progress = nullptr);
+
+}  // namespace surflux

@@ -1,0 +1,229 @@
+#include "surflux/radiosity/insertion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "surflux/core/parallel.h"
+#include "surflux/solution/interpolation.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
+constexpr std::size_t repelling = 12;
+constexpr double step = 0.3;    // of what the forces want, per round of repulsion
+constexpr double inside = 0.96; // of the way to the rim of a patch is as far as children go
+constexpr double farthest = 0.75;  // of the parent's radius is as far as they go from it
+
+}  // namespace
+
+// Leaves of the objects in which any may be split, and their neighbourhoods.
+struct Insertion::Leaves {
+    std::vector<std::uint32_t> points;
+    std::vector<Vec3> positions, normals;
+    std::vector<std::uint32_t> objects;
+    std::unique_ptr<Interpolation> sites;
+
+    explicit Leaves(const Insertion& of) {
+        const SurfelTree& tree = of.tree_;
+        std::vector<char> open;
+        const auto all = static_cast<std::uint32_t>(tree.points());
+        for (std::uint32_t p = 0; p < all; ++p) {
+            if (tree.object(p) >= open.size()) open.resize(tree.object(p) + 1, 0);
+            if (of.can_split(p)) open[tree.object(p)] = 1;
+        }
+        for (std::uint32_t p = 0; p < all; ++p) {
+            if (!open[tree.object(p)] || !tree.is_leaf(p)) continue;
+            points.push_back(p);
+            positions.push_back(tree.position(p));
+            normals.push_back(tree.normal(p));
+            objects.push_back(tree.object(p));
+        }
+        sites = std::make_unique<Interpolation>(positions, normals, objects);
+    }
+};
+
+struct Insertion::Neighborhood {
+    Vec3 error;          // e_i of D04 eq. 12
+    double off = 0.0;    // what interpolation to a neighbour may be off by
+    std::vector<Interpolation::Weight> near;
+};
+
+Insertion::Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options)
+    : scene_(scene), tree_(tree), options_(options) {}
+
+bool Insertion::can_split(std::uint32_t leaf) const {
+    return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;
+}
+
+// D04 eq. 11 and 12. A difference that neighbours on all sides have in proportion to their distance, the slope, is no
+// error: fields are interpolated, so that only what departs from it is.
+void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values,
+                        Neighborhood& out) const {
+    const std::uint32_t i = leaves.points[place];
+    out.error = {};
+    out.off = 0.0;
+    leaves.sites->nearest(leaves.positions[place], leaves.normals[place], leaves.objects[place], neighbor_count,
+                          out.near);
+    const Frame frame = frame_around(leaves.normals[place]);
+    double uu = 0.0, uv = 0.0, vv = 0.0, u = 0.0, v = 0.0;
+    for (const Interpolation::Weight& other : out.near) {
+        const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
+        const double x = dot(d, frame.u), y = dot(d, frame.v), squared = length_squared(d);
+        if (!(squared > 0.0)) continue;
+        const double difference = values[leaves.points[other.site]] - values[i], w = 1.0 / squared;
+        out.error += (difference / std::sqrt(squared)) * d;
+        uu += w * x * x, uv += w * x * y, vv += w * y * y;
+        u += w * x * difference, v += w * y * difference;
+    }
+    const double ridge = 0.05 * (uu + vv);
+    uu += ridge, vv += ridge;
+    const double determinant = uu * vv - uv * uv;
+    if (!(determinant > 0.0)) return;
+    const double a = (vv * u - uv * v) / determinant, b = (uu * v - uv * u) / determinant;
+    for (const Interpolation::Weight& other : out.near) {
+        const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
+        const double rise = a * dot(d, frame.u) + b * dot(d, frame.v);
+        // Halfway to a neighbour a step is off by half of it, and what curves by a quarter.
+        out.off = std::max(out.off, 0.5 * std::abs(values[leaves.points[other.site]] - values[i] - rise));
+    }
+}
+
+std::uint32_t Insertion::refine(const std::vector<double>& values, const std::vector<double>& wanted) {
+    const Leaves leaves(*this);
+    std::vector<double> off(leaves.points.size(), 0.0);
+    parallel_blocks(leaves.points.size(), 128, [&](std::size_t begin, std::size_t end) {
+        Neighborhood around;
+        for (std::size_t k = begin; k < end; ++k) {
+            if (!can_split(leaves.points[k])) continue;
+            measure(leaves, static_cast<std::uint32_t>(k), values, around);
+            off[k] = around.off;
+        }
+    });
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t k = 0; k < leaves.points.size(); ++k)
+        if (off[k] > wanted[leaves.points[k]]) chosen.push_back(k);
+    const auto weight = [&](std::uint32_t k) { return off[k] * off[k] * tree_.area(leaves.points[k]); };
+    std::stable_sort(chosen.begin(), chosen.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return weight(a) > weight(b); });
+    for (std::uint32_t& k : chosen) k = leaves.points[k];
+    return split(chosen, values);
+}
+
+std::uint32_t Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {
+    const auto first = static_cast<std::uint32_t>(tree_.points());
+    if (chosen.empty()) return first;
+    const Leaves leaves(*this);
+    std::vector<std::uint32_t> place(tree_.points(), SurfelTree::none);
+    for (std::uint32_t k = 0; k < leaves.points.size(); ++k) place[leaves.points[k]] = k;
+    struct Family {
+        SurfelTree::Child children[SurfelTree::children];
+    };
+    std::vector<Family> families(chosen.size());
+    parallel_blocks(chosen.size(), 32, [&](std::size_t begin, std::size_t end) {
+        Neighborhood around;
+        std::vector<Interpolation::Weight> weights;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t leaf = chosen[k];
+            const Vec3 center = tree_.position(leaf), w = tree_.normal(leaf);
+            measure(leaves, place[leaf], values, around);
+            Vec3 v = around.error - dot(around.error, w) * w;
+            v = length(v) > 1e-12 * length(around.error) && length(v) > 0.0 ? normalized(v) : frame_around(w).u;
+            const Vec3 u = cross(v, w);
+            const double reach = options_.spread * tree_.radius(leaf);
+            const double signs[4][2] = {{-1, 1}, {1, 1}, {1, -1}, {-1, -1}};
+            for (std::size_t c = 0; c < SurfelTree::children; ++c) {
+                SurfelTree::Child& child = families[k].children[c];
+                child.position = center + (reach * signs[c][0]) * u + (reach * signs[c][1]) * v;
+                child.normal = w;
+                leaves.sites->at(child.position, w, tree_.object(leaf), weights);
+                child.reflectance = {};
+                Vec3 mean;
+                for (const Interpolation::Weight& other : weights) {
+                    child.reflectance += other.weight * tree_.reflectance(leaves.points[other.site]);
+                    mean += other.weight * leaves.normals[other.site];
+                }
+                if (!tree_.piece(leaf).empty())
+                    child.position = kept_on_patch(leaf, child.position);
+                else
+                    child.normal = normalized(mean);
+            }
+        }
+    });
+    for (std::size_t k = 0; k < chosen.size() && tree_.has_room(); ++k) tree_.split(chosen[k], families[k].children);
+    repel(first);
+    return first;
+}
+
+// The point as far on the way from the centre as the patch reaches.
+Vec3 Insertion::kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const {
+    const auto contains = [&](const Vec3& p) {
+        for (const Triangle& t : tree_.piece(leaf)) {
+            const Vec3 n = cross_of(t);
+            const double least = -1e-9 * length_squared(n);
+            if (dot(cross(t.b - t.a, p - t.a), n) >= least && dot(cross(t.c - t.b, p - t.b), n) >= least &&
+                dot(cross(t.a - t.c, p - t.c), n) >= least)
+                return true;
+        }
+        return false;
+    };
+    const Vec3& center = tree_.position(leaf);
+    const Vec3 beyond = center + (wanted - center) / inside;
+    if (contains(beyond)) return wanted;
+    double low = 0.0, high = 1.0;
+    for (int round = 0; round < 20; ++round) {
+        const double middle = 0.5 * (low + high);
+        (contains(center + middle * (beyond - center)) ? low : high) = middle;
+    }
+    return center + (inside * low) * (beyond - center);
+}
+
+void Insertion::repel(std::uint32_t first) {
+    const auto count = static_cast<std::uint32_t>(tree_.points() - first);
+    if (count == 0) return;
+    const Leaves leaves(*this);
+    std::vector<std::uint32_t> parent(count);
+    for (std::uint32_t p = 0; p < first; ++p)
+        if (!tree_.is_leaf(p) && tree_.first_child(p) >= first)
+            for (std::uint32_t c = 0; c < SurfelTree::children; ++c) parent[tree_.first_child(p) + c - first] = p;
+    std::vector<std::vector<std::uint32_t>> near(count);
+    parallel_for(count, 64, [&](std::size_t k) {
+        thread_local std::vector<Interpolation::Weight> found;
+        const std::uint32_t p = first + static_cast<std::uint32_t>(k);
+        leaves.sites->nearest(tree_.position(p), tree_.normal(p), tree_.object(p), repelling, found);
+        for (const Interpolation::Weight& other : found)
+            if (leaves.points[other.site] != p) near[k].push_back(leaves.points[other.site]);
+    });
+    std::vector<Vec3> moved(count);
+    for (int round = 0; round < options_.repulsion_rounds; ++round) {
+        parallel_for(count, 64, [&](std::size_t k) {
+            const std::uint32_t p = first + static_cast<std::uint32_t>(k), from = parent[k];
+            const Vec3 at = tree_.position(p), &n = tree_.normal(from), &center = tree_.position(from);
+            const double spacing = std::sqrt(tree_.area(p));
+            Vec3 force;
+            for (std::uint32_t other : near[k]) {
+                const Vec3 d = at - tree_.position(other);
+                const double distance = length(d), wanted = 0.5 * (spacing + std::sqrt(tree_.area(other)));
+                if (distance < wanted && distance > 0.0) force += ((wanted - distance) / distance) * d;
+            }
+            Vec3 offset = at + step * force - center;
+            offset -= dot(offset, n) * n;
+            const double most = farthest * tree_.radius(from);
+            if (length(offset) > most) offset *= most / length(offset);
+            if (!tree_.piece(from).empty()) {
+                moved[k] = kept_on_patch(from, center + offset);
+                return;
+            }
+            // On a surface whose slope changes evenly from the parent's normal to the child's.
+            const Vec3& own = tree_.normal(p);
+            moved[k] = center + offset - (0.5 * dot(own, offset) / std::max(0.2, dot(own, n))) * n;
+        });
+        for (std::uint32_t k = 0; k < count; ++k) tree_.move(first + k, moved[k]);
+    }
+    for (std::uint32_t k = 0; k < count; k += SurfelTree::children)
+        if (!tree_.piece(parent[k]).empty()) tree_.share_patch(parent[k]);
+}
+
+}  // namespace surflux

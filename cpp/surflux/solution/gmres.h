@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/solution/linear.h"
+
+namespace surflux {
+
+// Solves A x = b for any A by restarted GMRES (Saad and Schultz 1986), all channels in one, each measured by its own
+// right-hand side, until |b - A x| <= tolerance |b| in every channel. x holds the start and the result.
+LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels, double tolerance,
+                   int max_applications, std::vector<double>& x, const Progress& progress = {});
+
+}  // namespace surflux
