@@ -62,7 +62,7 @@ def main(arguments=None):
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
     parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
     parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
-    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full or --areas: error against seconds")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full, --scale or --areas: the curves")
     options = parser.parse_args(arguments)
     kind = _kind(options)
     _check_options(options, kind)
@@ -97,8 +97,8 @@ def _kind(options):
 def _check_options(options, kind):
     if options.repeats < 1:
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
-    if options.plot and kind not in ("quick", "full", "areas"):
-        raise ValueError("--plot: goes with --quick, --full or --areas")
+    if options.plot and kind not in ("quick", "full", "scale", "areas"):
+        raise ValueError("--plot: goes with --quick, --full, --scale or --areas")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
     if options.paths is not None:
@@ -165,10 +165,12 @@ def _solvers(options):
 
 
 def _scale(options):
-    from surflux import bench_scale
+    from surflux import bench_plot, bench_scale
 
     names = options.scene or bench_scale.SCENES
     rows = bench_scale.measure(names, options.repeats, options.threads, options.cache, options.paths)
+    if options.plot:
+        bench_plot.draw_growth(rows, options.plot)
     return rows, bench_scale.table(rows)
 
 

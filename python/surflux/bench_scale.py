@@ -16,6 +16,7 @@ import re
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
@@ -238,6 +239,14 @@ def table(rows):
         seconds = ", ".join(f"{stage} {value:.3f}" for stage, value in r.stages.items() if value >= 0.0005)
         stages.append(f"| {r.scene} | {seconds} |")
     text = "\n\n".join("\n".join(lines) for lines in (took, off, stages))
+    grown = sorted((r.surfels, r.seconds) for r in rows if r.scene.startswith("gallery"))
+    if len(grown) > 1:
+        power = math.log(grown[-1][1] / grown[0][1]) / math.log(grown[-1][0] / grown[0][0])
+        steps = [math.log(b[1] / a[1]) / math.log(b[0] / a[0]) for a, b in pairwise(grown)]
+        text += (
+            f"\n\nFrom {grown[0][0]} to {grown[-1][0]} surfels of the gallery seconds grow as n^{power:.2f}, from row "
+        )
+        text += f"to row as {', '.join(f'n^{step:.2f}' for step in steps)}."
     for r in rows:
         if r.mitsuba_seconds is not None:
             text += (

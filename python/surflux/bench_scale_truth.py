@@ -51,7 +51,7 @@ class ScaleTruth:
         if self._file is None:
             return
         self._file.parent.mkdir(parents=True, exist_ok=True)
-        beside = self._file.with_suffix(".part.npz")
+        beside = self._file.with_suffix(f".{os.getpid()}.npz")
         state = {
             f"{name}_{key}": value
             for name, truth in (("surfels", self.surfels), ("points", self.points))
@@ -67,7 +67,8 @@ def _read(path, points):
         if str(data["all_points"]) != _digest(points):
             raise ValueError(f"--cache: {path} is of a scene with other surfels; remove it")
         return {
-            name: {key: data[f"{name}_{key}"] for key in ("sums", "rounds", "paths")} for name in ("surfels", "points")
+            name: {key: data[f"{name}_{key}"] for key in ("index", "sums", "rounds", "paths")}
+            for name in ("surfels", "points")
         }
 
 

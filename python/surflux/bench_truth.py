@@ -33,7 +33,7 @@ class Truth:
 
     def __init__(self, scene, surfels, count, *, exact=None, seed=0, direct_places=0, threads=None, state=None):
         self.scene, self.surfels, self.seed, self.threads = scene, surfels, seed, threads
-        self.index = area_sample(surfels.areas, count, seed)
+        self.index = area_sample(surfels.areas, count, seed) if state is None else state["index"]
         self.paths = self.rounds = 0
         self._sums = np.zeros((4, count, 3))  # of total and of indirect, and of their squares
         self._dark = without_light_between(scene) if scene.lights else None
@@ -47,7 +47,7 @@ class Truth:
     @property
     def state(self):
         """What has been traced, for another Truth of the same surfels to go on from."""
-        return {"sums": self._sums, "rounds": self.rounds, "paths": self.paths}
+        return {"index": self.index, "sums": self._sums, "rounds": self.rounds, "paths": self.paths}
 
     def refine(self):
         """Another round of paths for each surfel; nothing to do for a closed form."""
@@ -108,7 +108,7 @@ class PointTruth(Truth):
     """
 
     def __init__(self, scene, surfels, count, *, seed=0, threads=None, state=None):
-        rows = area_sample(surfels.areas, count, seed)
+        rows = area_sample(surfels.areas, count, seed) if state is None else state["index"]
         squares = np.random.default_rng([seed, count]).random((count, 2))
         self.points, self.normals = places_on(surfels, rows, squares)
         super().__init__(scene, surfels, count, seed=seed, threads=threads, state=state)

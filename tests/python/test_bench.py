@@ -82,8 +82,8 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
     [
         (["--case", "nothing"], "--case: there is no 'nothing'; --list names them all"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
-        (["--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
-        (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
+        (["--plot", "knobs.png"], "--plot: goes with --quick, --full, --scale or --areas"),
+        (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full, --scale or --areas"),
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),
         (["--quick", "--case", "statues"], "--case: does not go with --quick"),
         (["--scene", "statues"], "--scene: goes with --quick, --full or --scale"),
@@ -92,7 +92,6 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
         (["--cache", "kept"], "--cache: goes with --scale"),
         (["--scale", "--scene", "statues"], "--scene: there is no 'statues'; --list names them all"),
-        (["--scale", "--plot", "knobs.png"], "--plot: goes with --quick, --full or --areas"),
         (["--scale", "--quick"], "--scale: does not go with --quick"),
         (["--full", "--quick"], "--full: does not go with --quick"),
     ],

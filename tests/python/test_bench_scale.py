@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench_mitsuba, bench_scale, bench_scenes, cli
+from surflux import bench_mitsuba, bench_plot, bench_scale, bench_scenes, cli
 from surflux.bench_scale_truth import ScaleTruth
 from surflux.bench_truth import PATHS_A_ROUND, PointTruth, Truth
 
@@ -175,6 +175,30 @@ def test_mitsuba_beside_it(folder, monkeypatch):
     assert row.mitsuba_seconds is None
     row.mitsuba_seconds = 8.0
     assert "error of 1 % at as many places of the same polygons after 8.00 s, 8.0 times" in bench_scale.table([row])
+
+
+def test_seconds_until_mitsuba_is_as_good(monkeypatch):
+    pytest.importorskip("mitsuba")
+    monkeypatch.setattr(bench_scale, "MITSUBA_SAMPLES", (4, 64))
+    row = bench_scale.Row("three spheres", 4326, 4326, 1.0, 0.1, error=0.01)
+    truth = SimpleNamespace(surfels=SimpleNamespace(index=np.arange(60), rounds=4))
+    bench_scale.beside_mitsuba(row, truth, 1, None)
+    (_, rough), (_, fine) = row.mitsuba
+    assert 0.0 < fine < rough
+    assert row.mitsuba_seconds > 0.0
+
+
+def test_growth_is_told_and_drawn(tmp_path):
+    rows = [bench_scale.Row(f"gallery of {n}", n, n, 1e-5 * n**1.5, 1e-6 * n, 0.02, 0.03) for n in (100, 10_000)]
+    rows.append(bench_scale.Row("three spheres", 1, 1, 1.0, 0.1))
+    for row in rows:
+        row.stages = {"direct": 0.6 * row.seconds, "solve": 0.01 * row.seconds}
+    text = bench_scale.table(rows)
+    assert "From 100 to 10000 surfels of the gallery seconds grow as n^1.50, from row to row as n^1.50." in text
+    bench_plot.draw_growth(rows, tmp_path / "growth.png")
+    assert sf.read_image(tmp_path / "growth.png").std() > 0.05
+    with pytest.raises(ValueError, match="--plot: wanted galleries among the scenes, got none"):
+        bench_plot.draw_growth(rows[-1:], tmp_path / "none.png")
 
 
 def test_errors_that_the_reference_is_not_sure_of_are_marked():
