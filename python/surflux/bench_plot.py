@@ -96,6 +96,8 @@ def draw_growth(rows, path):
         for name, values in curves_.items():
             panel.plot(surfels, values, marker="o", markersize=3, label=name, linewidth=2 if name == "in all" else 1)
         panel.set(xscale="log", yscale="linear" if label == "error, %" else "log", xlabel="surfels", ylabel=label)
+        if label == "error, %":
+            panel.set_ylim(bottom=0.0)
         panel.grid(True, color="0.9")
         if len(curves_) > 1:
             panel.legend(fontsize="small")

@@ -187,5 +187,5 @@ def errors_against(truth, total, indirect):
         found["percentile_99" if name == "error" else "percentile_99_indirect"] = float(np.quantile(single, 0.99))
         if name == "error":
             doubt = np.std(off - noise, ddof=1) / np.sqrt(len(off)) / bright
-            found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt))))
+            found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt), np.finfo(float).tiny)))
     return found
