@@ -2,8 +2,8 @@
 
 Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
 against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
-what each knob of each solver does (bench_solvers), with --areas effective areas (bench_areas), with --reference the
-path tracer against Mitsuba (bench_reference).
+what each knob of each solver does (bench_solvers), with --scale `solve` from 4000 surfels to a million (bench_scale),
+with --areas effective areas (bench_areas), with --reference the path tracer against Mitsuba (bench_reference).
 """
 
 import argparse
@@ -44,35 +44,37 @@ def main(arguments=None):
     )
     parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, 2 min")
     parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
+    parser.add_argument("--scale", action="store_true", help="from 4000 surfels to a million: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
-    parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick or --full: only this one")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick, --full or --scale: only this")
     parser.add_argument(
         "--paths",
         type=int,
         metavar="N",
         help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
-        "(default: 8192) and --full (default: 65536)",
+        "(default: 8192), --full (default: 65536) and --scale (default: 16384)",
     )
-    parser.add_argument("--list", action="store_true", help="print the names of the cases, or with --quick, scenes")
+    parser.add_argument("--cache", metavar="FOLDER", help="with --scale: keep reference values there")
+    parser.add_argument("--list", action="store_true", help="print the names of the cases, or of the scenes")
     parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
     parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
     parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
-    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full or --areas: error against seconds")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full, --scale or --areas: the curves")
     options = parser.parse_args(arguments)
     kind = _kind(options)
     _check_options(options, kind)
     if options.list:
-        print("\n".join(bench_scenes.NAMES if kind in ("quick", "full") else CASES))
+        print("\n".join(_scenes(kind) or CASES))
         return 0
     if kind == "areas":
         from surflux import bench_areas
 
         bench_areas.main(options.repeats, options.threads, options.markdown, options.json, options.plot, heading())
         return 0
-    run = {"quick": _solvers, "full": _solvers, "reference": _reference, "cases": _cases}[kind]
+    run = {"quick": _solvers, "full": _solvers, "scale": _scale, "reference": _reference, "cases": _cases}[kind]
     rows, text = run(options)
     text = heading() + text
     print(text)
@@ -85,8 +87,8 @@ def main(arguments=None):
 
 
 def _kind(options):
-    """What is asked for: "quick", "full", "reference", "areas", or "cases" where none of these is."""
-    chosen = [kind for kind in ("quick", "full", "reference", "areas") if getattr(options, kind)]
+    """What is asked for: "quick", "full", "scale", "reference", "areas", or "cases" where none of these is."""
+    chosen = [kind for kind in ("quick", "full", "scale", "reference", "areas") if getattr(options, kind)]
     if len(chosen) > 1:
         raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
     return chosen[0] if chosen else "cases"
@@ -95,20 +97,31 @@ def _kind(options):
 def _check_options(options, kind):
     if options.repeats < 1:
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
-    if options.plot and kind not in ("quick", "full", "areas"):
-        raise ValueError("--plot: goes with --quick, --full or --areas")
+    if options.plot and kind not in ("quick", "full", "scale", "areas"):
+        raise ValueError("--plot: goes with --quick, --full, --scale or --areas")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
     if options.paths is not None:
-        if kind not in ("quick", "full", "reference"):
-            raise ValueError("--paths: goes with --quick, --full or --reference")
+        if kind not in ("quick", "full", "scale", "reference"):
+            raise ValueError("--paths: goes with --quick, --full, --scale or --reference")
         _check.count("--paths", options.paths, 1024)
-    if options.scene and kind not in ("quick", "full"):
-        raise ValueError("--scene: goes with --quick or --full")
-    for option, names in (("case", CASES), ("scene", bench_scenes.NAMES)):
+    if options.cache and kind != "scale":
+        raise ValueError("--cache: goes with --scale")
+    if options.scene and not _scenes(kind):
+        raise ValueError("--scene: goes with --quick, --full or --scale")
+    for option, names in (("case", CASES), ("scene", _scenes(kind))):
         for name in getattr(options, option) or ():
             if name not in names:
                 raise ValueError(f"--{option}: there is no {name!r}; --list names them all")
+
+
+def _scenes(kind):
+    """The names of the scenes of a kind of table that has scenes."""
+    if kind == "scale":
+        from surflux import bench_scale
+
+        return tuple(bench_scale.SCENES)
+    return bench_scenes.NAMES if kind in ("quick", "full") else ()
 
 
 def _cases(options):
@@ -149,6 +162,16 @@ def _solvers(options):
 
         bench_plot.draw(rows, options.plot)
     return rows, bench_solvers.table(rows)
+
+
+def _scale(options):
+    from surflux import bench_plot, bench_scale
+
+    names = options.scene or bench_scale.SCENES
+    rows = bench_scale.measure(names, options.repeats, options.threads, options.cache, options.paths)
+    if options.plot:
+        bench_plot.draw_growth(rows, options.plot)
+    return rows, bench_scale.table(rows)
 
 
 def _reference(options):
@@ -338,10 +361,10 @@ def _cube_factors(threads):
     return _run(2400, seconds, off, "factors between faces, largest")
 
 
-def _scene_file(name):
+def _scene_file(name, surfels=None):
     def run(threads):
         start = perf_counter()
-        scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml")
+        scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml", surfels=surfels)
         loading = perf_counter() - start
         row = _solved(scene, threads, lambda s: s.error, "own estimate, RMS")
         row.stages = {"load": loading, **row.stages}
@@ -370,4 +393,6 @@ CASES = {
     "form factors in a cube": (False, _cube_factors),
     bench_factors.NAME: (False, lambda threads: _run(*bench_factors.beside_peer(threads))),
     **{name: (False, _scene_file(file)) for name, file in bench_scenes.FILES.items()},
+    # Whole ones are a row of --scale.
+    "two bunnies": (False, _scene_file("two_bunnies", 10_400)),
 }

@@ -73,3 +73,41 @@ def _draw_curve(panel, rows, error, style):
         panel.plot([row.seconds], [value], marker="o", **point, **fill)
         if row.solver in SOLVERS and not row.options:
             panel.plot([row.seconds], [value], marker="o", markerfacecolor="none", markersize=10, color="0.3")
+
+
+def draw_growth(rows, path):
+    """Writes the PNG of `surflux bench --scale`: seconds, memory and errors of the galleries against surfels."""
+    from matplotlib.figure import Figure
+
+    rows = sorted((row for row in rows if row.scene.startswith("gallery")), key=lambda row: row.surfels)
+    if not rows:
+        raise ValueError("--plot: wanted galleries among the scenes, got none")
+    surfels = [row.surfels for row in rows]
+    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
+    for panel, (label, curves_) in zip(
+        figure.subplots(1, 3),
+        (
+            ("seconds", {"in all": [row.seconds for row in rows]} | _stages(rows)),
+            ("GB", {"peak": [row.gigabytes for row in rows]}),
+            ("error, %", {name: [100.0 * getattr(row, key) for row in rows] for name, key in ERRORS.items()}),
+        ),
+        strict=True,
+    ):
+        for name, values in curves_.items():
+            panel.plot(surfels, values, marker="o", markersize=3, label=name, linewidth=2 if name == "in all" else 1)
+        panel.set(xscale="log", yscale="linear" if label == "error, %" else "log", xlabel="surfels", ylabel=label)
+        if label == "error, %":
+            panel.set_ylim(bottom=0.0)
+        panel.grid(True, color="0.9")
+        if len(curves_) > 1:
+            panel.legend(fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+ERRORS = {"of H": "error", "of its indirect part": "indirect"}
+
+
+def _stages(rows):
+    """The stages that take a tenth of the time somewhere, as curves."""
+    names = dict.fromkeys(name for row in rows for name, seconds in row.stages.items() if seconds > 0.1 * row.seconds)
+    return {name: [row.stages.get(name, float("nan")) for row in rows] for name in names}

@@ -13,7 +13,7 @@ import numpy as np
 import surflux as sf
 from surflux import _core, shapes
 from surflux.lights import AreaLight
-from surflux.scene_file import make_scene, read_toml
+from surflux.scene_file import Table, make_scene, read_toml
 
 
 @dataclass
@@ -53,9 +53,16 @@ def build(name, density=1.0):
 
 
 def from_file(stem, density):
-    """A scene of data/, with `patches`, `points` and `thin` of its objects changed to suit the density."""
+    """A scene of data/, with `patches`, `points` and `thin` of its objects changed to suit the density.
+
+    Whole scans are thinned where it is below 1.
+    """
     path = data_folder() / f"{stem}.toml"
     data = read_toml(path)
+    if density < 1.0:
+        for entry, table in zip(data["object"], Table(path, "", data).tables("object"), strict=True):
+            if "file" in entry and entry.get("kind") != "mesh" and not {"thin", "points"} & {*entry}:
+                entry["thin"] = _core.read_ply(str(table.file("file")), [])["elements"]["vertex"]
     for entry in data["object"]:
         if "patches" in entry:
             patches = np.array(entry["patches"])

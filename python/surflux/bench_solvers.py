@@ -82,6 +82,7 @@ class Row:
     uncertainty: float
     reference: float  # standard error of the reference at single surfels, RMS, relative
     reference_indirect: float
+    percentile_99_indirect: float | None = None
     rays: int | None = None  # as the solver counts them
     bytes: int | None = None  # by which the peak of the process grew in the pass
     reference_paths: int = 0  # for each surfel that is measured

@@ -15,50 +15,66 @@ PLACES = 16
 # Paths of one surfel in one round; the mean of a round is one independent estimate.
 PATHS_A_ROUND = PATHS_A_PLACE * PLACES
 LEAST_ROUNDS = 4
+LEAST_PATHS = 16  # that reference_irradiance takes
 
 
 class Truth:
     """Irradiance of area-sampled surfels.
 
+    With direct_places, direct light, which changes abruptly on a patch, comes from that many places on it for each
+    round instead of PLACES; paths that end at the first surface are cheap.
+
     Attributes:
         index: (m,) rows of the surfels, some perhaps more than once.
         total, indirect: (m, 3) irradiance, and the part that comes from surfels.
         total_error, indirect_error: (m, 3) standard errors; 0 for a closed form.
-        rounds, paths: traced so far.
+        rounds, paths: traced so far; paths without those of direct_places.
     """
 
-    def __init__(self, scene, surfels, count, *, exact=None, seed=0, threads=None):
+    def __init__(self, scene, surfels, count, *, exact=None, seed=0, direct_places=0, threads=None, state=None):
         self.scene, self.surfels, self.seed, self.threads = scene, surfels, seed, threads
-        self.index = area_sample(surfels.areas, count, seed)
+        self.index = area_sample(surfels.areas, count, seed) if state is None else state["index"]
         self.paths = self.rounds = 0
         self._sums = np.zeros((4, count, 3))  # of total and of indirect, and of their squares
         self._dark = without_light_between(scene) if scene.lights else None
+        self._direct_places = direct_places
         self._exact = None if exact is None else exact[self.index]
-        for _ in range(LEAST_ROUNDS):
+        if state is not None:
+            self._sums, self.rounds, self.paths = state["sums"].copy(), int(state["rounds"]), int(state["paths"])
+        while self.rounds < LEAST_ROUNDS and self._exact is None:
             self.refine()
+
+    @property
+    def state(self):
+        """What has been traced, for another Truth of the same surfels to go on from."""
+        return {"index": self.index, "sums": self._sums, "rounds": self.rounds, "paths": self.paths}
 
     def refine(self):
         """Another round of paths for each surfel; nothing to do for a closed form."""
         if self._exact is not None:
             return
-        rows = np.repeat(self.index, PLACES)
-        places, normals = places_on(self.surfels, rows, even_squares(self.index, [self.seed, self.rounds]))
+        places, normals = self._places(PLACES, [self.seed, self.rounds])
 
-        def traced(scene):
-            seed = 1000 * self.seed + self.rounds
-            found, _ = sf.reference_irradiance(
-                scene, places, normals, samples=PATHS_A_PLACE, seed=seed, threads=self.threads
-            )
-            return found
+        def traced(scene, places, normals, samples, seed):
+            found, _ = sf.reference_irradiance(scene, places, normals, samples=samples, seed=seed, threads=self.threads)
+            return found.reshape(len(self.index), -1, 3).mean(axis=1)
 
-        total = traced(self.scene)
-        # The same seed draws the same first rays: what lights bring cancels path by path.
-        indirect = total if self._dark is None else total - traced(self._dark)
-        total, indirect = (values.reshape(len(self.index), PLACES, 3).mean(axis=1) for values in (total, indirect))
+        seed = 1000 * self.seed + self.rounds
+        total = indirect = traced(self.scene, places, normals, PATHS_A_PLACE, seed)
+        if self._dark is not None:
+            # The same seed draws the same first rays: what lights bring cancels path by path.
+            indirect = total - traced(self._dark, places, normals, PATHS_A_PLACE, seed)
+            if self._direct_places:
+                more = self._places(self._direct_places, [self.seed, self.rounds, 1])
+                total = indirect + traced(self._dark, *more, LEAST_PATHS, seed + 500)
         for k, values in enumerate((total, indirect, total**2, indirect**2)):
             self._sums[k] += values
         self.rounds += 1
-        self.paths += len(rows) * PATHS_A_PLACE
+        self.paths += len(places) * PATHS_A_PLACE
+
+    def _places(self, count, seed):
+        """Where paths start: count places and normals for each row."""
+        return places_on(self.surfels, np.repeat(self.index, count), even_squares(self.index, seed, count))
 
     @property
     def total(self):
@@ -81,6 +97,24 @@ class Truth:
             return np.zeros_like(self._exact)
         mean = self._sums[k] / self.rounds
         return np.sqrt(np.maximum(0.0, self._sums[k + 2] / self.rounds - mean**2) / (self.rounds - 1))
+
+
+class PointTruth(Truth):
+    """Irradiance at random points of the surface: each on one of the area-sampled surfels, anywhere on its patch, or
+    its centre where it is a disk.
+
+    Attributes, beside Truth's:
+        points, normals: (m, 3).
+    """
+
+    def __init__(self, scene, surfels, count, *, seed=0, threads=None, state=None):
+        rows = area_sample(surfels.areas, count, seed) if state is None else state["index"]
+        squares = np.random.default_rng([seed, count]).random((count, 2))
+        self.points, self.normals = places_on(surfels, rows, squares)
+        super().__init__(scene, surfels, count, seed=seed, threads=threads, state=state)
+
+    def _places(self, count, seed):
+        return np.repeat(self.points, count, axis=0), np.repeat(self.normals, count, axis=0)
 
 
 def area_sample(areas, count, seed=0):
@@ -148,10 +182,10 @@ def errors_against(truth, total, indirect):
         off = ((value - true) ** 2).sum(axis=1)
         square = np.mean(off - noise) / bright
         found[name] = float(np.sqrt(max(0.0, square)))
+        floor = 0.01 * np.sqrt(bright)
+        single = np.sqrt(np.maximum(0.0, off - noise)) / np.maximum(np.linalg.norm(true, axis=1), floor)
+        found["percentile_99" if name == "error" else "percentile_99_indirect"] = float(np.quantile(single, 0.99))
         if name == "error":
             doubt = np.std(off - noise, ddof=1) / np.sqrt(len(off)) / bright
-            found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt))))
-            floor = 0.01 * np.sqrt(bright)
-            single = np.sqrt(np.maximum(0.0, off - noise)) / np.maximum(np.linalg.norm(true, axis=1), floor)
-            found["percentile_99"] = float(np.quantile(single, 0.99))
+            found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt), np.finfo(float).tiny)))
     return found

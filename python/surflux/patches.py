@@ -31,12 +31,12 @@ class Patches:
     triangle_patch: np.ndarray
 
 
-def make_patches(vertices, offsets, indices, patch_area=None, material=None):
+def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True):
     """Patches of the polygons whose corners are vertices[indices[offsets[f]:offsets[f + 1]]].
 
     Pairs of coplanar triangles that make a convex quadrilateral become one, unless their rows of material (f, k)
-    differ. With patch_area, faces are cut into pieces of at most that area: quadrilaterals into a grid of
-    near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles.
+    differ, or `paired` is False. With patch_area, faces are cut into pieces of at most that area: quadrilaterals into a
+    grid of near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles.
     """
     rings = _rings(
         vertices, offsets, indices
@@ -54,7 +54,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None):
 
     triangles = [ring for ring in rings if ring[1].shape[1] == 3]
     others = [ring for ring in rings if ring[1].shape[1] > 3]
-    if triangles:
+    if triangles and paired:
         others, triangles = _pair_triangles(triangles, others, material)
     rings = triangles + others
     return _assemble(rings if patch_area is None else _cut(rings, patch_area))

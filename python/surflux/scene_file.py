@@ -3,13 +3,15 @@
 import os
 import re
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from surflux import _check
 from surflux import lights as light_types
 from surflux._core import FileError
 from surflux.scene import Scene
-from surflux.scene_object import make_object
+from surflux.scene_counts import shared_out
+from surflux.scene_object import open_object
 from surflux.solve_options import OPTIONS, check_options
 
 _LIGHTS = {
@@ -29,7 +31,7 @@ _LIGHT_KEYS = {
 _OPTIONAL = {"cone", "penumbra", "up", "radiance", "image", "fov"}
 
 
-def load_scene(path):
+def load_scene(path, *, surfels=None):
     """A Scene from a TOML file; data/*.toml are examples.
 
     At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
@@ -43,6 +45,8 @@ def load_scene(path):
     - points: of a "sphere", "blob" or "knot", how many (see there). With kind = "surfels" and a mesh (a "box", "room",
       "rectangle" or a mesh file): spread this many blue-noise points on it.
     - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
+    - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
+      sf.inward_patches), after they are thinned.
     - seed (0): of all that is random in the object.
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
@@ -93,12 +97,15 @@ def load_scene(path):
 
     Args:
         path: str or path of the file.
+        surfels: of the whole scene, exactly this many; None for what the file says. Clouds, thinned, sampled or whole,
+            become denser or sparser in proportion, by what `thin` and `points` stand for; patches stay. A file of
+            points gives no more than it has, other than one of a mesh with `points`.
 
     Returns:
         Scene, with one Surfels per [[object]] in the file's order, the lights, camera, name and solve_options.
 
     Raises:
-        ValueError: path is none.
+        ValueError: path is none; `surfels`, where the scene cannot be had in that number.
         FileError: names the file, the table and the key, or the line where the TOML itself is wrong; a file that an
             object or light names and that is not there or cannot be read.
 
@@ -118,7 +125,9 @@ def load_scene(path):
     Scene('room', 1 object, 96 surfels, 1 light)
     """
     path = Path(_check.path("path", path))
-    return make_scene(path, read_toml(path))
+    if surfels is not None:
+        surfels = _check.count("surfels", surfels)
+    return make_scene(path, read_toml(path), surfels)
 
 
 def read_toml(path):
@@ -141,25 +150,33 @@ def read_toml(path):
         raise FileError(f"{path}: its tables or lists are nested too deeply") from None
 
 
-def make_scene(path, data):
+def make_scene(path, data, surfels=None):
     """The Scene of a file's tables; path is what errors name and where relative paths start."""
     top = Table(path, "", data)
     name = top.text("name", path.stem)
     top.text("units", "m")
-    objects = [make_object(table) for table in top.tables("object")]
-    if not objects:
+    tables = top.tables("object")
+    if not tables:
         raise top.error("object", "wanted at least one [[object]], got none")
     lights = [_light(table) for table in top.tables("light")]
     camera = top.table("camera")
     solve = top.table("solve")
     top.no_more_keys()
     return Scene(
-        objects,
+        _objects(tables, surfels),
         lights,
         camera=None if camera is None else _camera(camera),
         name=name,
         solve_options=None if solve is None else _solve_options(solve),
     )
+
+
+def _objects(tables, surfels):
+    """The Surfels of object tables, two tables at a time: much of the work on one cannot be shared by threads."""
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        sources = list(pool.map(open_object, tables))
+        counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
+        return list(pool.map(lambda source, n: source.make(n), sources, counts))
 
 
 class Table:

@@ -1,20 +1,40 @@
 """One [[object]] of a scene file as Surfels."""
 
 import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from surflux import _check, _core, patterns, shapes
+from surflux.estimates import estimated_radii
+from surflux.orientation import inward_patches
 from surflux.surfels import Surfels, only_so_many, sampled_surfels, surfels_of_patches
 from surflux.transform import make_transform
 
 _MESHES = {"box": shapes.box, "room": shapes.box, "rectangle": shapes.rectangle}
 _POINTS = {"sphere": shapes.sphere, "blob": shapes.blob, "knot": shapes.knot}
 SHAPES = (*_MESHES, *_POINTS)
+_FEWEST_ON_A_SHAPE = 12
 
 
-def make_object(table):
-    """Surfels of an object table: made or read, placed, thinned, painted."""
+@dataclass(frozen=True)
+class Source:
+    """An [[object]], read and checked, of which it can still be chosen how many surfels it comes in.
+
+    count: as the file says; from `fewest` to `most` can be had, without the backs of two_sided, which make
+    `sides` 2. make(n) gives the Surfels.
+    """
+
+    count: int
+    fewest: int
+    most: int
+    sides: int
+    make: Callable
+
+
+def open_object(table):
+    """The Source of an object table; what is fixed, patches and files, is read here."""
     transform = table.call(
         make_transform,
         table.get("scale", 1.0),
@@ -27,27 +47,64 @@ def make_object(table):
         raise table.error("file", "wanted either file or shape")
     shape = None if file is not None else table.choice("shape", SHAPES)
     kind = table.choice("kind", ("surfels", "mesh"), "mesh" if shape in _MESHES else "surfels")
-
-    side = None
-    if shape in _POINTS and kind == "surfels":
-        surfels = transform.surfels(table.call(_POINTS[shape], **_shape_arguments(table, _POINTS[shape], seed)))
-    else:
-        mesh, side = _mesh(table, shape, file, kind)
-        if mesh is None:
-            surfels = transform.surfels(_read(table, file))
-        else:
-            surfels, side = _from_mesh(table, (transform.points(mesh[0]), *mesh[1:]), side, kind, seed)
-    thin = table.get("thin")
-    if thin is not None:
-        n = table.call(_check.count, "thin", thin, 2)
-        if n > len(surfels):
-            raise table.error("thin", only_so_many(len(surfels), n))
-        surfels = table.call(surfels.thinned, n, seed)
-        side = None  # points no longer know their face
-    surfels = _painted(table, surfels, shape, side)
+    orient = table.call(_check.flag, "orient", table.get("orient", False))
     two_sided = table.call(_check.flag, "two_sided", table.get("two_sided", False))
+    thin = table.get("thin")
+    for key in ("reflectance", "emission", *(("walls",) if shape in ("box", "room") else ())):
+        table.get(key)
+
+    count, fewest, most, create = _created(table, transform, shape, file, kind, seed)
     table.no_more_keys()
-    return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
+
+    thinned = create
+    if thin is not None:
+        most, thin = count, table.call(_check.count, "thin", thin, 2)
+        if thin > most:
+            raise table.error("thin", only_so_many(most, thin))
+    elif file is not None and fewest == most and kind == "surfels":
+        thin, most = count, count  # a cloud from a file can be thinned, though nobody asks for it
+    if thin is not None:
+        asked, all_of_them, count, fewest = "thin" in table, count, thin, 2
+
+        def thinned(n):
+            surfels, side = create(all_of_them)
+            if n == all_of_them and not asked:
+                return surfels, side
+            return table.call(surfels.thinned, n, seed), None  # points no longer know their face
+
+    def make(n):
+        surfels, side = thinned(n)
+        if orient:
+            surfels = table.call(_turned_outwards, surfels)
+        surfels = _painted(table, surfels, shape, side)
+        return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
+
+    return Source(count, min(fewest, count), most, 2 if two_sided else 1, make)
+
+
+def _created(table, transform, shape, file, kind, seed):
+    """(count, fewest, most, n -> (Surfels in place, side of each or None)) of an object before it is thinned."""
+    if shape in _POINTS and kind == "surfels":
+        function = _POINTS[shape]
+        arguments = _shape_arguments(table, function, seed)
+        points = arguments.pop("points", inspect.signature(function).parameters["points"].default)
+        points = table.call(_check.count, "points", points, _FEWEST_ON_A_SHAPE, shapes.MOST_SURFELS)
+        return (
+            points,
+            _FEWEST_ON_A_SHAPE,
+            shapes.MOST_SURFELS,
+            lambda n: (transform.surfels(table.call(function, points=n, **arguments)), None),
+        )
+    mesh, side = _mesh(table, shape, file, kind)
+    if mesh is None:
+        surfels = transform.surfels(_read(table, file))
+        return len(surfels), len(surfels), len(surfels), lambda _: (surfels, None)
+    polygons = (transform.points(mesh[0]), *mesh[1:])
+    if kind == "surfels":
+        points = table.call(_check.count, "points", table.get("points"), 2, shapes.MOST_SURFELS)
+        return points, 2, shapes.MOST_SURFELS, lambda n: (_sampled(table, polygons, n, seed), None)
+    patches = _patches(table, polygons, side)
+    return len(patches[0]), len(patches[0]), len(patches[0]), lambda _: patches
 
 
 def _shape_arguments(table, function, seed):
@@ -95,12 +152,14 @@ def _read(table, file):
     return table.call(read, file)
 
 
-def _from_mesh(table, polygons, side, kind, seed):
-    """Surfels of polygons, and the side that each lies on where the faces have one."""
-    if kind == "surfels":
-        n = table.call(_check.count, "points", table.get("points"), 2, shapes.MOST_SURFELS)
-        half, dark = np.full((n, 3), 0.5), np.zeros((n, 3))
-        return table.call(sampled_surfels, polygons, n, seed, half, dark), None
+def _sampled(table, polygons, n, seed):
+    """Points on polygons."""
+    half, dark = np.full((n, 3), 0.5), np.zeros((n, 3))
+    return table.call(sampled_surfels, polygons, n, seed, half, dark)
+
+
+def _patches(table, polygons, side):
+    """Patches of polygons, and the side that each lies on where the faces have one."""
     patch_area = table.get("patch_area")
     if patch_area is not None:
         patch_area = table.call(_check.number, "patch_area", patch_area, 0.0, low_open=True)
@@ -108,6 +167,21 @@ def _from_mesh(table, polygons, side, kind, seed):
     half, dark = np.full((faces, 3), 0.5), np.zeros((faces, 3))
     surfels, face = table.call(surfels_of_patches, polygons, patch_area, half, dark)
     return surfels, None if side is None else side[face]
+
+
+def _turned_outwards(surfels):
+    """The surfels with patches that point inwards turned round; disks reach anew over what was a border."""
+    inward = inward_patches(surfels) > 0
+    if not inward.any():
+        return surfels
+    s = surfels.flipped(inward)
+    if len(s.triangles):
+        return s
+    # Outliers stay as small as they were made.
+    radii = np.minimum(estimated_radii(s.points, s.normals), s.radii.max())
+    return Surfels._from_core(
+        _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, s.triangles, s.triangle_surfel)
+    )
 
 
 def _painted(table, s, shape, side):

@@ -265,11 +265,13 @@ class Surfels:
         Raises:
             ValueError: n out of range.
         """
+        from surflux.areas import surface_area
+
         n = _check.count("n", n, 2, 2**63 - 1)
         seed = _check.seed("seed", seed)
         if n > len(self):
             raise ValueError(f"n: {only_so_many(len(self), n)}")
-        area = self._total_area()
+        area = surface_area(self)
         kept = np.arange(n)
         if n < len(self):
             kept = np.sort(_core.eliminate_samples(self.points, n, area, seed))
@@ -279,11 +281,6 @@ class Surfels:
         radii = np.minimum(estimated_radii(points, normals), largest)
         core = _make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
         return Surfels._from_core(core)
-
-    def _total_area(self):
-        from surflux.areas import effective_areas
-
-        return float((self.areas if self.areas is not None else effective_areas(self)).sum())
 
     def save(self, path):
         """Writes a binary PLY from which read() gives the surfels back, triangles included.
@@ -384,7 +381,7 @@ def sampled_surfels(polygons, n, seed, reflectance, emission):
     """n blue-noise surfels on checked polygons, with reflectance and emission (n, 3)."""
     from surflux.patches import make_patches
 
-    patches = make_patches(*polygons)
+    patches = make_patches(*polygons, paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
     points = np.ascontiguousarray(points[kept])

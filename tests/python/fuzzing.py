@@ -92,6 +92,7 @@ def damaged_scene(tables, seed):
             names = [
                 "points",
                 "thin",
+                "orient",
                 "kind",
                 "patch_area",
                 "walls",

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 import surflux as sf
+from surflux import areas, shapes
 from surflux import bench_clouds as clouds
 
 
@@ -183,3 +184,14 @@ def test_statues(scans, name, within):
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     cloud = sf.read(path)
     assert sf.effective_areas(cloud).sum() == pytest.approx(area, rel=within)
+
+
+def test_the_area_of_very_many_surfels_is_told_from_some(monkeypatch):
+    ball = shapes.sphere(4000)
+    whole = areas.surface_area(ball)
+    assert whole == sf.effective_areas(ball).sum()
+    monkeypatch.setattr(areas, "_ENOUGH", 1000)
+    assert areas.surface_area(ball) == pytest.approx(whole, rel=0.03)
+    assert areas.surface_area(ball) != whole
+    ball.areas = 0.5
+    assert areas.surface_area(ball) == 2000.0

@@ -75,7 +75,10 @@ def test_errors_are_relative_by_area_and_without_the_noise_of_the_reference():
     found = errors_against(truth, value, truth.indirect)
     assert found["error"] == pytest.approx(np.sqrt((199 * 0.01 + 25.0) / (200 * 25.0)))
     assert found["percentile_99"] == pytest.approx(0.02)
-    assert (found["indirect"], found["reference"]) == (0.0, 0.0)
+    assert (found["indirect"], found["reference"], found["percentile_99_indirect"]) == (0.0, 0.0, 0.0)
+    found = errors_against(truth, truth.total, value)
+    assert found["percentile_99"] == 0.0
+    assert found["percentile_99_indirect"] > 0.01
 
     noisy = SimpleNamespace(total=value, indirect=value, total_error=np.full((200, 3), 0.5), indirect_error=0 * value)
     noise = np.random.default_rng(1).normal(scale=0.5, size=value.shape)
@@ -114,7 +117,7 @@ def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
 def test_two_bunnies_as_polygons(scans):
     built = bench_scenes.build("two bunnies", 0.1)
     assert len(built.polygons().surfels) > 137_000  # the bunnies' own faces
-    assert len(built.scene.surfels) == 6 * 4 + 2 * 40
+    assert len(built.scene.surfels) == 6 * 4 + 2 * 348  # of 34 834 each
 
 
 def test_scenes_with_other_lights_have_no_polygons():

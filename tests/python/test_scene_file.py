@@ -189,6 +189,7 @@ WRONG = [
     (FLOOR + "emission = -1", r"\(object 1, emission\): wanted values at least 0, got -1"),
     (FLOOR + "two_sided = 1", r"\(object 1, two_sided\): wanted True or False, got 1"),
     (FLOOR + "seed = -1", r"\(object 1, seed\): wanted a whole number from 0"),
+    (FLOOR + "orient = 1", r"\(object 1, orient\): wanted True or False, got 1"),
     (FLOOR + "thin = 0", r"\(object 1, thin\): wanted a whole number from 2"),
     (FLOOR + "thin = 17", r"\(object 1, thin\): wanted at most 16, for there are only 16 surfels; got 17"),
     (FLOOR + 'reflectance = {pattern = "plaid"}', r'\(object 1, reflectance, pattern\): wanted one of "marble"'),
@@ -297,7 +298,8 @@ def test_statues_need_no_outside_data():
 @pytest.mark.scans
 def test_two_bunnies_stand_in_the_room():
     assert "SURFLUX_DATA" in os.environ
-    scene = sf.load_scene(DATA / "two_bunnies.toml")
+    assert [len(s) for s in sf.load_scene(DATA / "two_bunnies.toml").objects] == [2400, 34834, 34834]
+    scene = sf.load_scene(DATA / "two_bunnies.toml", surfels=10_400)
     room, marble, leopard = scene.objects
     assert len(room) == 2400
     assert len(scene.lights) == 4
