@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/span.h"
 #include "surflux/radiosity/gathering.h"
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/solution/interpolation.h"
@@ -32,6 +33,10 @@ public:
 
     // `x` holds the start and the result.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
+    // The weights of the nodes at a leaf.
+    Span<Interpolation::Weight> weights(std::uint32_t leaf) const {
+        return {weights_.data() + begin_[leaf], weights_.data() + begin_[leaf + 1]};
+    }
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
     // What all nodes send, for x as it is.

@@ -25,22 +25,21 @@ struct Gathering::Shot {
 };
 
 Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
-                     const LightSampler& skies, const Options& options)
+                     const LightSampler& skies, std::uint64_t seed)
     : scene_(scene),
       tracer_(tracer),
       tree_(tree),
       emitters_(emitters),
       skies_(skies),
-      options_(options),
+      seed_(seed),
       points_(scene.surfels),
       contact_(contact_distance(bounds_of(scene.surfels))) {}
 
-void Gathering::shoot(const Place& receiver, Shot& out) const {
+void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     const Surfels& s = scene_.surfels;
     const Frame frame = frame_around(receiver.normal);
     const bool extends = points_.extends(receiver);
-    const int count = options_.rays;
-    EvenPoints even(extends ? 4 : 2, options_.seed + ray_stream, stream_of(receiver));
+    EvenPoints even(extends ? 4 : 2, seed_ + ray_stream, stream_of(receiver));
     out.rays.clear();
     for (int k = 0; k < count; ++k) {
         const double* u = even.next();
@@ -77,9 +76,10 @@ void Gathering::shoot(const Place& receiver, Shot& out) const {
             continue;
         }
         if (!emitters_.empty()) add(out.lamps, emitters_.found(ray.from.position, frame.n, ray.direction, hit));
-        // The cone that this ray stands for has pi / (count cos) of solid angle.
+        // The cone that this ray stands for has pi / (count cos) of solid angle. Half its width: what a group hides of
+        // itself is darker than what of it is seen, so that larger ones send too little.
         const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
-                                                  hit.distance / std::sqrt(count * cosine));
+                                                  0.5 * hit.distance / std::sqrt(count * cosine));
         out.links.push_back({sender, static_cast<std::uint16_t>(k % 2 == 0), static_cast<std::uint16_t>(k % 2),
                              static_cast<float>(u), static_cast<float>(v)});
     }
@@ -105,7 +105,7 @@ void Gathering::shoot(const Place& receiver, Shot& out) const {
     out.row.closeness = static_cast<float>(closeness / count);
 }
 
-void Gathering::add(const std::vector<Place>& receivers, const Progress& progress) {
+void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress) {
     // Blocks keep their own links, and are put together in their order.
     constexpr std::size_t grain = 16;
     struct Block {
@@ -122,7 +122,7 @@ void Gathering::add(const std::vector<Place>& receivers, const Progress& progres
             Block& block = blocks[begin / grain];
             Shot shot;
             for (std::size_t k = begin; k < end; ++k) {
-                shoot(receivers[k], shot);
+                shoot(receivers[k], counts[k], shot);
                 shot.row.begin = block.links.size();
                 block.links.insert(block.links.end(), shot.links.begin(), shot.links.end());
                 shot.row.end = block.links.size();

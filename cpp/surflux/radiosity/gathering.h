@@ -32,18 +32,13 @@ public:
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
     };
-    struct Options {
-        int rays = 256;
-        std::uint64_t seed = 0;
-    };
-
     // Emission of `emitters` is in no link: rays pick it up here, in balance with those that are aimed at them
     // (lights/aimed.h); the sky likewise.
     Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
-              const LightSampler& skies, const Options& options);
+              const LightSampler& skies, std::uint64_t seed);
 
-    // Shoots the rays of more receivers; `number` of each is where its random numbers come from.
-    void add(const std::vector<Place>& receivers, const Progress& progress = {});
+    // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
+    void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
 
     std::size_t size() const { return rows_.size(); }
     const Place& place(std::size_t row) const { return places_[row]; }
@@ -64,13 +59,13 @@ public:
 
 private:
     struct Shot;
-    void shoot(const Place& receiver, Shot& out) const;
+    void shoot(const Place& receiver, int count, Shot& out) const;
 
     const Scene& scene_;
     const Tracer& tracer_;
     const SurfelTree& tree_;
     const LightSampler &emitters_, &skies_;
-    Options options_;
+    std::uint64_t seed_;
     SurfelPoints points_;
     double contact_;
     std::vector<Place> places_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -16,8 +17,14 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t first_nodes = 200;
-constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6, indirect_insertions = 2;
+constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6, indirect_insertions = 1;
 constexpr std::size_t tested_neighbors = 9;
+constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
+constexpr int probe_rays = 32;
+constexpr double probe_error = 0.08;  // of what they find, at least
+constexpr std::uint64_t probe_stream = 0x9706e;
+constexpr double rough_tolerance = 1e-2;  // of solutions that are refined
+constexpr double little = 1e-3;           // of the surface: not worth another iteration
 constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 bool is_grey(const std::vector<Rgb>& values) {
@@ -38,9 +45,13 @@ public:
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
           tree_(scene, build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, stage("hierarchy")),
                 leaves_allowed(scene, options.insert, options.max_surfels)),
-          gathering_(scene, tracer, tree_, emitters_, skies_, {options.rays, options.seed}),
+          gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
+          probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
           insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
+        double squared = 0.0, total = 0.0;
+        for (double area : scene.surfels.areas) squared += area * area, total += area;
+        usual_area_ = usual_share * squared / total;
         watch_.lap("hierarchy");
         sources_.update(stage("direct"));
         watch_.lap("direct");
@@ -56,9 +67,16 @@ public:
         solve_on_nodes(0);
         if (options_.insert && insert_for_sources()) solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
-            const std::size_t refined = replace(nodes_to_replace());
-            if (refined == 0) break;
-            solve_on_nodes(refined);
+            const std::vector<char> chosen = nodes_to_replace();
+            double area = 0.0, total = 0.0;
+            for (std::size_t k = 0; k < chosen.size(); ++k) {
+                const double of_node = tree_.area(cut_.nodes[k]);
+                area += chosen[k] ? of_node : 0.0;
+                total += of_node;
+            }
+            if (!(area > 0.0)) break;
+            solve_on_nodes(replace(chosen));
+            if (area < little * total) break;
         }
         solve_smoothly();
         for (int round = 0; options_.insert && round < indirect_insertions && insert_for_indirect(); ++round)
@@ -84,10 +102,19 @@ private:
         }
     };
 
+    // The error of all is least for given rays where they go by the root of the area.
+    int rays_of(std::uint32_t node) const {
+        const double share = std::sqrt(tree_.area(node) / usual_area_);
+        int rays = options_.rays;
+        for (double least = 0.7; share < least && rays > std::max(16, options_.rays / 4); least *= 0.5) rays /= 2;
+        return rays;
+    }
+
     // Rays of nodes that have none yet. Those of nodes that stay, and of the surfels that stand for a group and then
     // for themselves, are kept.
     void shoot() {
         std::vector<Place> fresh;
+        std::vector<int> counts;
         cut_.rows.resize(cut_.nodes.size());
         row_of_.resize(tree_.points(), none);
         for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
@@ -95,17 +122,18 @@ private:
             if (row_of_[p] == none) {
                 row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
                 fresh.push_back(LitPoints::place(tree_, p));
+                counts.push_back(rays_of(cut_.nodes[k]));
             }
             cut_.rows[k] = row_of_[p];
         }
-        gathering_.add(fresh, stage("gathering"));
+        gathering_.add(fresh, counts, stage("gathering"));
         watch_.lap("gathering");
     }
 
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(system_->solve(options_.tolerance, most_applications, values_, stage("solve")), refined);
+        report(system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")), refined);
         watch_.lap("solve");
     }
 
@@ -141,7 +169,7 @@ private:
                                 {"refined", static_cast<double>(refined)},
                                 {"inserted", static_cast<double>(tree_.points() - scene_.surfels.size())},
                                 {"links", static_cast<double>(gathering_.links())},
-                                {"rays", static_cast<double>(gathering_.rays())},
+                                {"rays", static_cast<double>(gathering_.rays() + probes_.rays())},
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
@@ -162,7 +190,7 @@ private:
         return tree_.leaves() > before;
     }
 
-    // Where the whole field is not what the leaves around say. A leaf that is a node itself has nodes for children.
+    // Where the whole field is not what the leaves around say.
     bool insert_for_indirect() {
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
@@ -171,11 +199,16 @@ private:
         };
         if (!insertion_.refine(all, wanted)) return false;
         sources_.update();
-        std::vector<char> opened(cut_.nodes.size(), 0);
-        for (std::size_t k = 0; k < cut_.nodes.size(); ++k)
-            opened[k] = tree_.is_point(cut_.nodes[k]) && !tree_.is_leaf(cut_.nodes[k]) &&
-                        tree_.first_child(cut_.nodes[k]) >= first;
-        replace(opened);
+        // Nodes on both sides of what changes, or the finer side would have all the say between them.
+        for (bool any = true; any;) {
+            find_places();
+            std::vector<char> opened(cut_.nodes.size(), 0);
+            for (std::uint32_t point = first; point < tree_.points(); ++point) {
+                const std::uint32_t k = cut_.place_of[point];
+                if (k != none && !tree_.is_leaf(cut_.nodes[k])) opened[k] = 1;
+            }
+            any = replace(opened) > 0;
+        }
         watch_.lap("insertion");
         shoot();
         return true;
@@ -189,6 +222,7 @@ private:
     }
 
     std::vector<char> nodes_to_replace() {
+        probe();
         const Nodes at(*this);
         const Interpolation nodes(at.positions, at.normals, at.objects);
         const double wanted = options_.zeta * reference_;
@@ -205,7 +239,6 @@ private:
                 // fields are interpolated, by the square of it.
                 const double own = value(k);
                 const double reach = std::sqrt(area / pi) * gathering_.row(cut_.rows[k]).closeness;
-                const double close_by = own * reach * reach;
                 // What the nodes around would say here (D04 eq. 11, but for what is a slope).
                 nodes.nearest(at.positions[k], at.normals[k], at.objects[k], tested_neighbors, near);
                 double around = 0.0, sum = 0.0;
@@ -216,7 +249,9 @@ private:
                     around += root * root * value(other.site);
                     sum += root * root;
                 }
-                const double off = sum > 0.0 ? std::abs(own - around / sum) - sure * spread : own;
+                around = sum > 0.0 ? around / sum : 0.0;
+                const double close_by = std::max(own, around) * reach * reach;
+                const double off = std::max(std::abs(own - around), probed_off(k, nodes, value)) - sure * spread;
                 out[k] = std::max(close_by, off) > wanted;
                 const double left = 0.25 * std::max(0.0, off);  // of it, with nodes on all sides
                 squared[k] += area * left * left;
@@ -226,6 +261,46 @@ private:
         for (std::size_t k = 0; k < squared.size(); ++k) sum += squared[k], total += tree_.area(cut_.nodes[k]);
         out_.history.back().emplace_back("error", std::sqrt(sum / total) / reference_);
         return out;
+    }
+
+    // By how much the field is off at another surfel of the node, as far as a few rays can tell.
+    template <class Value>
+    double probed_off(std::size_t k, const Interpolation& nodes, const Value& value) const {
+        const std::uint32_t row = probe_of_.at(cut_.nodes[k]);
+        const Place& at = probes_.place(row);
+        thread_local std::vector<Interpolation::Weight> weights;
+        nodes.at(at.position, at.normal, scene_.object[at.surfel], weights);
+        double said = 0.0;
+        for (const Interpolation::Weight& w : weights) said += w.weight * value(w.site);
+        double first[3], second[3];
+        probes_.gather_halves(row, *sent_, system_->channels(), first, second);
+        const double found = luminance(probes_.lamps()[row].value + probes_.sky()[row].value);
+        const double a = luminance(system_->unpack(first)), b = luminance(system_->unpack(second));
+        const double seen = found + 0.5 * (a + b), spread = std::max(0.5 * std::abs(a - b), probe_error * seen);
+        return std::abs(seen - said) - sure * spread;
+    }
+
+    // Probes of groups that have none yet: rays from a surfel of theirs drawn by chance.
+    void probe() {
+        std::vector<Place> fresh;
+        for (const std::uint32_t node : cut_.nodes) {
+            if (tree_.is_leaf(node) || probe_of_.count(node)) continue;
+            Random random(options_.seed + probe_stream, node);
+            std::uint32_t p = node;
+            while (!tree_.is_leaf(p)) {
+                double left = random.uniform() * tree_.area(p);
+                std::uint32_t next = p;
+                tree_.for_members(p, [&](std::uint32_t member) {
+                    if (left >= 0.0) next = member;
+                    left -= tree_.area(member);
+                });
+                p = next;
+            }
+            probe_of_[node] = static_cast<std::uint32_t>(probes_.size() + fresh.size());
+            fresh.push_back(LitPoints::place(tree_, p));
+        }
+        probes_.add(fresh, std::vector<int>(fresh.size(), probe_rays), stage("gathering"));
+        watch_.lap("gathering");
     }
 
     // Nodes give way to their members. How many did.
@@ -287,15 +362,17 @@ private:
     Stopwatch watch_;
     const LightSampler emitters_, skies_;
     SurfelTree tree_;
-    Gathering gathering_;
+    Gathering gathering_, probes_;
     Insertion insertion_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
+    std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;  // RMS of H
+    double reference_ = 0.0;   // RMS of H
+    double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
 };
 
@@ -323,11 +400,10 @@ void GlobalRefinement::write() {
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
     parallel_blocks(n, 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Interpolation::Weight> near;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t p = leaves[k];
             const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
-            field_->interpolation().at(at, normal, tree_.object(p), near);
+            const Span<Interpolation::Weight> near = system_->weights(p);
             out_.parents[k] = tree_.surfel(p);
             out_.direct[k] = sources_.from_lights(p) + field_->at(sky, at, normal, near);
             out_.irradiance[k] = out_.direct[k] + sources_.from_emitters(p) + field_->at(indirect, at, normal, near);

@@ -91,11 +91,8 @@ std::uint32_t SurfelTree::split(std::uint32_t leaf, const Child (&below)[childre
     return first;
 }
 
-SurfelTree::Piece SurfelTree::piece(std::uint32_t p) const {
-    if (p >= surfels_) {
-        const std::vector<Triangle>& cell = cells_[p - surfels_];
-        return {cell.data(), cell.data() + cell.size()};
-    }
+Span<Triangle> SurfelTree::piece(std::uint32_t p) const {
+    if (p >= surfels_) return cells_[p - surfels_];
     const Triangle* all = scene_.surfels.triangles.data();
     return {all + triangles_[p], all + triangles_[p + 1]};
 }
@@ -103,7 +100,7 @@ SurfelTree::Piece SurfelTree::piece(std::uint32_t p) const {
 void SurfelTree::share_patch(std::uint32_t parent) {
     Vec3 at[children];
     for (std::uint32_t k = 0; k < children; ++k) at[k] = position(child_[parent] + k);
-    const Piece whole = piece(parent);
+    const Span<Triangle> whole = piece(parent);
     std::vector<std::vector<Triangle>> cells = patch_cells(whole.begin(), whole.end(), at, children);
     double sum = 0.0, areas[children] = {};
     for (std::uint32_t k = 0; k < children; ++k) {

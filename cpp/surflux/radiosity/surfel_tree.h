@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "surflux/core/span.h"
 #include "surflux/radiosity/hierarchy.h"
 #include "surflux/scene/scene.h"
 
@@ -68,13 +69,7 @@ public:
     // Gives the children of a patch the parts of it that are nearest to each, and their areas.
     void share_patch(std::uint32_t parent);
     // The triangles of a patch, or of the part of one that an inserted point stands for; none of a disk.
-    struct Piece {
-        const Triangle *begin_, *end_;
-        const Triangle* begin() const { return begin_; }
-        const Triangle* end() const { return end_; }
-        bool empty() const { return begin_ == end_; }
-    };
-    Piece piece(std::uint32_t p) const;
+    Span<Triangle> piece(std::uint32_t p) const;
 
     // All leaves, those of one surfel after those of the one before.
     template <class Visit>

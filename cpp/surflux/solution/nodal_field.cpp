@@ -78,7 +78,7 @@ void NodalField::fit_slopes(Values& out) const {
 }
 
 Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
-                   const std::vector<Interpolation::Weight>& weights) const {
+                   Span<Interpolation::Weight> weights) const {
     Rgb sum, least = {1e300, 1e300, 1e300}, most;
     for (const Interpolation::Weight& w : weights) {
         const Vec3 d = point - positions_[w.site];

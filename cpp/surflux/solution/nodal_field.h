@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "surflux/core/span.h"
 #include "surflux/core/vec.h"
 #include "surflux/solution/interpolation.h"
 
@@ -38,7 +39,7 @@ public:
     // Of values that do not say how they turn.
     Values fit(const std::vector<Rgb>& values) const;
     Rgb at(const Values& field, const Vec3& point, const Vec3& normal,
-           const std::vector<Interpolation::Weight>& weights) const;
+           Span<Interpolation::Weight> weights) const;
 
 private:
     void fit_slopes(Values& field) const;
