@@ -40,6 +40,7 @@ PYBIND11_MODULE(_core, module) {
     bind_area(module);
     bind_trace(module);
     bind_reference(module);
+    bind_solution(module);
     bind_radiosity(module);
     bind_image(module);
     bind_render(module);

@@ -28,9 +28,16 @@ StageProgress to_stage_progress(const py::object& callable) {
     };
 }
 
-py::dict solve_scene(const Scene& scene, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
+py::dict solve_scene(const Scene& scene, const std::string& transport, double zeta, bool insert,
+                     std::size_t max_surfels, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
                      double max_memory, std::uint64_t seed, const py::object& progress) {
     SolveOptions options;
+    options.transport = transport == "pairs"  ? Transport::pairs
+                        : transport == "rays" ? Transport::rays
+                                              : Transport::automatic;
+    options.zeta = zeta;
+    options.insert = insert;
+    options.max_surfels = max_surfels;
     options.tolerance = tolerance;
     options.rays = rays;
     options.direct = {probes, shadow_rays};
@@ -95,8 +102,10 @@ py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsi
 }  // namespace
 
 void bind_radiosity(py::module_& module) {
+    module.attr("PAIRS_UP_TO") = SolveOptions{}.pairs_up_to;
     module.def("require_memory_for_pairs", &require_memory_for_pairs, py::arg("surfels"), py::arg("limit"));
-    module.def("solve", &solve_scene, py::arg("scene"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
+    module.def("solve", &solve_scene, py::arg("scene"), py::arg("transport"), py::arg("zeta"),
+               py::arg("insert"), py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
                py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
                py::arg("progress") = py::none());
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),

@@ -14,6 +14,7 @@ import surflux as sf
 from surflux import _check
 from surflux.camera import framing
 from surflux.cli_options import command_line
+from surflux.solve_options import TRANSPORTS
 
 # A solver of all pairs takes n^2 / 2 exchanges: a scan goes in by this many of its points.
 CLOUD_LIMIT = 10_000
@@ -65,6 +66,7 @@ def _check_options(options):
         "tolerance": lambda name, value: _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
         "pick": lambda name, value: _check.count(name, value, 0),
         "zeta": lambda name, value: _check.number(name, value, 0.0, low_open=True),
+        "transport": lambda name, value: _check.choice(name, value, TRANSPORTS),
     }
     for name, check in checks.items():
         if name in given:
@@ -88,7 +90,9 @@ def _solve(options):
     images = options.image or [_default_image(_solve_output(options))]
     _check_images(images)
     scene = _scene_to_solve(options)
-    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "seed", "threads")}
+    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "transport", "seed", "threads")}
+    if options.no_insert:
+        given["insert"] = False
     settings = scene.solve_options | {name: value for name, value in given.items() if value is not None}
     camera = _camera(options, scene.surfels, scene.camera)
     solution = sf.solve(scene, **settings, progress=True)

@@ -6,6 +6,7 @@ import os
 import numpy as np
 
 from surflux import _check, _core
+from surflux._passes import thread_limit
 from surflux.camera import Camera, framing
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
@@ -17,22 +18,26 @@ class Solution:
     """What a solver found. Arrays are read-only and go by the rows of `surfels`.
 
     Attributes:
-        surfels: Surfels of the solution, with areas.
+        surfels: Surfels of the solution, with areas: the scene's, and those inserted in place of some of them.
         parents: (n,) index of each surfel in scene.surfels.
         objects: (n,) index of the object in scene.objects that each surfel belongs to.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
-        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk.
+        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk, at the
+            place of an inserted surfel.
         direct: (n, 3) the part of H that comes from lights and Environments.
-        error: the solver's own estimate of the relative RMS error of H: fresh rays from 1000 surfels gather light
-            anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light is off
-            by at those surfels is not in it; NaN where it was not estimated.
+        error: the solver's own estimate of the relative RMS error of H: fresh rays from 400 to 1000 surfels gather
+            light anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light
+            is off by at those surfels is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
-        history: list of dicts, the figures of each iteration: surfels, links (pairs that exchange light), rays,
+        history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
+            (nodes that gave way to get there), inserted (all that ever were, split ones included), links (pairs of a
+            node and what it gathers from, or of surfels), rays, channels (1 where all is grey), applications of the
+            operator, residual, error (an estimate from the noise of the rays and from what neighbours say; at the end
+            that of `error`), power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all
+            channels added up; a grey scene has its one three times), seconds up to then. With all pairs also
             largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
-            largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it),
-            closure_applications, channels (1 where all is grey), applications of the operator, residual, error,
-            power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all channels added up; a
-            grey scene has its one three times), seconds.
+            largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it), short_rows and
+            closure_applications.
         camera: Camera from which the scene wants to be seen, or None.
     """
 
@@ -50,6 +55,7 @@ class Solution:
         history=(),
         lamps=(),
         camera=None,
+        scene=None,
     ):
         self.surfels = surfels
         self.parents = _frozen(parents)
@@ -62,10 +68,53 @@ class Solution:
         self.history = list(history)
         self.camera = camera
         self._lamps = list(lamps)
+        self._scene = scene
+        self._field = None
 
     def __repr__(self):
         surfels, seconds = _check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
         return f"Solution({surfels}, error {self.error:.2g}, {seconds:.3g} s)"
+
+    def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None):
+        """Irradiance H at any points of the surface.
+
+        Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
+        about the same way: direct light and all else each by itself.
+
+        Args:
+            points: (m, 3).
+            normals: (m, 3), of any length but 0.
+            direct: "interpolated", or "traced": direct light by rays from each point, which is slower and has sharp
+                shadows everywhere. Needs the scene, which a file does not hold.
+            seed: of the rays.
+            threads: at most this many; None for all.
+
+        Returns:
+            (m, 3) float64, in the unit of the lights (W/m2).
+
+        Raises:
+            ValueError: an argument, by name; "traced" of a solution that was loaded from a file.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
+        [[3.1416 3.1416 3.1416]]
+        """
+        points = _check.finite_array("points", points, (None, 3))
+        normals = _check.unit_vectors("normals", _check.finite_array("normals", normals, (len(points), 3)))
+        _check.choice("direct", direct, ("interpolated", "traced"))
+        if direct == "traced" and self._scene is None:
+            raise ValueError("direct: wanted \"interpolated\", for a solution from a file has no scene to trace rays in")
+        seed = _check.seed("seed", seed)
+        with thread_limit(threads):
+            if self._field is None:
+                self._field = _core.Field(self.surfels._core, self.objects)
+            others = self._field.at(self.irradiance - self.direct, points, normals)
+            if direct == "interpolated":
+                return np.asarray(others + self._field.at(self.direct, points, normals))
+            core = self._scene._to_core_without_areas()
+            return np.asarray(others + _core.direct_at(core, points, normals, 16, 64, 256, seed))
 
     def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
@@ -148,9 +197,11 @@ class Solution:
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).
 
-        "level" counts from 0, the finest of the hierarchy; this version solves on that one alone.
+        "level" counts from 0, the scene's own surfels; -1 and -2 are those inserted below them.
         """
-        level = np.zeros(len(self.surfels))
+        count = np.bincount(self.parents)[self.parents]
+        areas = np.bincount(self.parents, self.surfels.areas)[self.parents]
+        level = np.where(count > 1, np.round(np.log(self.surfels.areas / areas) / np.log(4.0)), 0.0)
         return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": level}
 
     def save(self, path):

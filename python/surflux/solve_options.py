@@ -15,13 +15,25 @@ def _share(name, value):
     return _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True)
 
 
+def most_surfels(max_surfels, insert, count):
+    """max_surfels for a scene of `count` surfels, 0 for None."""
+    if max_surfels is None:
+        return 0
+    if insert and _check.count("max_surfels", max_surfels) < count:
+        raise ValueError(f"max_surfels: wanted at least the {count} surfels of the scene, got {max_surfels}")
+    return max_surfels
+
+
+TRANSPORTS = ("auto", "pairs", "rays")
+
 # Every keyword of solve() but threads and progress, which belong to a run and not to a scene.
 _CHECKS = {
+    "transport": lambda name, value: _check.choice(name, value, TRANSPORTS),
     "zeta": lambda name, value: _check.number(name, value, 0.0, low_open=True),
     "insert": _check.flag,
     "tolerance": _share,
     "max_surfels": _count_or_none,
-    "rays": lambda name, value: _check.count(name, value, 16),
+    "rays": lambda name, value: _check.count(name, value, 16, 65535),
     "probes": _check.count,
     "shadow_rays": _check.count,
     "epsilon": _share,

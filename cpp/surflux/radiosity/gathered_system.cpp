@@ -5,7 +5,7 @@
 
 namespace surflux {
 
-GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const Sources& sources,
+GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
                                bool emitters_apart, std::size_t channels)
     : tree_(tree),
       gathering_(gathering),

@@ -5,17 +5,11 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/gathering.h"
+#include "surflux/radiosity/lit_points.h"
 #include "surflux/solution/interpolation.h"
 #include "surflux/solution/linear.h"
 
 namespace surflux {
-
-// Irradiance of the points of a tree that needs no solving: from lights, and by rays aimed at emitters and at the sky.
-// By point; those that were split have what they had.
-struct Sources {
-    std::vector<Rgb> lights, emitters, sky;
-    Rgb operator[](std::size_t p) const { return lights[p] + emitters[p] + sky[p]; }
-};
 
 // The nodes that light is solved for: each leaf of the tree is below one of them, or is one.
 struct Cut {
@@ -29,7 +23,7 @@ struct Cut {
 // gathering, from whatever node of the tree each ray met.
 class GatheredSystem {
 public:
-    GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const Sources& sources, bool emitters_apart,
+    GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources, bool emitters_apart,
                    std::size_t channels);
 
     // Each leaf takes the value of its node; or that of the nodes around by the weights of an interpolation.
@@ -55,7 +49,7 @@ private:
 
     const SurfelTree& tree_;
     const Gathering& gathering_;
-    const Sources& sources_;
+    const LitPoints& sources_;
     const bool emitters_apart_;
     const std::size_t channels_;
     const Cut* cut_ = nullptr;

@@ -10,15 +10,10 @@
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/scene/scene.h"
+#include "surflux/solution/nodal_field.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
-
-// Irradiance at a place for normals around its own: n' . (value n + u frame.u + v frame.v), which is exact as far as
-// nothing rises above the horizon by the tilt.
-struct TiltedRgb {
-    Rgb value, u, v;
-};
 
 // The operator of light, as rays find it: for each receiver a row of links, each the share of its cosine-weighted
 // hemisphere that a sender fills; with what escapes and what back faces absorb it makes 1. A ray's sender is the largest

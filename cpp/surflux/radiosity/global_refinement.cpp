@@ -5,10 +5,10 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/aimed.h"
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
-#include "surflux/radiosity/nodal_field.h"
+#include "surflux/radiosity/lit_points.h"
+#include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
@@ -18,19 +18,10 @@ namespace {
 constexpr std::size_t first_nodes = 200;
 constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6, indirect_insertions = 2;
 constexpr std::size_t tested_neighbors = 9;
-constexpr double smallest_share = 0.125;  // of the RMS radius of surfels, by area: no child is smaller
-constexpr double sure = 2.0;              // standard errors that a difference must be beyond
-
-double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 bool is_grey(const std::vector<Rgb>& values) {
     return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
-
-double smallest_radius(const Surfels& s) {
-    double sum = 0.0, area = 0.0;
-    for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * s.radii[i] * s.radii[i], area += s.areas[i];
-    return smallest_share * std::sqrt(sum / area);
 }
 
 class GlobalRefinement {
@@ -46,14 +37,15 @@ public:
           emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
           tree_(scene, build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, stage("hierarchy")),
-                room()),
+                leaves_allowed(scene, options.insert, options.max_surfels)),
           gathering_(scene, tracer, tree_, emitters_, skies_, {options.rays, options.seed}),
-          insertion_(scene, tree_, {0.3, 5, smallest_radius(scene.surfels)}) {
+          insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
+          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
         watch_.lap("hierarchy");
-        light_up(places_of(scene.surfels), stage("direct"));
+        sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) &&
-                          is_grey(sources_.lights) && is_grey(sources_.sky) && skies_.empty();
+                          sources_.is_grey() && grey_skies();
         system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3);
     }
 
@@ -78,29 +70,19 @@ private:
     static constexpr std::uint32_t none = SurfelTree::none;
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
-    std::size_t room() const {
-        if (!options_.insert) return scene_.surfels.size();
-        return options_.max_surfels > 0 ? options_.max_surfels : 2 * scene_.surfels.size();
-    }
-
-    // Sources of more points.
-    void light_up(const std::vector<Place>& places, const Progress& progress) {
-        const auto append = [](std::vector<Rgb>& to, const std::vector<Rgb>& more) {
-            to.insert(to.end(), more.begin(), more.end());
-        };
-        std::vector<Rgb> errors;
-        append(sources_.lights,
-               direct_irradiance(scene_, tracer_, places, options_.direct, options_.seed, progress, &errors));
-        for (const Rgb& error : errors) noise_.push_back(luminance(error));
-        append(sources_.emitters,
-               aimed_irradiance(scene_, tracer_, emitters_, places, options_.direct, options_.seed, progress));
-        append(sources_.sky,
-               aimed_irradiance(scene_, tracer_, skies_, places, options_.direct, options_.seed + 1, progress));
-    }
-
-    Place place(std::uint32_t point) const {
-        return {tree_.position(point), tree_.normal(point), tree_.surfel(point), !tree_.is_inserted(point)};
-    }
+    // Where the nodes of the cut are.
+    struct Nodes {
+        std::vector<Vec3> positions, normals;
+        std::vector<std::uint32_t> objects;
+        explicit Nodes(const GlobalRefinement& of) {
+            for (std::uint32_t row : of.cut_.rows) {
+                const Place& place = of.gathering_.place(row);
+                positions.push_back(place.position);
+                normals.push_back(place.normal);
+                objects.push_back(of.scene_.object[place.surfel]);
+            }
+        }
+    };
 
     // Rays of nodes that have none yet. Those of nodes that stay, and of the surfels that stand for a group and then
     // for themselves, are kept.
@@ -112,7 +94,7 @@ private:
             const std::uint32_t p = tree_.representative(cut_.nodes[k]);
             if (row_of_[p] == none) {
                 row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
-                fresh.push_back(place(p));
+                fresh.push_back(LitPoints::place(tree_, p));
             }
             cut_.rows[k] = row_of_[p];
         }
@@ -124,18 +106,36 @@ private:
         shoot();
         system_->take_by_nodes(cut_);
         report(system_->solve(options_.tolerance, most_applications, values_, stage("solve")), refined);
-        double sum = 0.0, area = 0.0;
-        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
-            if (!tree_.is_leaf(p)) continue;
-            const double h = luminance(system_->irradiance(p, values_));
-            sum += tree_.area(p) * h * h;
-            area += tree_.area(p);
-        }
-        reference_ = std::sqrt(sum / area);
         watch_.lap("solve");
     }
 
+    bool grey_skies() const {
+        return std::all_of(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
+            const auto* sky = std::get_if<Environment>(&light);
+            return !sky || (sky->pixels.empty() && is_grey({sky->radiance}));
+        });
+    }
+
+    // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
+        sent_ = &system_->sent(values_);
+        Rgb entered, absorbed, escaped, backs;
+        double squared = 0.0, total = 0.0;
+        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+            if (!tree_.is_leaf(p)) continue;
+            const double area = tree_.area(p);
+            const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
+            const Rgb b = tree_.emission(p) + rho * h;
+            const std::uint32_t row = cut_.rows[cut_.place_of[p]];
+            entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
+            absorbed += area * (Rgb{1, 1, 1} - rho) * h;
+            escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
+            backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
+            squared += area * luminance(h) * luminance(h);
+            total += area;
+        }
+        reference_ = std::sqrt(squared / total);
+        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
                                 {"cut", static_cast<double>(cut_.nodes.size())},
                                 {"refined", static_cast<double>(refined)},
@@ -144,28 +144,19 @@ private:
                                 {"rays", static_cast<double>(gathering_.rays())},
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
-                                {"residual", linear.residual}});
-    }
-
-    // Lighting of what was inserted from `first` on.
-    void light_up_from(std::uint32_t first) {
-        std::vector<Place> places;
-        for (std::uint32_t p = first; p < tree_.points(); ++p) places.push_back(place(p));
-        light_up(places, {});
+                                {"residual", linear.residual},
+                                {"power_in", sum(entered)},
+                                {"power_absorbed", sum(absorbed)},
+                                {"power_escaped", sum(escaped)},
+                                {"power_into_backs", sum(backs)}});
     }
 
     // Borders of shadows, from what needs no solving.
     bool insert_for_sources() {
         const std::size_t before = tree_.leaves();
-        for (int round = 0; round < most_insertions; ++round) {
-            std::vector<double> values(tree_.points());
-            for (std::size_t p = 0; p < values.size(); ++p) values[p] = luminance(sources_[p]);
-            std::vector<double> wanted(values.size());
-            for (std::size_t p = 0; p < values.size(); ++p) wanted[p] = options_.zeta * reference_ + sure * noise_[p];
-            const std::uint32_t first = insertion_.refine(values, wanted);
-            if (first == tree_.points()) break;
-            light_up_from(first);
-        }
+        const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
+        const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
+        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round) sources_.update();
         find_places();
         watch_.lap("insertion");
         return tree_.leaves() > before;
@@ -173,15 +164,13 @@ private:
 
     // Where the whole field is not what the leaves around say. A leaf that is a node itself has nodes for children.
     bool insert_for_indirect() {
-        std::vector<double> values(tree_.points(), 0.0), wanted(tree_.points(), 0.0);
-        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
-            if (!tree_.is_leaf(p)) continue;
-            values[p] = luminance(system_->irradiance(p, values_));
-            wanted[p] = options_.zeta * reference_ + sure * std::hypot(noise_[p], noise(cut_.place_of[p]));
-        }
-        const std::uint32_t first = insertion_.refine(values, wanted);
-        if (first == tree_.points()) return false;
-        light_up_from(first);
+        const auto first = static_cast<std::uint32_t>(tree_.points());
+        const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
+        const auto wanted = [&](std::uint32_t p) {
+            return options_.zeta * reference_ + sure * std::hypot(sources_.noise(p), noise(cut_.place_of[p]));
+        };
+        if (!insertion_.refine(all, wanted)) return false;
+        sources_.update();
         std::vector<char> opened(cut_.nodes.size(), 0);
         for (std::size_t k = 0; k < cut_.nodes.size(); ++k)
             opened[k] = tree_.is_point(cut_.nodes[k]) && !tree_.is_leaf(cut_.nodes[k]) &&
@@ -200,32 +189,25 @@ private:
     }
 
     std::vector<char> nodes_to_replace() {
-        std::vector<Vec3> positions, normals;
-        std::vector<std::uint32_t> objects;
-        for (std::uint32_t row : cut_.rows) {
-            positions.push_back(gathering_.place(row).position);
-            normals.push_back(gathering_.place(row).normal);
-            objects.push_back(scene_.object[gathering_.place(row).surfel]);
-        }
-        const Interpolation nodes(positions, normals, objects);
-        sent_ = &system_->sent(values_);
+        const Nodes at(*this);
+        const Interpolation nodes(at.positions, at.normals, at.objects);
         const double wanted = options_.zeta * reference_;
         const auto value = [&](std::size_t k) { return luminance(system_->value(values_, k) + system_->found(k)); };
         std::vector<char> out(cut_.nodes.size(), 0);
+        std::vector<double> squared(cut_.nodes.size(), 0.0);
         parallel_blocks(cut_.nodes.size(), 64, [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             for (std::size_t k = from; k < to; ++k) {
+                const double area = tree_.area(cut_.nodes[k]), spread = noise(k);
+                squared[k] = area * spread * spread;
                 if (tree_.is_leaf(cut_.nodes[k])) continue;
                 // What is close changes the field within that distance (Ward and others 1988); to first order, by which
                 // fields are interpolated, by the square of it.
                 const double own = value(k);
-                const double reach = std::sqrt(tree_.area(cut_.nodes[k]) / pi) * gathering_.row(cut_.rows[k]).closeness;
-                if (own * reach * reach > wanted) {
-                    out[k] = 1;
-                    continue;
-                }
+                const double reach = std::sqrt(area / pi) * gathering_.row(cut_.rows[k]).closeness;
+                const double close_by = own * reach * reach;
                 // What the nodes around would say here (D04 eq. 11, but for what is a slope).
-                nodes.nearest(positions[k], normals[k], objects[k], tested_neighbors, near);
+                nodes.nearest(at.positions[k], at.normals[k], at.objects[k], tested_neighbors, near);
                 double around = 0.0, sum = 0.0;
                 const double h = near.empty() ? 0.0 : near.back().weight;
                 for (const Interpolation::Weight& other : near) {
@@ -234,9 +216,15 @@ private:
                     around += root * root * value(other.site);
                     sum += root * root;
                 }
-                out[k] = !(sum > 0.0) || std::abs(own - around / sum) - sure * noise(k) > wanted;
+                const double off = sum > 0.0 ? std::abs(own - around / sum) - sure * spread : own;
+                out[k] = std::max(close_by, off) > wanted;
+                const double left = 0.25 * std::max(0.0, off);  // of it, with nodes on all sides
+                squared[k] += area * left * left;
             }
         });
+        double sum = 0.0, total = 0.0;
+        for (std::size_t k = 0; k < squared.size(); ++k) sum += squared[k], total += tree_.area(cut_.nodes[k]);
+        out_.history.back().emplace_back("error", std::sqrt(sum / total) / reference_);
         return out;
     }
 
@@ -280,17 +268,12 @@ private:
 
     void solve_smoothly() {
         shoot();
-        std::vector<Place> places;
-        std::vector<std::uint32_t> objects;
-        for (std::uint32_t row : cut_.rows) {
-            places.push_back(gathering_.place(row));
-            objects.push_back(scene_.object[places.back().surfel]);
-        }
-        field_ = std::make_unique<NodalField>(std::move(places), std::move(objects));
+        Nodes nodes(*this);
+        field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
+                                              std::move(nodes.objects));
         system_->interpolate(cut_, field_->interpolation());
         watch_.lap("interpolation");
         report(system_->solve(options_.tolerance, most_applications, values_, stage("solve")), 0);
-        sent_ = &system_->sent(values_);
         watch_.lap("solve");
     }
 
@@ -306,14 +289,13 @@ private:
     SurfelTree tree_;
     Gathering gathering_;
     Insertion insertion_;
-    Sources sources_;
+    LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    std::vector<double> noise_;  // of the luminance of each point's sources
-    double reference_ = 0.0;     // RMS of H
+    double reference_ = 0.0;  // RMS of H
     std::unique_ptr<NodalField> field_;
 };
 
@@ -347,8 +329,8 @@ void GlobalRefinement::write() {
             const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
             field_->interpolation().at(at, normal, tree_.object(p), near);
             out_.parents[k] = tree_.surfel(p);
-            out_.direct[k] = sources_.lights[p] + sources_.sky[p] + field_->at(sky, at, normal, near);
-            out_.irradiance[k] = out_.direct[k] + sources_.emitters[p] + field_->at(indirect, at, normal, near);
+            out_.direct[k] = sources_.from_lights(p) + field_->at(sky, at, normal, near);
+            out_.irradiance[k] = out_.direct[k] + sources_.from_emitters(p) + field_->at(indirect, at, normal, near);
             out_.radiosity[k] = tree_.emission(p) + tree_.reflectance(p) * out_.irradiance[k];
         }
     });

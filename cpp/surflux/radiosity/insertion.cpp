@@ -13,11 +13,23 @@ namespace {
 
 constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
 constexpr std::size_t repelling = 12;
+constexpr double smallest_share = 0.125;
 constexpr double step = 0.3;    // of what the forces want, per round of repulsion
 constexpr double inside = 0.96; // of the way to the rim of a patch is as far as children go
 constexpr double farthest = 0.75;  // of the parent's radius is as far as they go from it
 
 }  // namespace
+
+double smallest_radius(const Surfels& s) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * s.radii[i] * s.radii[i], area += s.areas[i];
+    return smallest_share * std::sqrt(sum / area);
+}
+
+std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most) {
+    if (!insert) return scene.surfels.size();
+    return most > 0 ? most : 2 * scene.surfels.size();
+}
 
 // Leaves of the objects in which any may be split, and their neighbourhoods.
 struct Insertion::Leaves {
@@ -91,8 +103,10 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     }
 }
 
-std::uint32_t Insertion::refine(const std::vector<double>& values, const std::vector<double>& wanted) {
+bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     const Leaves leaves(*this);
+    std::vector<double> values(tree_.points(), 0.0);
+    parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
     parallel_blocks(leaves.points.size(), 128, [&](std::size_t begin, std::size_t end) {
         Neighborhood around;
@@ -104,7 +118,7 @@ std::uint32_t Insertion::refine(const std::vector<double>& values, const std::ve
     });
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k)
-        if (off[k] > wanted[leaves.points[k]]) chosen.push_back(k);
+        if (off[k] > 0.0 && off[k] > wanted(leaves.points[k])) chosen.push_back(k);
     const auto weight = [&](std::uint32_t k) { return off[k] * off[k] * tree_.area(leaves.points[k]); };
     std::stable_sort(chosen.begin(), chosen.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return weight(a) > weight(b); });
@@ -112,9 +126,9 @@ std::uint32_t Insertion::refine(const std::vector<double>& values, const std::ve
     return split(chosen, values);
 }
 
-std::uint32_t Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {
+bool Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {
     const auto first = static_cast<std::uint32_t>(tree_.points());
-    if (chosen.empty()) return first;
+    if (chosen.empty() || !tree_.has_room()) return false;
     const Leaves leaves(*this);
     std::vector<std::uint32_t> place(tree_.points(), SurfelTree::none);
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k) place[leaves.points[k]] = k;
@@ -154,7 +168,7 @@ std::uint32_t Insertion::split(const std::vector<std::uint32_t>& chosen, const s
     });
     for (std::size_t k = 0; k < chosen.size() && tree_.has_room(); ++k) tree_.split(chosen[k], families[k].children);
     repel(first);
-    return first;
+    return true;
 }
 
 // The point as far on the way from the centre as the patch reaches.

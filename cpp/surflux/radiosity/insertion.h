@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/radiosity/surfel_tree.h"
@@ -8,10 +9,15 @@
 namespace surflux {
 
 struct InsertionOptions {
-    double spread = 0.3;       // c of D04 7.2: children stand at (+-c R, +-c R) before they repel each other
-    int repulsion_rounds = 5;  // as often they move
     double least_radius = 0.0;  // no child is smaller
+    double spread = 0.3;        // c of D04 7.2: children stand at (+-c R, +-c R) before they repel each other
+    int repulsion_rounds = 5;   // as often they move
 };
+
+// The radius of the least children that are worth their while: an eighth of that of surfels, by area.
+double smallest_radius(const Surfels& surfels);
+// How many leaves a tree may get: as many as the scene has without insertion, twice as many if it is not said.
+std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 
 // Adaptive insertion of surfels (D04 7.2): a leaf beside which the field is not what its slope there says gives way to
 // four children, set across the gradient, which then spread out by point repulsion (Turk 1992) without leaving the
@@ -20,13 +26,14 @@ class Insertion {
 public:
     Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options);
 
-    // One round over all leaves: splits those of which a neighbour's value is off by more than `wanted` (eq. 11), as far
-    // as the tree has room, those first that matter most. Both by point. Returns the first of the inserted points.
-    std::uint32_t refine(const std::vector<double>& values, const std::vector<double>& wanted);
+    // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
+    // (eq. 11), as far as the tree has room, those first that matter most. Were there any?
+    using OfPoint = std::function<double(std::uint32_t leaf)>;
+    bool refine(const OfPoint& value, const OfPoint& wanted);
 
 private:
     bool can_split(std::uint32_t leaf) const;
-    std::uint32_t split(const std::vector<std::uint32_t>& leaves, const std::vector<double>& values);
+    bool split(const std::vector<std::uint32_t>& leaves, const std::vector<double>& values);
     struct Leaves;
     struct Neighborhood;
     void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values,

@@ -1,16 +1,11 @@
 #include "surflux/radiosity/solve.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 
 #include "surflux/core/error.h"
-#include "surflux/core/parallel.h"
 #include "surflux/radiosity/global_refinement.h"
-#include "surflux/core/sampling.h"
-#include "surflux/lights/hemisphere.h"
-#include "surflux/radiosity/closure.h"
-#include "surflux/solution/conjugate_gradients.h"
+#include "surflux/radiosity/insertion_after.h"
+#include "surflux/radiosity/pairs_solve.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -18,163 +13,63 @@ namespace surflux {
 
 namespace {
 
-constexpr int max_applications = 1000;
-constexpr int checked_surfels = 1000, check_rays = 256;
+// Places that are checked with all pairs, by so many rays twice; and with rays.
+constexpr int checked_of_pairs = 1000, rays_of_pairs = 256, rays_of_rays = 128;
+constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 
-bool is_grey(const std::vector<Rgb>& values) {
-    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
-
-// One channel where the scene is grey: nothing is computed three times to be the same.
-struct Channels {
-    explicit Channels(bool grey) : count(grey ? 1 : 3) {}
-    std::vector<double> pack(const std::vector<Rgb>& values) const {
-        std::vector<double> out(values.size() * count);
-        for (std::size_t i = 0; i < values.size(); ++i)
-            for (std::size_t c = 0; c < count; ++c) out[i * count + c] = values[i][static_cast<int>(c)];
-        return out;
-    }
-    Rgb unpack(const std::vector<double>& values, std::size_t i) const {
-        if (count == 1) return {values[i], values[i], values[i]};
-        return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-    }
-    std::size_t count;
-};
-
-// H of H = D + F (E + rho H). With M = A^-1/2 G A^-1/2 (G the closed exchange) the system
-// (I - sqrt(rho) M sqrt(rho)) y = sqrt(A rho) H0, H = H0 + A^-1/2 M sqrt(rho) y, H0 = D + F E,
-// is symmetric, positive definite as long as rho < 1, and takes rho = 0.
-LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const std::vector<Rgb>& direct,
-                              double tolerance, std::vector<Rgb>& irradiance, std::size_t& channel_count,
-                              const Progress& progress) {
-    const Channels channels(is_grey(s.reflectance) && is_grey(s.emission) && is_grey(direct));
-    channel_count = channels.count;
-    const std::size_t n = s.size();
-    const std::vector<double> rho = channels.pack(s.reflectance);
-    const auto area = [&](std::size_t k) { return exchange.areas[k / channels.count]; };
-
-    std::vector<double> h0, work, product;
-    exchange.apply(channels.pack(s.emission), h0, channels.count);
-    const std::vector<double> d = channels.pack(direct);
-    std::vector<double> b(h0.size()), weight(h0.size());
-    for (std::size_t k = 0; k < h0.size(); ++k) {
-        h0[k] = d[k] + h0[k] / area(k);
-        b[k] = std::sqrt(area(k) * rho[k]) * h0[k];
-        weight[k] = std::sqrt(rho[k] / area(k));
-    }
-    const auto gathered = [&](const std::vector<double>& y) {
-        work.resize(y.size());
-        for (std::size_t k = 0; k < y.size(); ++k) work[k] = weight[k] * y[k];
-        exchange.apply(work, product, channels.count);
-    };
-    const LinearOperator apply = [&](const std::vector<double>& y, std::vector<double>& out) {
-        gathered(y);
-        out.resize(y.size());
-        for (std::size_t k = 0; k < y.size(); ++k) out[k] = y[k] - weight[k] * product[k];
-    };
-    std::vector<double> y;
-    const LinearReport report = conjugate_gradients(apply, b, channels.count, tolerance, max_applications, y, progress);
-    gathered(y);
-    for (std::size_t k = 0; k < h0.size(); ++k) h0[k] += product[k] / area(k);
-    irradiance.resize(n);
-    for (std::size_t i = 0; i < n; ++i) irradiance[i] = channels.unpack(h0, i);
-    return report;
-}
-
-// What rows lack adds up over all bounces, 1 / (1 - rho) of them.
-double closure_tolerance(const Surfels& s) {
-    double least = 1.0;
-    for (const Rgb& rho : s.reflectance) least = std::min({least, 1.0 - rho.x, 1.0 - rho.y, 1.0 - rho.z});
-    return std::clamp(1e-5 * least, 1e-13, 1e-7);
-}
-
-// Light that enters, and where it ends; all channels added up. They agree if nothing is lost on the way.
-void add_energy(const Solution& solution, const Hemispheres& hemispheres, Figures& figures) {
-    Rgb entered, absorbed, escaped, backs;
-    for (std::size_t i = 0; i < solution.surfels.size(); ++i) {
-        const double area = solution.surfels.areas[i];
-        const Rgb& rho = solution.surfels.reflectance[i];
-        entered += area * (solution.direct[i] + solution.surfels.emission[i]);
-        absorbed += area * (Rgb{1, 1, 1} - rho) * solution.irradiance[i];
-        escaped += area * hemispheres.escape[i] * solution.radiosity[i];
-        backs += area * hemispheres.absorbed[i] * solution.radiosity[i];
-    }
-    const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
-    figures.emplace_back("power_in", sum(entered));
-    figures.emplace_back("power_absorbed", sum(absorbed));
-    figures.emplace_back("power_escaped", sum(escaped));
-    figures.emplace_back("power_into_backs", sum(backs));
+double& figure(Figures& figures, const std::string& name) {
+    for (auto& [known, value] : figures)
+        if (known == name) return value;
+    return figures.emplace_back(name, 0.0).second;
 }
 
 }  // namespace
 
 Solution solve(const Scene& scene, const SolveOptions& options, const StageProgress& progress) {
-    const Surfels& s = scene.surfels;
-    const std::size_t n = s.size();
+    const std::size_t n = scene.surfels.size();
     require(n > 0, "scene: it has no surfels");
-    require_areas(s);
+    require_areas(scene.surfels);
     require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance: wanted in (0, 1), got ", options.tolerance);
-    require(options.rays >= 16, "rays: wanted at least 16, got ", options.rays);
-    const auto stage = [&](const char* name) { return progress ? progress(name) : Progress{}; };
+    require(options.rays >= 16 && options.rays <= 65535, "rays: wanted 16 to 65535, got ", options.rays);
+    require(options.zeta > 0.0, "zeta: wanted more than 0, got ", options.zeta);
+    const bool by_pairs = options.transport == Transport::pairs ||
+                          (options.transport == Transport::automatic && n <= options.pairs_up_to);
 
     Solution out;
     Stopwatch watch(out.timings);
     const Tracer tracer(scene);
     watch.lap("trace");
-    if (std::getenv("SF_RAYS")) {
-        RefinementOptions ro;
-        ro.zeta = std::getenv("SF_ZETA") ? std::atof(std::getenv("SF_ZETA")) : 0.02;
-        ro.insert = !std::getenv("SF_NOINSERT");
-        ro.rays = options.rays;
-        ro.tolerance = options.tolerance;
-        ro.seed = options.seed;
-        ro.direct = options.direct;
-        solve_by_gathering(scene, tracer, ro, progress, out);
-        return out;
+    int checked = checked_of_pairs, rays = rays_of_pairs;
+    if (by_pairs) {
+        solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},
+                       progress, out);
+        if (options.insert)
+            insert_after(scene, tracer, {options.zeta, options.max_surfels, options.direct, options.seed}, out);
+    } else {
+        RefinementOptions refinement;
+        refinement.zeta = options.zeta;
+        refinement.insert = options.insert;
+        refinement.max_surfels = options.max_surfels;
+        refinement.tolerance = options.tolerance;
+        refinement.epsilon = options.exchange.epsilon;
+        refinement.rays = options.rays;
+        refinement.direct = options.direct;
+        refinement.seed = options.seed;
+        solve_by_gathering(scene, tracer, refinement, progress, out);
+        checked = static_cast<int>(std::clamp(n / surfels_per_check, least_checked, most_checked));
+        rays = rays_of_rays;
     }
-    Hemispheres hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, stage("hemispheres"));
-    watch.lap("hemispheres");
-    out.direct = direct_irradiance(scene, tracer, options.direct, options.seed, stage("direct"));
-    watch.lap("direct");
-    Exchange exchange = exchange_of_all_pairs(scene, &tracer, options.exchange, options.seed, stage("exchange"));
-    watch.lap("exchange");
-    const Closure closure = close(exchange, hemispheres, stage("closure"), closure_tolerance(s));
-    watch.lap("closure");
-
-    for (std::size_t i = 0; i < n; ++i)
-        out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
-    std::size_t channels = 0;
-    const LinearReport linear =
-        solve_irradiance(exchange, s, out.direct, options.tolerance, out.irradiance, channels, stage("solve"));
-    out.surfels = s;
-    out.parents.resize(n);
-    out.radiosity.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        out.parents[i] = static_cast<std::uint32_t>(i);
-        out.radiosity[i] = s.emission[i] + s.reflectance[i] * out.irradiance[i];
-    }
-    watch.lap("solve");
-    const SelfCheck check = gathering_error(scene, tracer, out, checked_surfels, check_rays, options.seed);
+    Stopwatch last(out.timings);
+    const SelfCheck check = gathering_error(scene, tracer, out, checked, rays, options.seed);
+    last.lap("self-check");
     out.error = check.error;
-    watch.lap("self-check");
 
-    Figures figures{{"surfels", static_cast<double>(n)},
-                    {"links", static_cast<double>(exchange.links)},
-                    {"rays", static_cast<double>(exchange.rays + hemispheres.rays + check.rays)},
-                    {"largest_correction", closure.largest_correction},
-                    {"closure_residual", closure.residual},
-                    {"largest_shortfall", closure.largest_shortfall},
-                    {"short_rows", static_cast<double>(closure.short_rows)},
-                    {"closure_applications", static_cast<double>(closure.applications)},
-                    {"channels", static_cast<double>(channels)},
-                    {"applications", static_cast<double>(linear.applications)},
-                    {"residual", linear.residual},
-                    {"error", out.error}};
-    add_energy(out, hemispheres, figures);
+    Figures& figures = out.history.back();
+    figure(figures, "rays") += static_cast<double>(check.rays);
+    figure(figures, "error") = out.error;
     double seconds = 0.0;
     for (const auto& [name, value] : out.timings) seconds += value;
-    figures.emplace_back("seconds", seconds);
-    out.history.push_back(std::move(figures));
+    figure(figures, "seconds") = seconds;
     return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "surflux/core/progress.h"
@@ -10,16 +11,24 @@
 
 namespace surflux {
 
+// How light between surfels is found: for all pairs of them, closed and precise, in seconds and bytes that grow with
+// the square of their number; or by rays over a refined cut through a hierarchy, nearly linear.
+enum class Transport { automatic, pairs, rays };
+
 struct SolveOptions {
-    double tolerance = 1e-4;  // |residual| / |right-hand side| of the linear system
-    int rays = 256;           // per surfel, to measure what escapes and what the sky sends
+    Transport transport = Transport::automatic;
+    std::size_t pairs_up_to = 2000;  // surfels: so many take all pairs no longer than rays take many more
+    double zeta = 0.02;              // what interpolation may leave, of the RMS of H
+    bool insert = true;              // surfels where the scene's are too coarse
+    std::size_t max_surfels = 0;     // with insertion; 0: twice the scene's
+    double tolerance = 1e-4;         // |residual| / |right-hand side| of the linear system
+    int rays = 256;  // per surfel or node: to measure what escapes and what the sky sends, or to gather by
     DirectOptions direct;
     ExchangeOptions exchange;
     std::uint64_t seed = 0;
 };
 
-// Radiosity of the scene's surfels on one level, all pairs: B_i = E_i + rho_i H_i, H_i = D_i + sum_j F_ij B_j (D04
-// eq. 1 in the form of D03 section 3), with F symmetric in exchange and closed. The scene needs areas.
+// Radiosity of the scene's surfels (D04 section 7). The scene needs areas.
 Solution solve(const Scene& scene, const SolveOptions& options, const StageProgress& progress = {});
 
 }  // namespace surflux

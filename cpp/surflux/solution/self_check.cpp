@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec, gather_stream = 0x6a7e85ed, second_stream = 0x5ec0bd11;
 
 // Light that rays bring, with the solution at the end of the second bounce.
-class Gathering {
+class SecondGather {
 public:
     struct Sources {
         explicit Sources(const Scene& scene)
@@ -27,10 +27,10 @@ public:
         SurfelPoints points;
         LightSampler emitters, lights;
     };
-    Gathering(const Scene& scene, const Tracer& tracer, const Solution& solution, const Sources& sources)
+    SecondGather(const Scene& scene, const Tracer& tracer, const std::vector<Rgb>& irradiance, const Sources& sources)
         : surfels_(scene.surfels),
           tracer_(tracer),
-          solution_(solution),
+          irradiance_(irradiance),
           points_(sources.points),
           emitters_(sources.emitters),
           lights_(sources.lights) {}
@@ -98,7 +98,7 @@ private:
             Rgb found = lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
             if (hits_[k] && hits_[k].front) {
                 const std::uint32_t j = hits_[k].surfel;
-                found += surfels_.reflectance[j] * solution_.irradiance[j];
+                found += surfels_.reflectance[j] * irradiance_[j];
             }
             sum_ += surfels_.reflectance[ray.from.surfel] * found;
         }
@@ -107,7 +107,7 @@ private:
 
     const Surfels& surfels_;
     const Tracer& tracer_;
-    const Solution& solution_;
+    const std::vector<Rgb>& irradiance_;
     const SurfelPoints& points_;
     const LightSampler &emitters_, &lights_;
     Rgb sum_;
@@ -120,21 +120,55 @@ private:
 
 }  // namespace
 
+namespace {
+
+// What a solution says of the scene's own surfels: means over those inserted below each, by area.
+struct OwnSurfels {
+    std::vector<Rgb> irradiance, direct;
+    OwnSurfels(const Surfels& s, const Solution& solution) : irradiance(s.size()), direct(s.size()) {
+        std::vector<double> areas(s.size(), 0.0);
+        for (std::size_t k = 0; k < solution.parents.size(); ++k) {
+            const std::uint32_t i = solution.parents[k];
+            const double area = solution.surfels.areas[k];
+            areas[i] += area;
+            irradiance[i] += area * solution.irradiance[k];
+            direct[i] += area * solution.direct[k];
+        }
+        for (std::size_t i = 0; i < s.size(); ++i) irradiance[i] *= 1.0 / areas[i], direct[i] *= 1.0 / areas[i];
+    }
+};
+
+// Surfels in proportion to their area, evenly along the list; all of them where that is no more.
+std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, std::uint64_t seed) {
+    std::vector<std::uint32_t> out;
+    double total = 0.0, up_to = 0.0;
+    for (double area : s.areas) total += area;
+    Random random(seed + pick_stream, 0);
+    const double step = total / static_cast<double>(count);
+    double next = step * random.uniform();
+    for (std::uint32_t i = 0; i < s.size(); ++i)
+        for (up_to += s.areas[i]; next < up_to && out.size() < count; next += step) out.push_back(i);
+    return out;
+}
+
+}  // namespace
+
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
                           std::uint64_t seed) {
     const Surfels& s = scene.surfels;
-    const std::size_t checked = std::min<std::size_t>(static_cast<std::size_t>(surfels), s.size());
+    const OwnSurfels own(s, solution);
+    const std::vector<std::uint32_t> drawn = drawn_by_area(s, static_cast<std::size_t>(surfels), seed);
+    const std::size_t checked = drawn.size();
     std::vector<double> squared(checked), reference(checked);
-    const Gathering::Sources sources(scene);
+    const SecondGather::Sources sources(scene);
     std::atomic<std::size_t> traced{0};
     parallel_blocks(checked, 8, [&](std::size_t begin, std::size_t end) {
-        Gathering gather(scene, tracer, solution, sources);
+        SecondGather gather(scene, tracer, own.irradiance, sources);
         for (std::size_t k = begin; k < end; ++k) {
-            const auto i =
-                static_cast<std::uint32_t>(checked == s.size() ? k : Random(seed + pick_stream, k).below(s.size()));
-            const Rgb off = solution.direct[i] - solution.irradiance[i];
-            squared[k] = s.areas[i] * dot(off + gather(i, rays, seed, 2 * k), off + gather(i, rays, seed, 2 * k + 1));
-            reference[k] = s.areas[i] * dot(solution.irradiance[i], solution.irradiance[i]);
+            const std::uint32_t i = drawn[k];
+            const Rgb off = own.direct[i] - own.irradiance[i];
+            squared[k] = dot(off + gather(i, rays, seed, 2 * k), off + gather(i, rays, seed, 2 * k + 1));
+            reference[k] = dot(own.irradiance[i], own.irradiance[i]);
         }
         traced += gather.rays + 2 * (end - begin) * static_cast<std::size_t>(rays);
     });

@@ -1,4 +1,4 @@
-#include "surflux/radiosity/nodal_field.h"
+#include "surflux/solution/nodal_field.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,29 +10,42 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t slope_neighbors = 9;  // itself among them
+constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
+constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
 constexpr double stiffness = 0.1;           // of the fit, against slopes that neighbours on one line do not give
 
 }  // namespace
 
-NodalField::NodalField(std::vector<Place> receivers, std::vector<std::uint32_t> objects)
-    : receivers_(std::move(receivers)), objects_(std::move(objects)) {
-    for (const Place& r : receivers_) {
-        positions_.push_back(r.position);
-        normals_.push_back(r.normal);
-        frames_.push_back(frame_around(r.normal));
-    }
+NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects)
+    : positions_(std::move(positions)), normals_(std::move(normals)), objects_(std::move(objects)) {
+    for (const Vec3& normal : normals_) frames_.push_back(frame_around(normal));
     interpolation_ = std::make_unique<Interpolation>(positions_, normals_, objects_);
 }
 
-Rgb NodalField::turned(const TiltedRgb& f, std::uint32_t k, const Vec3& normal) const {
+Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal) const {
+    const TiltedRgb& f = field.values[k];
+    if (!field.tilted) return f.value;
     const Frame& frame = frames_[k];
     Rgb out = dot(normal, frame.n) * f.value + dot(normal, frame.u) * f.u + dot(normal, frame.v) * f.v;
-    for (int c = 0; c < 3; ++c) out[c] = std::clamp(out[c], 0.3 * f.value[c], 3.0 * f.value[c]);
+    for (int c = 0; c < 3; ++c) out[c] = std::clamp(out[c], least_turn * f.value[c], most_turn * f.value[c]);
     return out;
 }
 
 NodalField::Values NodalField::fit(std::vector<TiltedRgb> values) const {
-    Values out{std::move(values), std::vector<Slope>(size())};
+    Values out{std::move(values), {}, true};
+    fit_slopes(out);
+    return out;
+}
+
+NodalField::Values NodalField::fit(const std::vector<Rgb>& values) const {
+    Values out{std::vector<TiltedRgb>(size()), {}, false};
+    for (std::size_t k = 0; k < values.size(); ++k) out.values[k].value = values[k];
+    fit_slopes(out);
+    return out;
+}
+
+void NodalField::fit_slopes(Values& out) const {
+    out.slopes.assign(size(), {});
     parallel_blocks(size(), 64, [&](std::size_t begin, std::size_t end) {
         std::vector<Interpolation::Weight> near;
         for (std::size_t k = begin; k < end; ++k) {
@@ -47,7 +60,7 @@ NodalField::Values NodalField::fit(std::vector<TiltedRgb> values) const {
                 const Vec3 d = positions_[other.site] - positions_[i];
                 const double x = dot(d, frames_[i].u), y = dot(d, frames_[i].v);
                 const double w = 1.0 / (length_squared(d) + 0.01 * h * h);
-                const Rgb rise = turned(out.values[other.site], other.site, normals_[i]) - out.values[i].value;
+                const Rgb rise = turned(out, other.site, normals_[i]) - out.values[i].value;
                 uu += w * x * x;
                 uv += w * x * y;
                 vv += w * y * y;
@@ -62,7 +75,6 @@ NodalField::Values NodalField::fit(std::vector<TiltedRgb> values) const {
             out.slopes[i] = {(vv * u - uv * v) / determinant, (uu * v - uv * u) / determinant};
         }
     });
-    return out;
 }
 
 Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
@@ -71,7 +83,7 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
     for (const Interpolation::Weight& w : weights) {
         const Vec3 d = point - positions_[w.site];
         const Slope& slope = field.slopes[w.site];
-        const Rgb level = turned(field.values[w.site], w.site, normal);
+        const Rgb level = turned(field, w.site, normal);
         sum += w.weight * (level + dot(d, frames_[w.site].u) * slope.u + dot(d, frames_[w.site].v) * slope.v);
         for (int c = 0; c < 3; ++c) {
             least[c] = std::min(least[c], level[c]);
@@ -80,7 +92,7 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
     }
     // Slopes may carry on a little beyond what the nodes around have, and not to below nothing.
     for (int c = 0; c < 3; ++c) {
-        const double spare = 0.25 * (most[c] - least[c]);
+        const double spare = spare_share * (most[c] - least[c]);
         sum[c] = std::clamp(sum[c], std::max(0.0, least[c] - spare), most[c] + spare);
     }
     return sum;

@@ -1,0 +1,58 @@
+#include "surflux/lights/direct_at.h"
+
+#include <algorithm>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+#include "surflux/lights/aimed.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t sky_stream = 0x5c7a7;
+
+}  // namespace
+
+std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
+                           const std::vector<Vec3>& normals, const DirectOptions& options, int rays, std::uint64_t seed,
+                           const Progress& progress) {
+    std::vector<Place> places(points.size());
+    parallel_for(points.size(), 64, [&](std::size_t k) {
+        const Departure from = tracer.departure(points[k], normals[k]);
+        places[k] = {points[k], normals[k], from.surfel, false};
+    });
+    std::vector<Rgb> out = direct_irradiance(scene, tracer, places, options, seed, progress);
+    const bool has_sky = std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
+        return std::holds_alternative<Environment>(light);
+    });
+    if (!has_sky) return out;
+    const LightSampler skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky);
+    const std::vector<Rgb> aimed = aimed_irradiance(scene, tracer, skies, places, {rays, rays}, seed, progress);
+    parallel_blocks(
+        places.size(), 16,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Ray> cosine;
+            std::vector<Hit> hits;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Place& place = places[k];
+                const Frame frame = frame_around(place.normal);
+                EvenPoints even(2, seed + sky_stream, stream_of(place));
+                cosine.clear();
+                for (int r = 0; r < rays; ++r) {
+                    const double* u = even.next();
+                    cosine.push_back({{place.position, place.normal, place.surfel},
+                                      frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+                }
+                tracer.closest(cosine, hits);
+                Rgb found;
+                for (std::size_t r = 0; r < cosine.size(); ++r)
+                    if (!hits[r]) found += skies.found(place.position, frame.n, cosine[r].direction, hits[r]);
+                out[k] += aimed[k] + found / rays;
+            }
+        },
+        progress);
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,50 @@
+#include "surflux/radiosity/lit_points.h"
+
+#include <algorithm>
+
+#include "surflux/lights/aimed.h"
+
+namespace surflux {
+
+namespace {
+
+bool all_grey(const std::vector<Rgb>& values) {
+    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
+}
+
+}  // namespace
+
+double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
+                     const LightSampler* skies, const DirectOptions& options, std::uint64_t seed)
+    : scene_(scene),
+      tracer_(tracer),
+      tree_(tree),
+      sampled_emitters_(emitters),
+      sampled_skies_(skies),
+      options_(options),
+      seed_(seed) {}
+
+void LitPoints::update(const Progress& progress) {
+    std::vector<Place> places;
+    for (auto p = static_cast<std::uint32_t>(lights_.size()); p < tree_.points(); ++p)
+        places.push_back(place(tree_, p));
+    if (places.empty()) return;
+    const auto append = [](std::vector<Rgb>& to, const std::vector<Rgb>& more) {
+        to.insert(to.end(), more.begin(), more.end());
+    };
+    std::vector<Rgb> errors;
+    append(lights_, direct_irradiance(scene_, tracer_, places, options_, seed_, progress, &errors));
+    for (const Rgb& error : errors) noise_.push_back(luminance(error));
+    const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
+        if (at && !at->empty()) append(to, aimed_irradiance(scene_, tracer_, *at, places, options_, seed, progress));
+        to.resize(lights_.size());
+    };
+    aim(sampled_emitters_, seed_, emitters_);
+    aim(sampled_skies_, seed_ + 1, sky_);
+}
+
+bool LitPoints::is_grey() const { return all_grey(lights_) && all_grey(emitters_) && all_grey(sky_); }
+
+}  // namespace surflux

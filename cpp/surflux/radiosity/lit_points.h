@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/direct.h"
+#include "surflux/lights/light_sampler.h"
+#include "surflux/radiosity/surfel_tree.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Irradiance of the points of a tree that needs no solving: from lights, and by rays aimed at emitters and at images of
+// the sky. By point; those that were split have what they had.
+class LitPoints {
+public:
+    // Without samplers, of lights alone.
+    LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
+              const LightSampler* skies, const DirectOptions& options, std::uint64_t seed);
+
+    // Lights up what the tree has more since the last time.
+    void update(const Progress& progress = {});
+
+    Rgb operator[](std::size_t p) const { return lights_[p] + emitters_[p] + sky_[p]; }
+    const Rgb& from_emitters(std::size_t p) const { return emitters_[p]; }
+    // From what makes a Solution's direct light.
+    Rgb from_lights(std::size_t p) const { return lights_[p] + sky_[p]; }
+    // About the standard error of each, of its luminance.
+    double noise(std::size_t p) const { return noise_[p]; }
+    bool is_grey() const;
+
+    static Place place(const SurfelTree& tree, std::uint32_t point) {
+        return {tree.position(point), tree.normal(point), tree.surfel(point), !tree.is_inserted(point)};
+    }
+
+private:
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const SurfelTree& tree_;
+    const LightSampler *sampled_emitters_, *sampled_skies_;
+    DirectOptions options_;
+    std::uint64_t seed_;
+    std::vector<Rgb> lights_, emitters_, sky_;
+    std::vector<double> noise_;
+};
+
+double luminance(const Rgb& c);
+
+}  // namespace surflux

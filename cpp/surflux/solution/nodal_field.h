@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "surflux/core/vec.h"
+#include "surflux/solution/interpolation.h"
+
+namespace surflux {
+
+// Irradiance at a place for normals around its own: n' . (value n + u frame.u + v frame.v), which is exact as far as
+// nothing rises above the horizon by the tilt.
+struct TiltedRgb {
+    Rgb value, u, v;
+};
+
+// A field on surfaces from its values at nodes: each is continued linearly by the slope that its neighbours give
+// (Franke and Nielson 1980) and, where it is known how the field turns with the normal, to the normal asked for (Ward
+// and Heckbert 1992); Shepard's weights blend them.
+class NodalField {
+public:
+    struct Slope {
+        Rgb u, v;
+    };
+    // One of any number of fields over the same nodes.
+    struct Values {
+        std::vector<TiltedRgb> values;
+        std::vector<Slope> slopes;
+        bool tilted = true;
+    };
+
+    NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects);
+
+    std::size_t size() const { return positions_.size(); }
+    const Interpolation& interpolation() const { return *interpolation_; }
+    Values fit(std::vector<TiltedRgb> values) const;
+    // Of values that do not say how they turn.
+    Values fit(const std::vector<Rgb>& values) const;
+    Rgb at(const Values& field, const Vec3& point, const Vec3& normal,
+           const std::vector<Interpolation::Weight>& weights) const;
+
+private:
+    void fit_slopes(Values& field) const;
+    Rgb turned(const Values& field, std::uint32_t k, const Vec3& normal) const;
+
+    std::vector<Vec3> positions_, normals_;
+    std::vector<std::uint32_t> objects_;
+    std::vector<Frame> frames_;
+    std::unique_ptr<Interpolation> interpolation_;
+};
+
+}  // namespace surflux
