@@ -207,6 +207,43 @@ TEST(SampleElimination, KeepsAnEvenSubset) {
     EXPECT_EQ(kept, eliminate_samples(points, 1000, 1.0, 7));
 }
 
+// Yuksel 2015, algorithm 1, in all pairs and without a heap: again and again goes who is crowded most,
+// by lot where two are crowded alike.
+std::vector<std::uint32_t> eliminated_plainly(const std::vector<Vec3>& points, std::size_t count, double area,
+                                              std::uint64_t seed) {
+    const std::size_t n = points.size();
+    const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * static_cast<double>(count)));
+    const double share = static_cast<double>(count) / static_cast<double>(n);
+    const double r_min = r_max * (1.0 - std::pow(share, 1.5)) * 0.65;
+    const auto weight = [&](std::size_t i, std::size_t j) {
+        const double d = std::max(length(points[i] - points[j]), 2.0 * r_min);
+        const double w = 1.0 - d / (2.0 * r_max), w2 = w * w, w4 = w2 * w2;
+        return i == j || w <= 0.0 ? 0.0 : w4 * w4;
+    };
+    std::vector<double> crowding(n, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j) crowding[i] += weight(i, j);
+    for (std::size_t left = n; left > count; --left) {
+        std::size_t most = 0;
+        for (std::size_t i = 1; i < n; ++i)
+            if (std::pair(crowding[i], Random(seed, i).bits()) > std::pair(crowding[most], Random(seed, most).bits()))
+                most = i;
+        for (std::size_t j = 0; j < n; ++j) crowding[j] -= weight(most, j);
+        crowding[most] = -1e300;
+    }
+    std::vector<std::uint32_t> kept;
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (crowding[i] > -1e299) kept.push_back(i);
+    return kept;
+}
+
+TEST(SampleElimination, LeavesWhomThePlainAlgorithmLeaves) {
+    std::vector<Vec3> points = random_points(1500, 9);
+    EXPECT_EQ(eliminate_samples(points, 300, 4.0, 7), eliminated_plainly(points, 300, 4.0, 7));  // a ball of points
+    for (Vec3& p : points) p = {p.x, p.y - 3e6, 0.1 * std::sin(9.0 * p.x)};
+    EXPECT_EQ(eliminate_samples(points, 300, 1.1, 7), eliminated_plainly(points, 300, 1.1, 7));
+}
+
 // The floor around a scanner: its density falls with the square of the distance, from 0.1 to 100 m.
 std::vector<Vec3> floor_scan(std::size_t n) {
     Random random(11);

@@ -222,6 +222,7 @@ WRONG = [
     (FLOOR + "[camera]\neye = [0, 0, 0]\ntarget = [0, 1, 0]\nzoom = 3", r"\(camera, zoom\): is not a key here"),
     (FLOOR + "[camera]\neye = [0, 0]\ntarget = [0, 1, 0]", r"\(camera, eye\): "),
     ("camera = 3\n" + FLOOR, r"\(camera\): wanted a table, got 3"),
+    (FLOOR + "[solve]\ntransport = 'light'", r"\(solve, transport\): wanted one of "),
     (FLOOR + "[solve]\nzeta = '1'", r"\(solve, zeta\): wanted real numbers, got text"),
     (FLOOR + "[solve]\nzeta = true", r"\(solve, zeta\): wanted real numbers, got booleans"),
     (FLOOR + "[solve]\ninsert = 1", r"\(solve, insert\): wanted True or False, got 1"),
@@ -235,8 +236,8 @@ WRONG = [
     (FLOOR + "[solve]\nepsilon = 1.0", r"\(solve, epsilon\): wanted values in \(0, 1\), got 1"),
     (FLOOR + "[solve]\nmax_memory = 0", r"\(solve, max_memory\): wanted values above 0, got 0"),
     (FLOOR + "[solve]\nseed = -1", r"\(solve, seed\): wanted a whole number from 0"),
-    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is zeta"),
-    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is zeta"),
+    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is transport, zeta"),
+    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is transport, zeta"),
     ("name = 3\n" + FLOOR, r"\(name\): wanted text, got 3"),
 ]
 
@@ -320,7 +321,9 @@ def test_two_bunnies_stand_in_the_room():
 
 
 def test_solve_takes_every_option_of_solve(load):
-    text = "zeta = 0.1\ninsert = false\ntolerance = 0.001\nmax_surfels = 500\nrays = 32\nprobes = 4\n"
+    text = (
+        "transport = 'pairs'\nzeta = 0.1\ninsert = false\ntolerance = 0.001\nmax_surfels = 500\nrays = 32\nprobes = 4\n"
+    )
     text += "shadow_rays = 8\nepsilon = 0.7\nmax_memory = 1000000\nseed = 2\n"
     options = load(FLOOR + "[solve]\n" + text).solve_options
     assert options == tomllib.loads(text)

@@ -20,6 +20,7 @@ namespace {
 constexpr std::uint32_t cell_limit = 8;
 // A disk of radius 2 r_max touches some 20 such cells. Only where the limit had to be raised are there more around.
 constexpr std::size_t crowd_limit = 256;
+constexpr std::size_t look_limit = 1024;  // in 27 cells of side 2 r_max; some 100 are usual
 constexpr std::size_t steps_per_report = 4096;
 
 // Where points stand far closer than r_max, as near the scanner of a scan, all would crowd each other: squares of
@@ -48,6 +49,128 @@ std::vector<std::uint32_t> candidates(const std::vector<Vec3>& points, std::size
     return out;
 }
 
+// Points sorted into cubic cells.
+class Cells {
+public:
+    // Cells of side `reach`, or larger where their numbers would leave the whole numbers of double.
+    Cells(const std::vector<Vec3>& points, double reach) : order_(points.size()) {
+        Vec3 low = points[0], high = points[0];
+        for (const Vec3& p : points)
+            for (int axis = 0; axis < 3; ++axis) {
+                low[axis] = std::min(low[axis], p[axis]);
+                high[axis] = std::max(high[axis], p[axis]);
+            }
+        const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+        const double side = std::max(reach, extent / most_cells);
+        std::vector<Vec3> cell(points.size());
+        for (std::size_t i = 0; i < points.size(); ++i)
+            for (int axis = 0; axis < 3; ++axis) cell[i][axis] = std::floor((points[i][axis] - low[axis]) / side);
+        std::iota(order_.begin(), order_.end(), 0u);
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
+            return before(cell[i], cell[j]) || (!before(cell[j], cell[i]) && i < j);
+        });
+        for (std::size_t k = 0; k < order_.size(); ++k)
+            if (k == 0 || before(cell[order_[k - 1]], cell[order_[k]])) {
+                corner_.push_back(cell[order_[k]]);
+                first_.push_back(k);
+            }
+        first_.push_back(order_.size());
+    }
+
+    std::size_t size() const { return corner_.size(); }
+
+    // Calls visit(i) for the points of a cell.
+    template <class Visit>
+    void in_cell(std::size_t cell, const Visit& visit) const {
+        for (std::size_t k = first_[cell]; k < first_[cell + 1]; ++k) visit(order_[k]);
+    }
+
+    // The points of a cell and of the 26 around it.
+    void around(std::size_t cell, std::vector<std::uint32_t>& out) const {
+        out.clear();
+        for (double x = -1.0; x <= 1.0; ++x)
+            for (double y = -1.0; y <= 1.0; ++y) {
+                const Vec3 from = corner_[cell] + Vec3{x, y, -1.0}, to = corner_[cell] + Vec3{x, y, 1.0};
+                auto c = static_cast<std::size_t>(std::lower_bound(corner_.begin(), corner_.end(), from, before) -
+                                                  corner_.begin());
+                for (; c < size() && !before(to, corner_[c]); ++c)
+                    in_cell(c, [&](std::uint32_t i) { out.push_back(i); });
+            }
+    }
+
+private:
+    static constexpr double most_cells = 1e12;  // along an axis
+
+    static bool before(const Vec3& a, const Vec3& b) {
+        if (a.x != b.x) return a.x < b.x;
+        return a.y != b.y ? a.y < b.y : a.z < b.z;
+    }
+
+    std::vector<std::uint32_t> order_;
+    std::vector<Vec3> corner_;
+    std::vector<std::size_t> first_;
+};
+
+// Who crowds each point: all within reach, ascending; of more than the limit the nearest, and those that they crowd.
+std::vector<std::vector<std::uint32_t>> crowds(const std::vector<Vec3>& places, double reach,
+                                               const Progress& progress) {
+    const std::size_t n = places.size();
+    std::vector<std::vector<std::uint32_t>> crowd(n);
+    const Cells cells(places, reach);
+    std::vector<std::uint8_t> dense(n, 0);
+    const auto half = [&](std::size_t which) -> Progress {
+        if (!progress) return progress;
+        return [&progress, which](std::size_t done, std::size_t all) { return progress(which * all + done, 2 * all); };
+    };
+    parallel_blocks(
+        cells.size(), 64,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<std::uint32_t> around, near;
+            for (std::size_t cell = begin; cell < end; ++cell) {
+                cells.around(cell, around);
+                cells.in_cell(cell, [&](std::uint32_t i) {
+                    dense[i] = around.size() > look_limit;
+                    if (dense[i]) return;
+                    near.clear();
+                    for (const std::uint32_t j : around)
+                        if (j != i && length_squared(places[i] - places[j]) < reach * reach) near.push_back(j);
+                    dense[i] = near.size() >= crowd_limit;
+                    if (dense[i]) return;
+                    std::sort(near.begin(), near.end());
+                    crowd[i] = near;
+                });
+            }
+        },
+        half(0));
+    if (std::find(dense.begin(), dense.end(), 1) == dense.end()) return crowd;
+
+    const PointIndex index(places);
+    std::vector<std::size_t> own(n);
+    parallel_blocks(
+        n, 256,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Neighbor> near;
+            for (std::size_t i = begin; i < end; ++i) {
+                if (dense[i]) {
+                    index.nearest(places[i], crowd_limit, near, reach);
+                    for (const Neighbor& c : near)
+                        if (c.index != i) crowd[i].push_back(c.index);
+                    std::sort(crowd[i].begin(), crowd[i].end());
+                }
+                own[i] = crowd[i].size();
+            }
+        },
+        half(1));
+    // Who is not among the nearest of one that is among its own nearest still crowds it.
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < own[i]; ++k) {
+            const std::uint32_t j = crowd[i][k];
+            const auto end = crowd[j].begin() + static_cast<std::ptrdiff_t>(own[j]);
+            if (!std::binary_search(crowd[j].begin(), end, i)) crowd[j].push_back(i);
+        }
+    return crowd;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, std::size_t count, double area,
@@ -71,30 +194,10 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
         return w4 * w4;
     };
     const std::size_t steps = n - count;
-    const Progress gathering = [&](std::size_t done, std::size_t) { return progress(done, n + steps); };
-    const PointIndex index(places);
-    std::vector<std::vector<std::uint32_t>> crowd(n);
-    std::vector<std::size_t> own(n);
-    parallel_blocks(
-        n, 256,
-        [&](std::size_t begin, std::size_t end) {
-            std::vector<Neighbor> near;
-            for (std::size_t i = begin; i < end; ++i) {
-                index.nearest(places[i], crowd_limit, near, 2.0 * r_max);
-                for (const Neighbor& c : near)
-                    if (c.index != i) crowd[i].push_back(c.index);
-                std::sort(crowd[i].begin(), crowd[i].end());
-                own[i] = crowd[i].size();
-            }
-        },
-        progress ? gathering : progress);
-    // Who is not among the nearest of one that is among its own nearest still crowds it.
-    for (std::uint32_t i = 0; i < n; ++i)
-        for (std::size_t k = 0; k < own[i]; ++k) {
-            const std::uint32_t j = crowd[i][k];
-            const auto end = crowd[j].begin() + static_cast<std::ptrdiff_t>(own[j]);
-            if (!std::binary_search(crowd[j].begin(), end, i)) crowd[j].push_back(i);
-        }
+    const Progress gathering = [&](std::size_t done, std::size_t all) {
+        return progress(n * done / std::max<std::size_t>(all, 1), n + steps);
+    };
+    const std::vector<std::vector<std::uint32_t>> crowd = crowds(places, 2.0 * r_max, progress ? gathering : progress);
     std::vector<double> crowding(n, 0.0);
     parallel_for(n, 256, [&](std::size_t i) {
         for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
