@@ -25,6 +25,7 @@ constexpr double probe_error = 0.08;  // of what they find, at least
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 1e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
+constexpr double most_unlike = 32.0;      // areas of nodes beside each other
 constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 bool is_grey(const std::vector<Rgb>& values) {
@@ -93,11 +94,11 @@ private:
         std::vector<Vec3> positions, normals;
         std::vector<std::uint32_t> objects;
         explicit Nodes(const GlobalRefinement& of) {
-            for (std::uint32_t row : of.cut_.rows) {
-                const Place& place = of.gathering_.place(row);
-                positions.push_back(place.position);
-                normals.push_back(place.normal);
-                objects.push_back(of.scene_.object[place.surfel]);
+            for (std::uint32_t node : of.cut_.nodes) {
+                const std::uint32_t p = of.tree_.representative(node);
+                positions.push_back(of.tree_.position(p));
+                normals.push_back(of.tree_.normal(p));
+                objects.push_back(of.tree_.object(p));
             }
         }
     };
@@ -199,7 +200,6 @@ private:
         };
         if (!insertion_.refine(all, wanted)) return false;
         sources_.update();
-        // Nodes on both sides of what changes, or the finer side would have all the say between them.
         for (bool any = true; any;) {
             find_places();
             std::vector<char> opened(cut_.nodes.size(), 0);
@@ -209,9 +209,30 @@ private:
             }
             any = replace(opened) > 0;
         }
+        for (int round = 0; round < most_iterations && replace(unbalanced()) > 0; ++round) {
+        }
         watch_.lap("insertion");
         shoot();
         return true;
+    }
+
+    // Nodes much larger than one beside them: between the two the finer side would have all the say.
+    std::vector<char> unbalanced() const {
+        const Nodes at(*this);
+        const Interpolation nodes(at.positions, at.normals, at.objects);
+        std::vector<char> out(cut_.nodes.size(), 0);
+        parallel_blocks(cut_.nodes.size(), 64, [&](std::size_t from, std::size_t to) {
+            std::vector<Interpolation::Weight> near;
+            for (std::size_t k = from; k < to; ++k) {
+                if (tree_.is_leaf(cut_.nodes[k])) continue;
+                nodes.nearest(at.positions[k], at.normals[k], at.objects[k], tested_neighbors, near);
+                const double least = tree_.area(cut_.nodes[k]) / most_unlike;
+                out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
+                    return tree_.area(cut_.nodes[other.site]) < least;
+                });
+            }
+        });
+        return out;
     }
 
     // Standard error of a node's value.
@@ -250,7 +271,8 @@ private:
                     sum += root * root;
                 }
                 around = sum > 0.0 ? around / sum : 0.0;
-                const double close_by = std::max(own, around) * reach * reach;
+                static const double close_factor = std::getenv("SF_A") ? std::atof(std::getenv("SF_A")) : 1.0;
+                const double close_by = close_factor * std::max(own, around) * reach * reach;
                 const double off = std::max(std::abs(own - around), probed_off(k, nodes, value)) - sure * spread;
                 out[k] = std::max(close_by, off) > wanted;
                 const double left = 0.25 * std::max(0.0, off);  // of it, with nodes on all sides
