@@ -5,19 +5,13 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
+#include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathering.h"
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/solution/interpolation.h"
 #include "surflux/solution/linear.h"
 
 namespace surflux {
-
-// The nodes that light is solved for: each leaf of the tree is below one of them, or is one.
-struct Cut {
-    std::vector<std::uint32_t> nodes;
-    std::vector<std::uint32_t> rows;     // of each, in the gathering
-    std::vector<std::uint32_t> place_of;  // of each point, its place in `nodes`
-};
 
 // The linear system of light on a cut, x = G (E + rho (H0 + f + P x)): x is what comes to its nodes from surfels that
 // reflect or glow, f what their rays bring of emitters and of the sky, P the weights of nodes at leaves, and G the

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/radiosity/cut.h"
+#include "surflux/radiosity/cut_test.h"
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
@@ -16,16 +17,12 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t first_nodes = 200;
+constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
 constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6, indirect_insertions = 1;
-constexpr std::size_t tested_neighbors = 9;
 constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
-constexpr int probe_rays = 32;
-constexpr double probe_error = 0.08;  // of what they find, at least
 constexpr std::uint64_t probe_stream = 0x9706e;
-constexpr double rough_tolerance = 1e-2;  // of solutions that are refined
+constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
-constexpr double most_unlike = 32.0;      // areas of nodes beside each other
 constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 bool is_grey(const std::vector<Rgb>& values) {
@@ -48,6 +45,7 @@ public:
                 leaves_allowed(scene, options.insert, options.max_surfels)),
           gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
+          test_(tree_, gathering_, probes_, options.seed + probe_stream),
           insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
         double squared = 0.0, total = 0.0;
@@ -62,23 +60,29 @@ public:
     }
 
     void run() {
-        const auto [from, to] = tree_.level_of_at_least(first_nodes);
+        const auto [from, to] = tree_.level_of_at_least(
+            std::max(least_first_nodes, scene_.surfels.size() / surfels_per_first_node));
         for (std::uint32_t node = from; node < to; ++node) cut_.nodes.push_back(node);
-        find_places();
+        cut_.find_places(tree_);
         solve_on_nodes(0);
         if (options_.insert && insert_for_sources()) solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
-            const std::vector<char> chosen = nodes_to_replace();
+            const CutTest::Result found = test_(cut_, *system_, values_, *sent_, options_.zeta * reference_, reference_,
+                                                stage("gathering"));
+            out_.history.back().emplace_back("error", found.error);
             double area = 0.0, total = 0.0;
-            for (std::size_t k = 0; k < chosen.size(); ++k) {
+            for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
                 const double of_node = tree_.area(cut_.nodes[k]);
-                area += chosen[k] ? of_node : 0.0;
+                area += found.refine[k] ? of_node : 0.0;
                 total += of_node;
             }
             if (!(area > 0.0)) break;
-            solve_on_nodes(replace(chosen));
+            const std::size_t refined = replace(found.refine);
+            watch_.lap("refinement");
+            solve_on_nodes(refined);
             if (area < little * total) break;
         }
+        balance();
         solve_smoothly();
         for (int round = 0; options_.insert && round < indirect_insertions && insert_for_indirect(); ++round)
             solve_smoothly();
@@ -89,20 +93,6 @@ private:
     static constexpr std::uint32_t none = SurfelTree::none;
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
-    // Where the nodes of the cut are.
-    struct Nodes {
-        std::vector<Vec3> positions, normals;
-        std::vector<std::uint32_t> objects;
-        explicit Nodes(const GlobalRefinement& of) {
-            for (std::uint32_t node : of.cut_.nodes) {
-                const std::uint32_t p = of.tree_.representative(node);
-                positions.push_back(of.tree_.position(p));
-                normals.push_back(of.tree_.normal(p));
-                objects.push_back(of.tree_.object(p));
-            }
-        }
-    };
-
     // The error of all is least for given rays where they go by the root of the area.
     int rays_of(std::uint32_t node) const {
         const double share = std::sqrt(tree_.area(node) / usual_area_);
@@ -148,22 +138,38 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        Rgb entered, absorbed, escaped, backs;
-        double squared = 0.0, total = 0.0;
-        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
-            if (!tree_.is_leaf(p)) continue;
-            const double area = tree_.area(p);
-            const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
-            const Rgb b = tree_.emission(p) + rho * h;
-            const std::uint32_t row = cut_.rows[cut_.place_of[p]];
-            entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
-            absorbed += area * (Rgb{1, 1, 1} - rho) * h;
-            escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
-            backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
-            squared += area * luminance(h) * luminance(h);
-            total += area;
+        constexpr std::size_t grain = 4096;
+        struct Part {
+            Rgb entered, absorbed, escaped, backs;
+            double squared = 0.0, area = 0.0;
+        };
+        std::vector<Part> parts((tree_.points() + grain - 1) / grain);
+        parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
+            Part& part = parts[begin / grain];
+            for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
+                if (!tree_.is_leaf(p)) continue;
+                const double area = tree_.area(p);
+                const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
+                const Rgb b = tree_.emission(p) + rho * h;
+                const std::uint32_t row = cut_.rows[cut_.place_of[p]];
+                part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
+                part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
+                part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
+                part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
+                part.squared += area * luminance(h) * luminance(h);
+                part.area += area;
+            }
+        });
+        Part all;
+        for (const Part& part : parts) {
+            all.entered += part.entered;
+            all.absorbed += part.absorbed;
+            all.escaped += part.escaped;
+            all.backs += part.backs;
+            all.squared += part.squared;
+            all.area += part.area;
         }
-        reference_ = std::sqrt(squared / total);
+        reference_ = std::sqrt(all.squared / all.area);
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
                                 {"cut", static_cast<double>(cut_.nodes.size())},
@@ -174,10 +180,14 @@ private:
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
-                                {"power_in", sum(entered)},
-                                {"power_absorbed", sum(absorbed)},
-                                {"power_escaped", sum(escaped)},
-                                {"power_into_backs", sum(backs)}});
+                                {"power_in", sum(all.entered)},
+                                {"power_absorbed", sum(all.absorbed)},
+                                {"power_escaped", sum(all.escaped)},
+                                {"power_into_backs", sum(all.backs)}});
+        watch_.lap("solve");
+        double seconds = 0.0;
+        for (const auto& [name, value] : out_.timings) seconds += value;
+        out_.history.back().emplace_back("seconds", seconds);
     }
 
     // Borders of shadows, from what needs no solving.
@@ -186,7 +196,7 @@ private:
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
         for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round) sources_.update();
-        find_places();
+        cut_.find_places(tree_);
         watch_.lap("insertion");
         return tree_.leaves() > before;
     }
@@ -196,12 +206,12 @@ private:
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + sure * std::hypot(sources_.noise(p), noise(cut_.place_of[p]));
+            return options_.zeta * reference_ + sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         if (!insertion_.refine(all, wanted)) return false;
         sources_.update();
         for (bool any = true; any;) {
-            find_places();
+            cut_.find_places(tree_);
             std::vector<char> opened(cut_.nodes.size(), 0);
             for (std::uint32_t point = first; point < tree_.points(); ++point) {
                 const std::uint32_t k = cut_.place_of[point];
@@ -209,163 +219,24 @@ private:
             }
             any = replace(opened) > 0;
         }
-        for (int round = 0; round < most_iterations && replace(unbalanced()) > 0; ++round) {
-        }
         watch_.lap("insertion");
-        shoot();
+        balance();
         return true;
     }
 
-    // Nodes much larger than one beside them: between the two the finer side would have all the say.
-    std::vector<char> unbalanced() const {
-        const Nodes at(*this);
-        const Interpolation nodes(at.positions, at.normals, at.objects);
-        std::vector<char> out(cut_.nodes.size(), 0);
-        parallel_blocks(cut_.nodes.size(), 64, [&](std::size_t from, std::size_t to) {
-            std::vector<Interpolation::Weight> near;
-            for (std::size_t k = from; k < to; ++k) {
-                if (tree_.is_leaf(cut_.nodes[k])) continue;
-                nodes.nearest(at.positions[k], at.normals[k], at.objects[k], tested_neighbors, near);
-                const double least = tree_.area(cut_.nodes[k]) / most_unlike;
-                out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
-                    return tree_.area(cut_.nodes[other.site]) < least;
-                });
-            }
-        });
-        return out;
-    }
-
-    // Standard error of a node's value.
-    double noise(std::size_t k) const {
-        double first[3], second[3];
-        gathering_.gather_halves(cut_.rows[k], *sent_, system_->channels(), first, second);
-        return 0.5 * std::abs(luminance(system_->unpack(first)) - luminance(system_->unpack(second)));
-    }
-
-    std::vector<char> nodes_to_replace() {
-        probe();
-        const Nodes at(*this);
-        const Interpolation nodes(at.positions, at.normals, at.objects);
-        const double wanted = options_.zeta * reference_;
-        const auto value = [&](std::size_t k) { return luminance(system_->value(values_, k) + system_->found(k)); };
-        std::vector<char> out(cut_.nodes.size(), 0);
-        std::vector<double> squared(cut_.nodes.size(), 0.0);
-        parallel_blocks(cut_.nodes.size(), 64, [&](std::size_t from, std::size_t to) {
-            std::vector<Interpolation::Weight> near;
-            for (std::size_t k = from; k < to; ++k) {
-                const double area = tree_.area(cut_.nodes[k]), spread = noise(k);
-                squared[k] = area * spread * spread;
-                if (tree_.is_leaf(cut_.nodes[k])) continue;
-                // What is close changes the field within that distance (Ward and others 1988); to first order, by which
-                // fields are interpolated, by the square of it.
-                const double own = value(k);
-                const double reach = std::sqrt(area / pi) * gathering_.row(cut_.rows[k]).closeness;
-                // What the nodes around would say here (D04 eq. 11, but for what is a slope).
-                nodes.nearest(at.positions[k], at.normals[k], at.objects[k], tested_neighbors, near);
-                double around = 0.0, sum = 0.0;
-                const double h = near.empty() ? 0.0 : near.back().weight;
-                for (const Interpolation::Weight& other : near) {
-                    if (other.site == k || !(other.weight > 0.0) || other.weight >= h) continue;
-                    const double root = (h - other.weight) / (h * other.weight);
-                    around += root * root * value(other.site);
-                    sum += root * root;
-                }
-                around = sum > 0.0 ? around / sum : 0.0;
-                static const double close_factor = std::getenv("SF_A") ? std::atof(std::getenv("SF_A")) : 1.0;
-                const double close_by = close_factor * std::max(own, around) * reach * reach;
-                const double off = std::max(std::abs(own - around), probed_off(k, nodes, value)) - sure * spread;
-                out[k] = std::max(close_by, off) > wanted;
-                const double left = 0.25 * std::max(0.0, off);  // of it, with nodes on all sides
-                squared[k] += area * left * left;
-            }
-        });
-        double sum = 0.0, total = 0.0;
-        for (std::size_t k = 0; k < squared.size(); ++k) sum += squared[k], total += tree_.area(cut_.nodes[k]);
-        out_.history.back().emplace_back("error", std::sqrt(sum / total) / reference_);
-        return out;
-    }
-
-    // By how much the field is off at another surfel of the node, as far as a few rays can tell.
-    template <class Value>
-    double probed_off(std::size_t k, const Interpolation& nodes, const Value& value) const {
-        const std::uint32_t row = probe_of_.at(cut_.nodes[k]);
-        const Place& at = probes_.place(row);
-        thread_local std::vector<Interpolation::Weight> weights;
-        nodes.at(at.position, at.normal, scene_.object[at.surfel], weights);
-        double said = 0.0;
-        for (const Interpolation::Weight& w : weights) said += w.weight * value(w.site);
-        double first[3], second[3];
-        probes_.gather_halves(row, *sent_, system_->channels(), first, second);
-        const double found = luminance(probes_.lamps()[row].value + probes_.sky()[row].value);
-        const double a = luminance(system_->unpack(first)), b = luminance(system_->unpack(second));
-        const double seen = found + 0.5 * (a + b), spread = std::max(0.5 * std::abs(a - b), probe_error * seen);
-        return std::abs(seen - said) - sure * spread;
-    }
-
-    // Probes of groups that have none yet: rays from a surfel of theirs drawn by chance.
-    void probe() {
-        std::vector<Place> fresh;
-        for (const std::uint32_t node : cut_.nodes) {
-            if (tree_.is_leaf(node) || probe_of_.count(node)) continue;
-            Random random(options_.seed + probe_stream, node);
-            std::uint32_t p = node;
-            while (!tree_.is_leaf(p)) {
-                double left = random.uniform() * tree_.area(p);
-                std::uint32_t next = p;
-                tree_.for_members(p, [&](std::uint32_t member) {
-                    if (left >= 0.0) next = member;
-                    left -= tree_.area(member);
-                });
-                p = next;
-            }
-            probe_of_[node] = static_cast<std::uint32_t>(probes_.size() + fresh.size());
-            fresh.push_back(LitPoints::place(tree_, p));
-        }
-        probes_.add(fresh, std::vector<int>(fresh.size(), probe_rays), stage("gathering"));
-        watch_.lap("gathering");
-    }
-
-    // Nodes give way to their members. How many did.
     std::size_t replace(const std::vector<char>& chosen) {
-        const std::size_t channels = system_->channels();
-        std::vector<std::uint32_t> next;
-        std::vector<double> start;
-        std::size_t count = 0;
-        for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
-            const auto keep = [&](std::uint32_t node) {
-                next.push_back(node);
-                for (std::size_t c = 0; c < channels; ++c) start.push_back(values_[k * channels + c]);
-            };
-            count += chosen[k] != 0;
-            if (chosen[k])
-                tree_.for_members(cut_.nodes[k], keep);
-            else
-                keep(cut_.nodes[k]);
-        }
-        cut_.nodes = std::move(next);
-        values_ = std::move(start);
-        find_places();
-        watch_.lap("refinement");
-        return count;
+        return cut_.replace(tree_, chosen, values_, system_->channels());
     }
 
-    void find_places() {
-        cut_.place_of.assign(tree_.points(), none);
-        std::vector<std::uint32_t> stack;
-        for (std::uint32_t k = 0; k < cut_.nodes.size(); ++k) {
-            stack.push_back(cut_.nodes[k]);
-            while (!stack.empty()) {
-                const std::uint32_t node = stack.back();
-                stack.pop_back();
-                if (tree_.is_point(node)) cut_.place_of[node] = k;
-                tree_.for_members(node, [&](std::uint32_t member) { stack.push_back(member); });
-            }
+    void balance() {
+        while (replace(cut_.unbalanced(tree_)) > 0) {
         }
+        watch_.lap("refinement");
     }
 
     void solve_smoothly() {
         shoot();
-        Nodes nodes(*this);
+        NodePlaces nodes(tree_, cut_);
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
         system_->interpolate(cut_, field_->interpolation());
@@ -385,11 +256,11 @@ private:
     const LightSampler emitters_, skies_;
     SurfelTree tree_;
     Gathering gathering_, probes_;
+    CutTest test_;
     Insertion insertion_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
-    std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;

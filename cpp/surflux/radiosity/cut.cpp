@@ -1,0 +1,80 @@
+#include "surflux/radiosity/cut.h"
+
+#include <algorithm>
+
+#include "surflux/core/parallel.h"
+#include "surflux/solution/interpolation.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr double most_unlike = 32.0;  // areas of nodes beside each other
+
+}  // namespace
+
+NodePlaces::NodePlaces(const SurfelTree& tree, const Cut& cut) {
+    for (std::uint32_t node : cut.nodes) {
+        const std::uint32_t p = tree.representative(node);
+        positions.push_back(tree.position(p));
+        normals.push_back(tree.normal(p));
+        objects.push_back(tree.object(p));
+    }
+}
+
+void Cut::find_places(const SurfelTree& tree) {
+    place_of.assign(tree.points(), SurfelTree::none);
+    std::vector<std::uint32_t> stack;
+    for (std::uint32_t k = 0; k < nodes.size(); ++k) {
+        stack.push_back(nodes[k]);
+        while (!stack.empty()) {
+            const std::uint32_t node = stack.back();
+            stack.pop_back();
+            if (tree.is_point(node)) place_of[node] = k;
+            tree.for_members(node, [&](std::uint32_t member) { stack.push_back(member); });
+        }
+    }
+}
+
+std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
+                         std::size_t channels) {
+    std::vector<std::uint32_t> next;
+    std::vector<double> start;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const auto keep = [&](std::uint32_t node) {
+            next.push_back(node);
+            for (std::size_t c = 0; c < channels; ++c) start.push_back(values[k * channels + c]);
+        };
+        count += chosen[k] != 0;
+        if (chosen[k])
+            tree.for_members(nodes[k], keep);
+        else
+            keep(nodes[k]);
+    }
+    nodes = std::move(next);
+    values = std::move(start);
+    if (count > 0) find_places(tree);
+    return count;
+}
+
+std::vector<char> Cut::unbalanced(const SurfelTree& tree) const {
+    const NodePlaces at(tree, *this);
+    const Interpolation sites(at.positions, at.normals, at.objects);
+    std::vector<char> out(nodes.size(), 0);
+    parallel_blocks(nodes.size(), 64, [&](std::size_t from, std::size_t to) {
+        std::vector<Interpolation::Weight> near;
+        for (std::size_t k = from; k < to; ++k) {
+            if (tree.is_leaf(nodes[k])) continue;
+            sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+            const double least = tree.area(nodes[k]) / most_unlike;
+            out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
+                return tree.area(nodes[other.site]) < least;
+            });
+        }
+    });
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,126 @@
+#include "surflux/radiosity/cut_test.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
+#include "surflux/core/sampling.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr int probe_rays = 32;
+constexpr double probe_error = 0.08;  // of what they find, at least
+constexpr double sure = 2.0;          // standard errors that a difference must be beyond
+
+double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
+                  const std::vector<double>& sent, double& mean) {
+    double first[3], second[3];
+    rows.gather_halves(row, sent, system.channels(), first, second);
+    const double a = luminance(system.unpack(first)), b = luminance(system.unpack(second));
+    mean = 0.5 * (a + b);
+    return a - b;
+}
+
+}  // namespace
+
+CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed)
+    : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), passed_(tree.size(), -1.0f) {}
+
+double CutTest::noise(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
+    double mean;
+    return 0.5 * std::abs(difference(system, gathering_, row, sent, mean));
+}
+
+// Rays from a surfel below each group that has not had any, drawn by area.
+void CutTest::probe(const Cut& cut, const Progress& progress) {
+    std::vector<Place> fresh;
+    for (const std::uint32_t node : cut.nodes) {
+        if (tree_.is_leaf(node) || probe_of_.count(node)) continue;
+        Random random(seed_, node);
+        std::uint32_t p = node;
+        while (!tree_.is_leaf(p)) {
+            double left = random.uniform() * tree_.area(p);
+            std::uint32_t next = p;
+            tree_.for_members(p, [&](std::uint32_t member) {
+                if (left >= 0.0) next = member;
+                left -= tree_.area(member);
+            });
+            p = next;
+        }
+        probe_of_[node] = static_cast<std::uint32_t>(probes_.size() + fresh.size());
+        fresh.push_back(LitPoints::place(tree_, p));
+    }
+    probes_.add(fresh, std::vector<int>(fresh.size(), probe_rays), progress);
+}
+
+CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
+                                    const std::vector<double>& sent, double wanted, double reference,
+                                    const Progress& progress) {
+    probe(cut, progress);
+    const NodePlaces at(tree_, cut);
+    const Interpolation sites(at.positions, at.normals, at.objects);
+    const std::size_t count = cut.nodes.size();
+    std::vector<double> value(count);
+    for (std::size_t k = 0; k < count; ++k) value[k] = luminance(system.value(values, k) + system.found(k));
+
+    // What the nodes around say at the place of one.
+    const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+        sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+        double said = 0.0, sum = 0.0;
+        for (const Interpolation::Weight& other : near) {
+            const double h = near.back().weight;
+            if (other.site == k || !(other.weight > 0.0) || other.weight >= h) continue;
+            const double root = (h - other.weight) / (h * other.weight);
+            said += root * root * value[other.site];
+            sum += root * root;
+        }
+        return sum > 0.0 ? said / sum : 0.0;
+    };
+    // By how much all are off at the probe of a node, as far as it can tell.
+    const auto off_at_probe = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+        const std::uint32_t row = probe_of_.at(cut.nodes[k]);
+        const Place& place = probes_.place(row);
+        sites.at(place.position, place.normal, at.objects[k], near);
+        double said = 0.0, seen = 0.0;
+        for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
+        const double halves = difference(system, probes_, row, sent, seen);
+        seen += luminance(probes_.lamps()[row].value + probes_.sky()[row].value);
+        return std::abs(seen - said) - sure * std::max(0.5 * std::abs(halves), probe_error * seen);
+    };
+
+    Result out;
+    out.refine.assign(count, 0);
+    parallel_blocks(count, 64, [&](std::size_t from, std::size_t to) {
+        std::vector<Interpolation::Weight> near;
+        for (std::size_t k = from; k < to; ++k) {
+            const std::uint32_t node = cut.nodes[k];
+            if (passed_[node] >= 0.0f) continue;
+            const double spread = noise(cut.rows[k], system, sent);
+            double left = 0.0;
+            if (!tree_.is_leaf(node)) {
+                const double around = said_by_others(k, near);
+                const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
+                const double close_by = std::max(value[k], around) * reach * reach;
+                const double off = std::max(std::abs(value[k] - around), off_at_probe(k, near)) - sure * spread;
+                out.refine[k] = std::max(close_by, off) > wanted;
+                left = 0.25 * std::max(0.0, off);  // with nodes on all sides
+            }
+            const double squared = spread * spread + left * left;
+            if (!out.refine[k]) passed_[node] = static_cast<float>(squared);
+        }
+    });
+    double sum = 0.0, total = 0.0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double area = tree_.area(cut.nodes[k]), squared = passed_[cut.nodes[k]];
+        sum += area * (squared >= 0.0 ? squared : wanted * wanted);
+        total += area;
+    }
+    out.error = reference > 0.0 ? std::sqrt(sum / total) / reference : 0.0;
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/radiosity/cut.h"
+#include "surflux/radiosity/gathered_system.h"
+#include "surflux/radiosity/gathering.h"
+#include "surflux/solution/interpolation.h"
+
+namespace surflux {
+
+// Finds the nodes of a cut between which interpolation is not good enough. D04 7.1 refines where neighbours differ; as
+// fields are interpolated to first order, what is asked here is
+//   - how close by surfaces are: they change the field within their distance (Ward and others 1988), to first order by
+// its square;
+//   - what the nodes around would say at the node, and all of them at another surfel below it, drawn by chance, at
+// which a few rays know better. So groups are found out that a surfel stands for which is not like the rest.
+class CutTest {
+public:
+    struct Result {
+        std::vector<char> refine;  // of each node
+        double error = 0.0;        // estimated, of the whole field: relative RMS
+    };
+
+    // `probes` takes the rays to surfels drawn by chance.
+    CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
+
+    // `wanted`: luminance that may be left; `reference` that of the RMS of H. Values as solved, with what all senders
+    // send then. A node that was good enough once is so for good.
+    Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
+                      const std::vector<double>& sent, double wanted, double reference, const Progress& progress);
+    // Standard error of the luminance of a row.
+    double noise(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
+
+private:
+    void probe(const Cut& cut, const Progress& progress);
+
+    const SurfelTree& tree_;
+    const Gathering& gathering_;
+    Gathering& probes_;
+    std::uint64_t seed_;
+    std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
+    std::vector<float> passed_;  // of each node of the tree that has, its squared error; else negative
+};
+
+}  // namespace surflux
