@@ -109,7 +109,9 @@ class Solution:
         seed = _check.seed("seed", seed)
         with thread_limit(threads):
             if self._field is None:
-                self._field = _core.Field(self.surfels._core, self.objects)
+                # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it.
+                groups = 2 * self.objects + (self.irradiance == 0).all(axis=1)
+                self._field = _core.Field(self.surfels._core, groups.astype(np.uint32))
             others = self._field.at(self.irradiance - self.direct, points, normals)
             if direct == "interpolated":
                 return np.asarray(others + self._field.at(self.direct, points, normals))

@@ -22,7 +22,8 @@ void GatheredSystem::take_by_nodes(const Cut& cut) {
     for (std::size_t p = 0; p < n; ++p) weights_[p] = {cut.place_of[p], 1.0};
 }
 
-void GatheredSystem::interpolate(const Cut& cut, const Interpolation& nodes) {
+void GatheredSystem::interpolate(const Cut& cut, const Interpolation& nodes,
+                                 const std::vector<std::uint32_t>& objects) {
     cut_ = &cut;
     constexpr std::size_t grain = 256;
     const std::size_t n = tree_.points();
@@ -34,7 +35,7 @@ void GatheredSystem::interpolate(const Cut& cut, const Interpolation& nodes) {
         for (std::size_t k = from; k < to; ++k) {
             const auto p = static_cast<std::uint32_t>(k);
             if (!tree_.is_leaf(p)) continue;
-            nodes.at(tree_.position(p), tree_.normal(p), tree_.object(p), near);
+            nodes.at(tree_.position(p), tree_.normal(p), objects[k], near);
             begin_[k + 1] = near.size();
             block.insert(block.end(), near.begin(), near.end());
         }
@@ -87,8 +88,38 @@ const std::vector<double>& GatheredSystem::sent(const std::vector<double>& x) {
 void GatheredSystem::gather(std::vector<double>& out) const {
     out.resize(cut_->rows.size() * channels_);
     parallel_for(cut_->rows.size(), 64, [&](std::size_t k) {
-        gathering_.gather(cut_->rows[k], sent_, channels_, out.data() + k * channels_);
+        double* to = out.data() + k * channels_;
+        gathering_.gather(cut_->rows[k], sent_, channels_, to);
+        for (std::size_t c = 0; c < channels_; ++c) to[c] *= gain_;
     });
+}
+
+double GatheredSystem::balance(const std::vector<double>& x) {
+    send(x, true);
+    constexpr std::size_t grain = 4096;
+    struct Flux {
+        double sent = 0.0, received = 0.0;
+    };
+    std::vector<Flux> parts((tree_.points() + grain - 1) / grain);
+    parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
+        Flux& flux = parts[begin / grain];
+        for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
+            if (!tree_.is_leaf(p)) continue;
+            double left = 0.0, received = 0.0;
+            for (std::size_t w = begin_[p]; w < begin_[p + 1]; ++w) {
+                const Gathering::Row& row = gathering_.row(cut_->rows[weights_[w].site]);
+                left += weights_[w].weight * static_cast<double>(row.escape + row.absorbed);
+                for (std::size_t c = 0; c < channels_; ++c)
+                    received += weights_[w].weight * x[weights_[w].site * channels_ + c];
+            }
+            for (std::size_t c = 0; c < channels_; ++c)
+                flux.sent += tree_.area(p) * (1.0 - left) * sent_[p * channels_ + c];
+            flux.received += tree_.area(p) * received;
+        }
+    });
+    Flux all;
+    for (const Flux& part : parts) all.sent += part.sent, all.received += part.received;
+    return all.received > 0.0 ? all.sent / all.received : 1.0;
 }
 
 LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::vector<double>& x,

@@ -23,8 +23,14 @@ public:
 
     // Each leaf takes the value of its node; or that of the nodes around by the weights of an interpolation.
     void take_by_nodes(const Cut& cut);
-    void interpolate(const Cut& cut, const Interpolation& nodes);
+    // Objects by point.
+    void interpolate(const Cut& cut, const Interpolation& nodes, const std::vector<std::uint32_t>& objects);
 
+    // What surfaces send each other, less what escapes and what backs absorb, over what they receive: 1 but for the noise
+    // of the rays and what interpolation cuts off; for what all nodes send with x.
+    double balance(const std::vector<double>& x);
+    // What is gathered counts as many times.
+    void set_gain(double gain) { gain_ = gain; }
     // `x` holds the start and the result.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
     // The weights of the nodes at a leaf.
@@ -52,6 +58,7 @@ private:
     const bool emitters_apart_;
     const std::size_t channels_;
     const Cut* cut_ = nullptr;
+    double gain_ = 1.0;
     std::vector<std::size_t> begin_;  // of each point, in weights_
     std::vector<Interpolation::Weight> weights_;
     std::vector<double> sent_;

@@ -31,6 +31,8 @@ public:
         std::uint32_t rays;
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
+        // Covered by something: it sees nothing but backs.
+        bool is_buried() const { return begin == end && escape == 0.0f; }
     };
     // Emission of `emitters` is in no link: rays pick it up here, in balance with those that are aimed at them
     // (lights/aimed.h); the sky likewise.

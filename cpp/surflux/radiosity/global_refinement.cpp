@@ -23,6 +23,7 @@ constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
+constexpr double most_gain = 1.05;
 constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 bool is_grey(const std::vector<Rgb>& values) {
@@ -180,6 +181,7 @@ private:
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
+                                {"gain", gain_},
                                 {"power_in", sum(all.entered)},
                                 {"power_absorbed", sum(all.absorbed)},
                                 {"power_escaped", sum(all.escaped)},
@@ -236,12 +238,28 @@ private:
 
     void solve_smoothly() {
         shoot();
+        // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
+        for (std::size_t k = 0; k < cut_.rows.size(); ++k)
+            nodes.objects[k] = 2 * nodes.objects[k] + (gathering_.row(cut_.rows[k]).is_buried() ? 1 : 0);
+        std::vector<std::uint32_t> objects(tree_.points());
+        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+            objects[p] = 2 * tree_.object(p);
+            if (cut_.place_of[p] != none && sources_[p] == Rgb{} &&
+                gathering_.row(cut_.rows[cut_.place_of[p]]).is_buried())
+                ++objects[p];
+        }
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
-        system_->interpolate(cut_, field_->interpolation());
+        system_->interpolate(cut_, field_->interpolation(), objects);
         watch_.lap("interpolation");
-        report(system_->solve(options_.tolerance, most_applications, values_, stage("solve")), 0);
+        // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
+        LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
+        gain_ = std::clamp(gain_ * system_->balance(values_), 1.0 / most_gain, most_gain);
+        system_->set_gain(gain_);
+        const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+        linear = {linear.applications + last.applications, last.residual};
+        report(linear, 0);
         watch_.lap("solve");
     }
 
@@ -265,6 +283,7 @@ private:
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
     double reference_ = 0.0;   // RMS of H
+    double gain_ = 1.0;
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
 };
