@@ -104,10 +104,9 @@ py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsi
 void bind_radiosity(py::module_& module) {
     module.attr("PAIRS_UP_TO") = SolveOptions{}.pairs_up_to;
     module.def("require_memory_for_pairs", &require_memory_for_pairs, py::arg("surfels"), py::arg("limit"));
-    module.def("solve", &solve_scene, py::arg("scene"), py::arg("transport"), py::arg("zeta"),
-               py::arg("insert"), py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"),
-               py::arg("shadow_rays"), py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
-               py::arg("progress") = py::none());
+    module.def("solve", &solve_scene, py::arg("scene"), py::arg("transport"), py::arg("zeta"), py::arg("insert"),
+               py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"), py::arg("shadow_rays"),
+               py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
                py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),

@@ -105,7 +105,7 @@ class Solution:
         normals = _check.unit_vectors("normals", _check.finite_array("normals", normals, (len(points), 3)))
         _check.choice("direct", direct, ("interpolated", "traced"))
         if direct == "traced" and self._scene is None:
-            raise ValueError("direct: wanted \"interpolated\", for a solution from a file has no scene to trace rays in")
+            raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
         seed = _check.seed("seed", seed)
         with thread_limit(threads):
             if self._field is None:
@@ -149,9 +149,11 @@ class Solution:
         samples = _check.count("samples", samples, 1, 8)
         _check.flag("layers", layers)
 
+        drawn = self._drawn()
+
         def draw(exitance, lamps):
             return _core.render_splats(
-                self.surfels._core,
+                drawn,
                 exitance / np.pi,
                 [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in lamps],
                 (camera.eye, camera.target, camera.up, camera.fov),
@@ -170,6 +172,15 @@ class Solution:
         picture["direct"] = draw(self.surfels.emission + rho * self.direct, self._lamps)["radiance"]
         picture["indirect"] = draw(rho * (self.irradiance - self.direct), [])["radiance"]
         return {name: picture[name] for name in ("radiance", "direct", "indirect", "depth", "normal", "index")}
+
+    def _drawn(self):
+        """The compiled surfels as disks that leave no gaps: four of half the radius do not cover the one they replace."""
+        core, inserted = self.surfels._core, np.bincount(self.parents)[self.parents] > 1
+        if not inserted.any():
+            return core
+        copy = core.select(np.arange(len(core), dtype=np.uint32))
+        copy.set_radii(np.where(inserted, INSERTED_FOOTPRINT, 1.0) * self.surfels.radii)
+        return copy
 
     def plot(self, color="radiosity", **options):
         """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
@@ -238,6 +249,9 @@ class Solution:
             comments=pack_comments(about),
         )
 
+
+# And disks that were inserted are drawn larger by this.
+INSERTED_FOOTPRINT = 1.6
 
 # Splats reach this many radii: beyond 1, so that every pixel of a disk lies well inside of some splat.
 FOOTPRINT = 1.5

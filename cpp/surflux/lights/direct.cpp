@@ -174,8 +174,8 @@ struct Part {
 
 // Mean over the surfel of the irradiance from one light, per unit of its colour: the mean kernel times the share of it
 // that gets through, by rays that count as much as passes along them.
-Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver,
-                     const DirectOptions& options, EvenPoints even) {
+Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver, const DirectOptions& options,
+                     EvenPoints even) {
     const double mean = light.mean_kernel(receiver);
     if (mean <= 0.0) return {};
     double all = 0.0, passed = 0.0, squared = 0.0, least = 1.0, most = 0.0;

@@ -23,9 +23,8 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
         places[k] = {points[k], normals[k], from.surfel, false};
     });
     std::vector<Rgb> out = direct_irradiance(scene, tracer, places, options, seed, progress);
-    const bool has_sky = std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
-        return std::holds_alternative<Environment>(light);
-    });
+    const bool has_sky = std::any_of(scene.lights.begin(), scene.lights.end(),
+                                     [](const Light& light) { return std::holds_alternative<Environment>(light); });
     if (!has_sky) return out;
     const LightSampler skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky);
     const std::vector<Rgb> aimed = aimed_irradiance(scene, tracer, skies, places, {rays, rays}, seed, progress);

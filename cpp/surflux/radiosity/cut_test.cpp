@@ -58,7 +58,7 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, double wanted, double reference,
+                                    const std::vector<double>& sent, double wanted, double reference, double usual_area,
                                     const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
@@ -106,7 +106,9 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
                 const double close_by = std::max(value[k], around) * reach * reach;
                 const double off = std::max(std::abs(value[k] - around), off_at_probe(k, near)) - sure * spread;
-                out.refine[k] = std::max(close_by, off) > wanted;
+                // The error of all has less of a small node's: half way to where all have the same part in it.
+                const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
+                out.refine[k] = std::max(close_by, off) > wanted * small;
                 left = 0.25 * std::max(0.0, off);  // with nodes on all sides
             }
             const double squared = spread * spread + left * left;

@@ -28,10 +28,12 @@ public:
     // `probes` takes the rays to surfels drawn by chance.
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
 
-    // `wanted`: luminance that may be left; `reference` that of the RMS of H. Values as solved, with what all senders
+    // `wanted`: luminance that may be left at nodes of `usual_area`, more at smaller ones; `reference` that of the RMS
+    // of H. Values as solved, with what all senders
     // send then. A node that was good enough once is so for good.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                      const std::vector<double>& sent, double wanted, double reference, const Progress& progress);
+                      const std::vector<double>& sent, double wanted, double reference, double usual_area,
+                      const Progress& progress);
     // Standard error of the luminance of a row.
     double noise(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
 

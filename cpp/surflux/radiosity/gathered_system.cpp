@@ -7,11 +7,7 @@ namespace surflux {
 
 GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
                                bool emitters_apart, std::size_t channels)
-    : tree_(tree),
-      gathering_(gathering),
-      sources_(sources),
-      emitters_apart_(emitters_apart),
-      channels_(channels) {}
+    : tree_(tree), gathering_(gathering), sources_(sources), emitters_apart_(emitters_apart), channels_(channels) {}
 
 void GatheredSystem::take_by_nodes(const Cut& cut) {
     cut_ = &cut;

@@ -44,8 +44,8 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     for (int k = 0; k < count; ++k) {
         const double* u = even.next();
         const Vec3 from = points_.at(receiver, u[2], u[3]);
-        out.rays.push_back({{from, receiver.normal, receiver.surfel},
-                            frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+        out.rays.push_back(
+            {{from, receiver.normal, receiver.surfel}, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
     }
     tracer_.closest(out.rays, out.hits);
 
@@ -80,7 +80,9 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
         // itself is darker than what of it is seen, so that larger ones send too little.
         const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
                                                   0.5 * hit.distance / std::sqrt(count * cosine));
-        out.links.push_back({sender, static_cast<std::uint16_t>(k % 2 == 0), static_cast<std::uint16_t>(k % 2),
+        // Of a net of 2^m points the first half is one, and so is the second; every other one is not.
+        const bool first = 2 * k < count;
+        out.links.push_back({sender, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(!first),
                              static_cast<float>(u), static_cast<float>(v)});
     }
     std::stable_sort(out.links.begin(), out.links.end(),

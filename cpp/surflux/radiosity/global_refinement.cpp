@@ -42,7 +42,8 @@ public:
           watch_(out.timings),
           emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
-          tree_(scene, build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, stage("hierarchy")),
+          tree_(scene,
+                build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, stage("hierarchy")),
                 leaves_allowed(scene, options.insert, options.max_surfels)),
           gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
@@ -55,21 +56,21 @@ public:
         watch_.lap("hierarchy");
         sources_.update(stage("direct"));
         watch_.lap("direct");
-        const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) &&
-                          sources_.is_grey() && grey_skies();
+        const bool grey =
+            is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() && grey_skies();
         system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3);
     }
 
     void run() {
-        const auto [from, to] = tree_.level_of_at_least(
-            std::max(least_first_nodes, scene_.surfels.size() / surfels_per_first_node));
+        const auto [from, to] =
+            tree_.level_of_at_least(std::max(least_first_nodes, scene_.surfels.size() / surfels_per_first_node));
         for (std::uint32_t node = from; node < to; ++node) cut_.nodes.push_back(node);
         cut_.find_places(tree_);
         solve_on_nodes(0);
         if (options_.insert && insert_for_sources()) solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             const CutTest::Result found = test_(cut_, *system_, values_, *sent_, options_.zeta * reference_, reference_,
-                                                stage("gathering"));
+                                                usual_area_, stage("gathering"));
             out_.history.back().emplace_back("error", found.error);
             double area = 0.0, total = 0.0;
             for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
@@ -125,7 +126,9 @@ private:
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")), refined);
+        report(
+            system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")),
+            refined);
         watch_.lap("solve");
     }
 
@@ -208,7 +211,8 @@ private:
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+            return options_.zeta * reference_ +
+                   sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         if (!insertion_.refine(all, wanted)) return false;
         sources_.update();
@@ -282,7 +286,7 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;   // RMS of H
+    double reference_ = 0.0;  // RMS of H
     double gain_ = 1.0;
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;

@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
 constexpr std::size_t repelling = 12;
 constexpr double smallest_share = 0.125;
-constexpr double step = 0.3;    // of what the forces want, per round of repulsion
-constexpr double inside = 0.96; // of the way to the rim of a patch is as far as children go
+constexpr double step = 0.3;       // of what the forces want, per round of repulsion
+constexpr double inside = 0.96;    // of the way to the rim of a patch is as far as children go
 constexpr double farthest = 0.75;  // of the parent's radius is as far as they go from it
 
 }  // namespace
@@ -58,8 +58,8 @@ struct Insertion::Leaves {
 };
 
 struct Insertion::Neighborhood {
-    Vec3 error;          // e_i of D04 eq. 12
-    double off = 0.0;    // what interpolation to a neighbour may be off by
+    Vec3 error;        // e_i of D04 eq. 12
+    double off = 0.0;  // what interpolation to a neighbour may be off by
     std::vector<Interpolation::Weight> near;
 };
 

@@ -36,8 +36,7 @@ private:
     bool split(const std::vector<std::uint32_t>& leaves, const std::vector<double>& values);
     struct Leaves;
     struct Neighborhood;
-    void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values,
-                 Neighborhood& out) const;
+    void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values, Neighborhood& out) const;
     void repel(std::uint32_t first);
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 

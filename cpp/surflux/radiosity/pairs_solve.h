@@ -18,9 +18,9 @@ struct PairsOptions {
     std::uint64_t seed = 0;
 };
 
-// Radiosity on one level, all pairs of surfels: B_i = E_i + rho_i H_i, H_i = D_i + sum_j F_ij B_j (D04 eq. 1 in the form
-// of D03 section 3), with F symmetric in exchange and closed. Fills in surfels, parents, irradiance, direct, timings and
-// history of `out`.
+// Radiosity on one level, all pairs of surfels: B_i = E_i + rho_i H_i, H_i = D_i + sum_j F_ij B_j (D04 eq. 1 in the
+// form of D03 section 3), with F symmetric in exchange and closed. Fills in surfels, parents, irradiance, direct,
+// timings and history of `out`.
 void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions& options,
                     const StageProgress& progress, Solution& out);
 

@@ -22,8 +22,8 @@ public:
     // `most_leaves`: the room for insertion.
     SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves);
 
-    std::size_t size() const { return first_group_ + groups_.size(); }    // of arrays by node; some stay unused
-    std::size_t points() const { return surfels_ + inserted_.size(); }    // surfels and inserted ones
+    std::size_t size() const { return first_group_ + groups_.size(); }  // of arrays by node; some stay unused
+    std::size_t points() const { return surfels_ + inserted_.size(); }  // surfels and inserted ones
     std::size_t leaves() const { return leaves_; }
     bool has_room() const { return leaves_ + children - 1 <= most_leaves_; }
 
@@ -102,11 +102,11 @@ private:
     std::size_t surfels_, leaves_, most_leaves_;
     std::uint32_t first_group_;
     Surfels inserted_;
-    std::vector<std::uint32_t> origin_;            // of inserted ones
-    std::vector<std::vector<Triangle>> cells_;     // of inserted ones, where they lie on a patch
-    std::vector<std::uint32_t> triangles_;         // where those of each surfel begin
-    std::vector<std::uint32_t> child_;             // of points: the first of four, or none
-    std::vector<std::uint32_t> group_of_surfel_;   // or none
+    std::vector<std::uint32_t> origin_;           // of inserted ones
+    std::vector<std::vector<Triangle>> cells_;    // of inserted ones, where they lie on a patch
+    std::vector<std::uint32_t> triangles_;        // where those of each surfel begin
+    std::vector<std::uint32_t> child_;            // of points: the first of four, or none
+    std::vector<std::uint32_t> group_of_surfel_;  // or none
     std::vector<std::uint32_t> group_of_group_;
     std::vector<Group> groups_;
     std::vector<std::uint32_t> members_;

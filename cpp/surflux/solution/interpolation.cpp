@@ -9,10 +9,10 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t site_count = 9;         // of which the last has weight 0
-constexpr std::size_t few = 20, many = 120;   // looked at, to find as many that face the point's way
-constexpr double least_cosine = 0.5;          // between normals
-constexpr double off_surface = 8.0;           // how many times the squared distance off the surface counts
+constexpr std::size_t site_count = 9;        // of which the last has weight 0
+constexpr std::size_t few = 20, many = 120;  // looked at, to find as many that face the point's way
+constexpr double least_cosine = 0.5;         // between normals
+constexpr double off_surface = 8.0;          // how many times the squared distance off the surface counts
 
 }  // namespace
 

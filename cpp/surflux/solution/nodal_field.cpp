@@ -9,10 +9,10 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t slope_neighbors = 9;  // itself among them
+constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
 constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
-constexpr double stiffness = 0.1;           // of the fit, against slopes that neighbours on one line do not give
+constexpr double stiffness = 0.1;     // of the fit, against slopes that neighbours on one line do not give
 
 }  // namespace
 

@@ -38,8 +38,7 @@ public:
     Values fit(std::vector<TiltedRgb> values) const;
     // Of values that do not say how they turn.
     Values fit(const std::vector<Rgb>& values) const;
-    Rgb at(const Values& field, const Vec3& point, const Vec3& normal,
-           Span<Interpolation::Weight> weights) const;
+    Rgb at(const Values& field, const Vec3& point, const Vec3& normal, Span<Interpolation::Weight> weights) const;
 
 private:
     void fit_slopes(Values& field) const;

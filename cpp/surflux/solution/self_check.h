@@ -13,13 +13,13 @@ struct SelfCheck {
     std::size_t rays = 0;
 };
 
-// How far a solution is from the light that fresh rays bring to `surfels` of the scene's surfels, drawn by area: its own
-// estimate of its error. Each ray goes on to where it meets a surface, and gathers there once more, at that very place: direct light by
-// an aimed ray, and by a second ray the light of the surfel that this one meets. So it sees what is wrong with the
-// exchange, and what surfels lose that hold one value where light changes across them; only what the second
-// bounce meets is taken as solved. Direct light of the checked surfels themselves stands as it is. Two independent
-// halves H' and H'' give sqrt(sum (H' - H).(H'' - H) / sum |H|^2), whose mean the rays' noise has no part in.
-// Of a surfel that was split the mean is checked.
+// How far a solution is from the light that fresh rays bring to `surfels` of the scene's surfels, drawn by area: its
+// own estimate of its error. Each ray goes on to where it meets a surface, and gathers there once more, at that very
+// place: direct light by an aimed ray, and by a second ray the light of the surfel that this one meets. So it sees what
+// is wrong with the exchange, and what surfels lose that hold one value where light changes across them; only what the
+// second bounce meets is taken as solved. Direct light of the checked surfels themselves stands as it is. Two
+// independent halves H' and H'' give sqrt(sum (H' - H).(H'' - H) / sum |H|^2), whose mean the rays' noise has no part
+// in. Of a surfel that was split the mean is checked.
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
                           std::uint64_t seed);
 
