@@ -10,6 +10,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t restart_after = 30;
+constexpr double rounding = 1e-14;  // what is left of a vector of length 1 where nothing should be
 
 // Summed in order, so that the result is the same for any number of threads.
 double inner(const std::vector<double>& a, const std::vector<double>& b) {
@@ -61,6 +62,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
         while (columns.size() < restart_after && report.applications + 1 < max_applications) {
             surflux::report(progress, percent_done(std::abs(right.back()), tolerance), 100);
             apply_scaled(basis.back(), product);
+            const double size = std::sqrt(inner(product, product));
             std::vector<double> column;
             for (const std::vector<double>& direction : basis) {
                 column.push_back(inner(direction, product));
@@ -73,7 +75,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
                 column[r + 1] = cosines[r] * column[r + 1] - sines[r] * above;
             }
             const double hypotenuse = std::hypot(column.back(), rest);
-            if (!(hypotenuse > 0.0)) break;  // the operator is singular here: what there is is all there can be
+            if (!(hypotenuse > rounding * size)) break;  // the operator is singular here: what there is is all there can be
             cosines.push_back(column.back() / hypotenuse);
             sines.push_back(rest / hypotenuse);
             column.back() = hypotenuse;

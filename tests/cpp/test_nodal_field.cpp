@@ -1,0 +1,178 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "surflux/core/sampling.h"
+#include "surflux/solution/nodal_field.h"
+
+namespace surflux {
+namespace {
+
+const Vec3 up{0, 0, 1};
+using Values = NodalField::Values;
+
+Rgb value_at(const NodalField& field, const Values& values, const Vec3& point, const Vec3& normal) {
+    std::vector<Interpolation::Weight> weights;
+    field.interpolation().at(point, normal, Interpolation::any_object, weights);
+    return field.at(values, point, normal, weights);
+}
+
+std::vector<Vec3> square(std::size_t n, double jitter) {
+    std::vector<Vec3> out;
+    Random random(2, n);
+    const double h = 1.0 / static_cast<double>(n);
+    for (std::size_t a = 0; a < n; ++a)
+        for (std::size_t b = 0; b < n; ++b)
+            out.push_back({h * (static_cast<double>(a) + 0.5 + jitter * (random.uniform() - 0.5)),
+                           h * (static_cast<double>(b) + 0.5 + jitter * (random.uniform() - 0.5)), 0.0});
+    return out;
+}
+
+template <class F>
+NodalField plane_of(const std::vector<Vec3>& at, const F& f, std::vector<Rgb>& values) {
+    for (const Vec3& p : at) values.push_back(f(p));
+    return NodalField(at, std::vector<Vec3>(at.size(), up), std::vector<std::uint32_t>(at.size(), 0));
+}
+
+TEST(NodalField, IsExactAtNodesAndForConstants) {
+    const std::vector<Vec3> at = square(12, 0.7);
+    std::vector<Rgb> values;
+    const NodalField field = plane_of(at, [](const Vec3& p) { return Rgb{2 + p.x, 3 - p.y, 1 + p.x * p.y}; }, values);
+    const Values fit = field.fit(values);
+    for (std::size_t k = 0; k < at.size(); ++k)
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(value_at(field, fit, at[k], up)[c], values[k][c], 1e-12);
+    const Values flat = field.fit(std::vector<Rgb>(at.size(), {1, 2, 3}));
+    for (double x : {-0.2, 0.01, 0.345, 0.99, 1.3})
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(value_at(field, flat, {x, 0.3, 0.0}, up)[c], 1 + c, 1e-12);
+}
+
+TEST(NodalField, LinearFieldsComeOutNearlyLinear) {
+    // Without slopes, Shepard's weights alone would be off by 14 % of a node's step and flat at every node.
+    const std::size_t n = 16;
+    std::vector<Rgb> values;
+    const auto f = [](const Vec3& p) { return Rgb{5 + 3 * p.x - 2 * p.y, 5 - p.x, 5 + p.y}; };
+    const NodalField field = plane_of(square(n, 0.7), f, values);
+    const Values fit = field.fit(values);
+    Random random(1, 0);
+    double squared = 0.0;
+    for (int k = 0; k < 1000; ++k) {
+        const Vec3 p{0.1 + 0.8 * random.uniform(), 0.1 + 0.8 * random.uniform(), 0.0};
+        const double off = value_at(field, fit, p, up).x - f(p).x;
+        squared += off * off / 1000;
+    }
+    const double step = std::sqrt(13.0) / static_cast<double>(n);
+    EXPECT_LT(std::sqrt(squared), 0.03 * step);
+}
+
+template <class Error>
+double order(const Error& error, std::size_t coarse, std::size_t fine) {
+    return std::log(error(coarse) / error(fine)) / std::log(static_cast<double>(fine) / static_cast<double>(coarse));
+}
+
+TEST(NodalField, ConvergesOnAPlane) {
+    const auto error = [](std::size_t n) {
+        std::vector<Rgb> values;
+        const auto f = [](const Vec3& p) { return Rgb{2 + std::sin(4 * p.x) * std::cos(3 * p.y), 1, 1}; };
+        const NodalField field = plane_of(square(n, 0.7), f, values);
+        const Values fit = field.fit(values);
+        Random random(4, 0);
+        double squared = 0.0;
+        for (int k = 0; k < 2000; ++k) {
+            const Vec3 p{0.15 + 0.7 * random.uniform(), 0.15 + 0.7 * random.uniform(), 0.0};
+            const double off = value_at(field, fit, p, up).x - f(p).x;
+            squared += off * off / 2000;
+        }
+        return std::sqrt(squared);
+    };
+    EXPECT_GT(order(error, 16, 64), 1.2);
+    EXPECT_LT(error(64), 1e-3);
+}
+
+std::vector<Vec3> fibonacci(std::size_t n) {
+    std::vector<Vec3> out;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double z = 1.0 - 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+        const double phi = pi * (1.0 + std::sqrt(5.0)) * static_cast<double>(i), r = std::sqrt(1.0 - z * z);
+        out.push_back({r * std::cos(phi), r * std::sin(phi), z});
+    }
+    return out;
+}
+
+TEST(NodalField, ConvergesOnASphere) {
+    const auto error = [](std::size_t n) {
+        const std::vector<Vec3> at = fibonacci(n * n);
+        const auto f = [](const Vec3& p) { return Rgb{2 + p.x * p.y - 0.5 * p.z, 1, 1}; };
+        std::vector<Rgb> values;
+        for (const Vec3& p : at) values.push_back(f(p));
+        const NodalField field(at, at, std::vector<std::uint32_t>(at.size(), 0));
+        const Values fit = field.fit(values);
+        Random random(4, 0);
+        double squared = 0.0;
+        for (int k = 0; k < 2000; ++k) {
+            const double z = 2 * random.uniform() - 1, phi = 2 * pi * random.uniform(), r = std::sqrt(1 - z * z);
+            const Vec3 p{r * std::cos(phi), r * std::sin(phi), z};
+            const double off = value_at(field, fit, p, p).x - f(p).x;
+            squared += off * off / 2000;
+        }
+        return std::sqrt(squared);
+    };
+    EXPECT_GT(order(error, 16, 64), 1.2);
+    EXPECT_LT(error(64), 1e-3);
+}
+
+TEST(NodalField, StaysNearWhatTheNodesSay) {
+    // A step: slopes beside it overshoot, but by no more than a quarter of the span, and never below nothing.
+    std::vector<Rgb> values;
+    const auto f = [](const Vec3& p) { return p.x < 0.5 ? Rgb{} : Rgb{1, 10, 100}; };
+    const NodalField field = plane_of(square(20, 0.7), f, values);
+    const Values fit = field.fit(values);
+    Random random(8, 0);
+    for (int k = 0; k < 3000; ++k) {
+        const Rgb found = value_at(field, fit, {random.uniform(), random.uniform(), 0.0}, up);
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_GE(found[c], 0.0);
+            EXPECT_LE(found[c], 1.25 * std::pow(10.0, c) * (1 + 1e-12));
+        }
+    }
+}
+
+TEST(NodalField, NodesOnOneLineGiveNoSlopeAcrossIt) {
+    std::vector<Vec3> at;
+    std::vector<Rgb> values;
+    for (int k = 0; k < 20; ++k) {
+        at.push_back({0.1 * k, 0, 0});
+        values.push_back({1.0 + 0.1 * k, 1, 1});
+    }
+    const NodalField field(at, std::vector<Vec3>(20, up), std::vector<std::uint32_t>(20, 0));
+    const Values fit = field.fit(values);
+    EXPECT_NEAR(value_at(field, fit, {1.03, 0.02, 0}, up).x, 2.03, 0.01);
+    for (const NodalField::Slope& slope : fit.slopes) {
+        EXPECT_TRUE(std::isfinite(slope.u.x) && std::isfinite(slope.v.x));
+        EXPECT_LT(std::hypot(slope.u.x, slope.v.x), 1.1);
+    }
+    // Too few nodes for a slope.
+    const NodalField three({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<Vec3>(3, up), {0, 0, 0});
+    const Values of_three = three.fit(std::vector<Rgb>{{1, 1, 1}, {2, 2, 2}, {4, 4, 4}});
+    const double found = value_at(three, of_three, {0.3, 0.3, 0}, up).x;
+    EXPECT_GT(found, 1.0);
+    EXPECT_LT(found, 4.0);
+}
+
+TEST(NodalField, TurnsWithTheNormal) {
+    // All light from one direction: irradiance goes with the cosine, which value, u and v say exactly.
+    const Vec3 from = normalized({1, 2, 4});
+    const std::vector<Vec3> at = square(8, 0.5);
+    const NodalField field(at, std::vector<Vec3>(at.size(), up), std::vector<std::uint32_t>(at.size(), 0));
+    const Frame frame = frame_around(up);
+    const Rgb sun{3, 2, 1};
+    const std::vector<TiltedRgb> values(at.size(),
+                                        {dot(from, frame.n) * sun, dot(from, frame.u) * sun, dot(from, frame.v) * sun});
+    const Values fit = field.fit(values);
+    for (const Vec3& lean : {up, normalized({0.3, 0, 1}), normalized({-0.2, 0.3, 1}), normalized({0.1, -0.4, 1})}) {
+        const Rgb found = value_at(field, fit, {0.37, 0.52, 0.0}, lean);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], sun[c] * dot(from, lean), 1e-9);
+    }
+}
+
+}  // namespace
+}  // namespace surflux
