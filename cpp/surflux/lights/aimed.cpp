@@ -12,12 +12,11 @@ constexpr std::uint64_t aimed_stream = 0xa13ed;
 
 }  // namespace
 
-std::vector<Rgb> aimed_irradiance(const Scene& scene, const Tracer& tracer, const LightSampler& lights,
+std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
                                   const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
                                   const Progress& progress) {
     std::vector<Rgb> out(places.size());
     if (lights.empty()) return out;
-    const SurfelPoints points(scene.surfels);
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {

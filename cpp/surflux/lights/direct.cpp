@@ -22,12 +22,11 @@ constexpr double evenness = 0.5;  // of even points' standard error in that of r
 // The surfel that is lit, as far as a light needs to know it.
 struct Receiver {
     const SurfelPoints& points;
-    std::uint32_t surfel;
+    std::uint32_t surfel, shape;
     Vec3 center, normal;
-    bool whole;
 
-    bool is_patch() const { return whole && points.is_patch(surfel); }
-    Vec3 at(double s, double t) const { return is_patch() ? points.at(surfel, s, t) : center; }
+    bool is_patch() const { return shape != Place::point && points.is_patch(shape); }
+    Vec3 at(double s, double t) const { return is_patch() ? points.at(shape, s, t) : center; }
 };
 
 // What one point of a light sends to one point of a surfel.
@@ -69,7 +68,7 @@ struct PointEmitter : Emitter {
         if (!r.is_patch()) return arrival(r.center, r.normal, 0.5, 0.5).kernel;
         if (dot(r.normal, position - r.center) <= 0.0) return 0.0;
         double sum = 0.0, area = 0.0;
-        for (const Triangle* t = r.points.triangles_begin(r.surfel); t != r.points.triangles_end(r.surfel); ++t) {
+        for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t) {
             sum += solid_angle(position, *t);
             area += area_of(*t);
         }
@@ -114,7 +113,7 @@ struct AreaEmitter final : Emitter {
     double mean_kernel(const Receiver& r) const override {
         if (!r.is_patch()) return at_point(r.center, r.normal);
         double sum = 0.0;
-        if (const SurfelPoints::Parallelogram* p = r.points.parallelogram(r.surfel)) {
+        if (const SurfelPoints::Parallelogram* p = r.points.parallelogram(r.shape)) {
             for (std::size_t a = 0; a < rule_.at.size(); ++a)
                 for (std::size_t b = 0; b < rule_.at.size(); ++b)
                     sum += rule_.weight[a] * rule_.weight[b] *
@@ -157,7 +156,7 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
 
 // Is the way free to a light at a place, or in a direction?
 bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, const Vec3& light, bool distant) {
-    if (receiver.whole)
+    if (receiver.shape == receiver.surfel)
         return distant ? tracer.escapes(receiver.surfel, at, light) : tracer.visible(receiver.surfel, at, light);
     thread_local std::vector<Ray> ray(1);
     thread_local std::vector<char> free;
@@ -211,13 +210,12 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
 
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress) {
-    return direct_irradiance(scene, tracer, places_of(scene.surfels), options, seed, progress);
+    return direct_irradiance(scene, tracer, SurfelPoints(scene.surfels), places_of(scene.surfels), options, seed, progress);
 }
 
-std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
-                                   const DirectOptions& options, std::uint64_t seed, const Progress& progress,
-                                   std::vector<Rgb>* errors) {
-    const SurfelPoints points(scene.surfels);
+std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
+                                   const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
+                                   const Progress& progress, std::vector<Rgb>* errors) {
     const auto lights = emitters_of(scene.lights);
     std::vector<Rgb> direct(places.size());
     if (errors) errors->assign(places.size(), {});
@@ -227,7 +225,7 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                const Receiver receiver{points, place.surfel, place.position, place.normal, place.whole};
+                const Receiver receiver{points, place.surfel, place.shape, place.position, place.normal};
                 Rgb squared;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part part = irradiance_from(*lights[l], tracer, receiver, options,

@@ -17,17 +17,18 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                            const std::vector<Vec3>& normals, const DirectOptions& options, int rays, std::uint64_t seed,
                            const Progress& progress) {
+    const SurfelPoints points_of(scene.surfels);
     std::vector<Place> places(points.size());
     parallel_for(points.size(), 64, [&](std::size_t k) {
         const Departure from = tracer.departure(points[k], normals[k]);
-        places[k] = {points[k], normals[k], from.surfel, false};
+        places[k] = {points[k], normals[k], from.surfel, Place::point};
     });
-    std::vector<Rgb> out = direct_irradiance(scene, tracer, places, options, seed, progress);
+    std::vector<Rgb> out = direct_irradiance(scene, tracer, points_of, places, options, seed, progress);
     const bool has_sky = std::any_of(scene.lights.begin(), scene.lights.end(),
                                      [](const Light& light) { return std::holds_alternative<Environment>(light); });
     if (!has_sky) return out;
     const LightSampler skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky);
-    const std::vector<Rgb> aimed = aimed_irradiance(scene, tracer, skies, places, {rays, rays}, seed, progress);
+    const std::vector<Rgb> aimed = aimed_irradiance(tracer, skies, points_of, places, {rays, rays}, seed, progress);
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {

@@ -44,7 +44,7 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::
 }  // namespace
 
 std::uint64_t stream_of(const Place& place) {
-    if (place.whole) return place.surfel;
+    if (place.shape == place.surfel) return place.surfel;
     std::uint64_t bits = 0x51ed270b;
     for (int axis = 0; axis < 3; ++axis) {
         std::uint64_t word = 0;
@@ -56,7 +56,7 @@ std::uint64_t stream_of(const Place& place) {
 
 std::vector<Place> places_of(const Surfels& surfels) {
     std::vector<Place> out(surfels.size());
-    for (std::uint32_t i = 0; i < surfels.size(); ++i) out[i] = {surfels.positions[i], surfels.normals[i], i, true};
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) out[i] = {surfels.positions[i], surfels.normals[i], i, i};
     return out;
 }
 

@@ -8,11 +8,12 @@
 
 namespace surflux {
 
-// Where light is asked for: all of a surfel, as SurfelPoints has it, or one place on it.
+// Where light is asked for: all of a shape, as SurfelPoints has it, or one place on a surfel, which rays leave.
 struct Place {
+    static constexpr std::uint32_t point = 0xffffffffu;
     Vec3 position, normal;
     std::uint32_t surfel = 0;
-    bool whole = true;
+    std::uint32_t shape = point;  // in the SurfelPoints that goes with it
 };
 
 // A number of its own for the random numbers of each place.
@@ -39,9 +40,9 @@ public:
     bool extends(std::uint32_t i) const { return is_patch(i) || reach_[i] > 0.0; }
     // Uniform over the patch for (s, t) uniform in the unit square.
     Vec3 at(std::uint32_t i, double s, double t) const;
-    bool extends(const Place& place) const { return place.whole && extends(place.surfel); }
+    bool extends(const Place& place) const { return place.shape != Place::point && extends(place.shape); }
     Vec3 at(const Place& place, double s, double t) const {
-        return extends(place) ? at(place.surfel, s, t) : place.position;
+        return extends(place) ? at(place.shape, s, t) : place.position;
     }
     const Triangle* triangles_begin(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i]; }
     const Triangle* triangles_end(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i + 1]; }

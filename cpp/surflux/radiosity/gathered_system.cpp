@@ -18,9 +18,11 @@ void GatheredSystem::take_by_nodes(const Cut& cut) {
     for (std::size_t p = 0; p < n; ++p) weights_[p] = {cut.place_of[p], 1.0};
 }
 
-void GatheredSystem::interpolate(const Cut& cut, const Interpolation& nodes,
-                                 const std::vector<std::uint32_t>& objects) {
+void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
+                                 const std::vector<double>& x, const Sight& sight) {
     cut_ = &cut;
+    std::vector<double> light(cut.rows.size());
+    for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
     constexpr std::size_t grain = 256;
     const std::size_t n = tree_.points();
     std::vector<std::vector<Interpolation::Weight>> blocks((n + grain - 1) / grain);
@@ -31,7 +33,8 @@ void GatheredSystem::interpolate(const Cut& cut, const Interpolation& nodes,
         for (std::size_t k = from; k < to; ++k) {
             const auto p = static_cast<std::uint32_t>(k);
             if (!tree_.is_leaf(p)) continue;
-            nodes.at(tree_.position(p), tree_.normal(p), objects[k], near);
+            nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
+            sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.positions(), nodes.normals(), light, near);
             begin_[k + 1] = near.size();
             block.insert(block.end(), near.begin(), near.end());
         }

@@ -48,6 +48,7 @@ public:
           gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
+          sight_(tracer),
           insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
         double squared = 0.0, total = 0.0;
@@ -255,7 +256,7 @@ private:
         }
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
-        system_->interpolate(cut_, field_->interpolation(), objects);
+        system_->interpolate(cut_, *field_, objects, values_, sight_);
         watch_.lap("interpolation");
         // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
@@ -279,6 +280,7 @@ private:
     SurfelTree tree_;
     Gathering gathering_, probes_;
     CutTest test_;
+    const Sight sight_;
     Insertion insertion_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
@@ -305,7 +307,8 @@ void GlobalRefinement::write() {
         light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
-    const NodalField::Values indirect = field_->fit(std::move(from_surfels)), sky = field_->fit(std::move(from_sky));
+    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_),
+                             sky = field_->fit(std::move(from_sky), &sight_);
 
     std::vector<std::uint32_t> leaves;
     tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });

@@ -34,8 +34,12 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
         total += s.areas[i];
     }
     const double wanted = options.zeta * std::sqrt(squared / total);
+    const Sight sight(tracer);
+    std::vector<double> light(n);
+    for (std::size_t i = 0; i < n; ++i) light[i] = luminance(sky[i] + others[i]);
     const NodalField field(s.positions, s.normals, scene.object);
-    const NodalField::Values sky_field = field.fit(sky), other_field = field.fit(others);
+    const NodalField::Values sky_field = field.fit(sky, &sight),
+                             other_field = field.fit(others, &sight);
 
     Insertion insertion(scene, tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
@@ -50,6 +54,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
             for (std::size_t k = before + begin; k < before + end; ++k) {
                 const auto p = static_cast<std::uint32_t>(k);
                 field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
+                sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near);
                 sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
                 others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
             }

@@ -28,17 +28,26 @@ LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree&
 
 void LitPoints::update(const Progress& progress) {
     std::vector<Place> places;
-    for (auto p = static_cast<std::uint32_t>(lights_.size()); p < tree_.points(); ++p)
+    std::vector<std::uint32_t> fresh;
+    for (auto p = static_cast<std::uint32_t>(lights_.size()); p < tree_.points(); ++p) {
         places.push_back(place(tree_, p));
+        fresh.push_back(p);
+    }
     if (places.empty()) return;
+    // Parts of patches are lit as a whole, as patches are.
+    const bool first = lights_.empty();
+    const Surfels parts = first ? Surfels{} : tree_.surfels_at(fresh);
+    const SurfelPoints points(first ? scene_.surfels : parts);
+    for (std::uint32_t k = 0; k < places.size(); ++k)
+        if (points.is_patch(k)) places[k].shape = k;
     const auto append = [](std::vector<Rgb>& to, const std::vector<Rgb>& more) {
         to.insert(to.end(), more.begin(), more.end());
     };
     std::vector<Rgb> errors;
-    append(lights_, direct_irradiance(scene_, tracer_, places, options_, seed_, progress, &errors));
+    append(lights_, direct_irradiance(scene_, tracer_, points, places, options_, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
     const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
-        if (at && !at->empty()) append(to, aimed_irradiance(scene_, tracer_, *at, places, options_, seed, progress));
+        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, options_, seed, progress));
         to.resize(lights_.size());
     };
     aim(sampled_emitters_, seed_, emitters_);

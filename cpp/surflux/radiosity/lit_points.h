@@ -32,7 +32,8 @@ public:
     bool is_grey() const;
 
     static Place place(const SurfelTree& tree, std::uint32_t point) {
-        return {tree.position(point), tree.normal(point), tree.surfel(point), !tree.is_inserted(point)};
+        return {tree.position(point), tree.normal(point), tree.surfel(point),
+                tree.is_inserted(point) ? Place::point : point};
     }
 
 private:

@@ -26,7 +26,10 @@ std::vector<std::vector<Triangle>> patch_cells(const Triangle* begin, const Tria
             std::vector<Vec3> part{t->a, t->b, t->c};
             for (std::size_t other = 0; other < count && part.size() >= 3; ++other)
                 if (other != k) part = clipped(part, points[other] - points[k], 0.5 * (points[other] + points[k]));
-            for (std::size_t c = 2; c < part.size(); ++c) out[k].push_back({part[0], part[c - 1], part[c], t->surfel});
+            for (std::size_t c = 2; c < part.size(); ++c) {
+                const Triangle piece{part[0], part[c - 1], part[c], t->surfel};
+                if (area_of(piece) > 0.0) out[k].push_back(piece);
+            }
         }
     return out;
 }

@@ -14,6 +14,11 @@ constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may 
 constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
 constexpr double stiffness = 0.1;     // of the fit, against slopes that neighbours on one line do not give
 
+double brightness(const NodalField::Values& field, std::size_t k) {
+    const Rgb& c = field.values[k].value;
+    return c.x + c.y + c.z;
+}
+
 }  // namespace
 
 NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects)
@@ -31,20 +36,20 @@ Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal)
     return out;
 }
 
-NodalField::Values NodalField::fit(std::vector<TiltedRgb> values) const {
+NodalField::Values NodalField::fit(std::vector<TiltedRgb> values, const Sight* sight) const {
     Values out{std::move(values), {}, true};
-    fit_slopes(out);
+    fit_slopes(out, sight);
     return out;
 }
 
-NodalField::Values NodalField::fit(const std::vector<Rgb>& values) const {
+NodalField::Values NodalField::fit(const std::vector<Rgb>& values, const Sight* sight) const {
     Values out{std::vector<TiltedRgb>(size()), {}, false};
     for (std::size_t k = 0; k < values.size(); ++k) out.values[k].value = values[k];
-    fit_slopes(out);
+    fit_slopes(out, sight);
     return out;
 }
 
-void NodalField::fit_slopes(Values& out) const {
+void NodalField::fit_slopes(Values& out, const Sight* sight) const {
     out.slopes.assign(size(), {});
     parallel_blocks(size(), 64, [&](std::size_t begin, std::size_t end) {
         std::vector<Interpolation::Weight> near;
@@ -57,6 +62,9 @@ void NodalField::fit_slopes(Values& out) const {
             Rgb u, v;
             for (const Interpolation::Weight& other : near) {
                 if (other.site == i || !(other.weight > 0.0)) continue;
+                if (sight && differ_much(brightness(out, other.site), brightness(out, i)) &&
+                    !sight->joined(positions_[i], normals_[i], positions_[other.site], normals_[other.site]))
+                    continue;
                 const Vec3 d = positions_[other.site] - positions_[i];
                 const double x = dot(d, frames_[i].u), y = dot(d, frames_[i].v);
                 const double w = 1.0 / (length_squared(d) + 0.01 * h * h);
