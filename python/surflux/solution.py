@@ -174,8 +174,9 @@ class Solution:
         return {name: picture[name] for name in ("radiance", "direct", "indirect", "depth", "normal", "index")}
 
     def _drawn(self):
-        """The compiled surfels as disks that leave no gaps: four of half the radius do not cover the one they replace."""
-        core, inserted = self.surfels._core, np.bincount(self.parents)[self.parents] > 1
+        """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
+        core = self.surfels._core
+        inserted = np.bincount(self.parents)[self.parents] > 1
         if not inserted.any():
             return core
         copy = core.select(np.arange(len(core), dtype=np.uint32))

@@ -50,7 +50,7 @@ public:
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
           sight_(tracer),
           insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
-          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
+          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = usual_share * squared / total;
