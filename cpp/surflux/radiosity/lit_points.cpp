@@ -17,14 +17,14 @@ bool all_grey(const std::vector<Rgb>& values) {
 double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-                     const LightSampler* skies, const DirectOptions& options, int sky_rays, std::uint64_t seed)
+                     const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed)
     : scene_(scene),
       tracer_(tracer),
       tree_(tree),
       sampled_emitters_(emitters),
       sampled_skies_(skies),
       options_(options),
-      sky_rays_(sky_rays),
+      aimed_rays_(aimed_rays),
       seed_(seed) {}
 
 void LitPoints::update(const Progress& progress) {
@@ -47,13 +47,13 @@ void LitPoints::update(const Progress& progress) {
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, options_, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
-    const auto aim = [&](const LightSampler* at, const DirectOptions& rays, std::uint64_t seed, std::vector<Rgb>& to) {
-        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, rays, seed, progress));
+    const DirectOptions aimed{std::max(options_.probes, aimed_rays_ / 4), std::max(options_.rays, aimed_rays_)};
+    const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
+        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, aimed, seed, progress));
         to.resize(lights_.size());
     };
-    aim(sampled_emitters_, options_, seed_, emitters_);
-    aim(sampled_skies_, {std::max(options_.probes, sky_rays_ / 4), std::max(options_.rays, sky_rays_)}, seed_ + 1,
-        sky_);
+    aim(sampled_emitters_, seed_, emitters_);
+    aim(sampled_skies_, seed_ + 1, sky_);
 }
 
 bool LitPoints::is_grey() const { return all_grey(lights_) && all_grey(emitters_) && all_grey(sky_); }
