@@ -41,7 +41,21 @@ def at_surfels(solution, scene):
 
 
 def all_pairs(scene, **quality):
-    return at_surfels(sf.solve(scene, tolerance=1e-7, **quality), scene)
+    return sf.solve(scene, tolerance=1e-7, transport="pairs", insert=False, **quality).irradiance
+
+
+def by_rays(scene, rays):
+    """The field of points at their places, of patches the mean over what they were refined into.
+
+    Rays for what is found by chance are too few to gather by: as many as there are by default.
+    """
+    solution = sf.solve(scene, tolerance=1e-7, transport="rays", rays=max(256, rays))
+    surfels = scene.surfels
+    found = at_surfels(solution, scene)
+    disks = np.setdiff1d(np.arange(len(surfels)), surfels.triangle_surfel)
+    if len(disks):
+        found[disks] = solution.irradiance_at(surfels.points[disks], surfels.normals[disks])
+    return found
 
 
 def by_form_factors(scene, **quality):
@@ -51,5 +65,6 @@ def by_form_factors(scene, **quality):
 
 SOLVERS = {
     "solve": Solver(all_pairs),
+    "solve by rays": Solver(by_rays, own_error=0.02),
     "form_factors": Solver(by_form_factors, factors=True),
 }

@@ -67,13 +67,14 @@ def pixels(path):
 def test_solve_writes_surfels_and_a_picture_beside_them(here, run):
     status, out, err = run("solve", "room.toml", "--size", "120x90")
     assert status == 0
-    assert "216 surfels, area 6," in out
+    surfels = len(sf.load_solution("room_solved.ply").surfels)
+    assert 216 <= surfels <= 432
+    assert f"{surfels} surfels, area 6," in out
     assert out.endswith("solved surfels: room_solved.ply\npicture: room_solved.png\n")
     assert "surflux: error" not in err
     image = pixels("room_solved.png")
     assert image.shape == (90, 120, 3)
     assert image[45, 60].min() > 50  # the back wall is lit
-    assert len(sf.load_solution("room_solved.ply").surfels) == 216
 
 
 def test_solve_for_programs(here, run):

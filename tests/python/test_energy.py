@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 from fresh_rays import unaccounted
-from scenes import patch, surfels_of
+from scenes import patch, solve_own, surfels_of
 from surflux import shapes
 
 UP, DOWN = [0, 0, 1], [0, 0, -1]
@@ -91,7 +91,7 @@ WITHIN = {
 @functools.cache
 def solved(name):
     scene = sf.Scene(SCENES[name]())
-    return scene, sf.solve(scene, rays=1024, tolerance=1e-6)
+    return scene, solve_own(scene, rays=1024, tolerance=1e-6)
 
 
 @pytest.mark.parametrize("name", SCENES)

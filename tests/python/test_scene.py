@@ -115,7 +115,10 @@ def test_solve_options_are_a_copy():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"speed": 3}, r"^solve_options: speed: is not an option of solve; there is zeta, insert, .*, seed$"),
+        (
+            {"speed": 3},
+            r"^solve_options: speed: is not an option of solve; there is transport, zeta, insert, .*, seed$",
+        ),
         ({"threads": 3}, r"^solve_options: threads: is not an option"),
         ({"seed": -1}, r"^solve_options: seed: wanted a whole number from 0"),
         ({"probes": 128}, r"^solve_options: shadow_rays: wanted at least the 128 probes, got 64$"),

@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "shapes.h"
+#include "surflux/lights/aimed.h"
+#include "surflux/lights/direct_at.h"
+#include "surflux/lights/polygon.h"
+
+namespace surflux {
+namespace {
+
+using shapes::add_rectangle;
+using shapes::disk;
+using shapes::finish;
+using shapes::scene_of;
+
+const Vec3 up{0, 0, 1}, down{0, 0, -1};
+
+// A floor that makes lamps small beside it, with its middle patch first.
+Surfels floor_of(int n) {
+    Surfels s;
+    add_rectangle(s, {-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, n, n);
+    finish(s, 0.5, 0.0);
+    return s;
+}
+
+Surfels lamp_at(double side, double height, double exitance) {
+    Surfels s;
+    add_rectangle(s, {-side / 2, -side / 2, height}, {0, side, 0}, {side, 0, 0}, 2, 2);
+    finish(s, 0.0, exitance);
+    return s;
+}
+
+// Aimed rays and what rays over the hemisphere find, together: the irradiance at a place.
+double both_ways(const Scene& scene, const Place& place, LightSampler::Sources sources, int rays) {
+    const Tracer tracer(scene);
+    const LightSampler lights(scene, LightSampler::usual_small_emitters, sources);
+    const double aimed = aimed_irradiance(tracer, lights, SurfelPoints(scene.surfels), {place}, {rays, rays}, 0)[0].x;
+    EvenPoints even(2, 9, 9);
+    const Frame frame = frame_around(place.normal);
+    std::vector<Ray> cosine;
+    for (int k = 0; k < rays; ++k) {
+        const double* u = even.next();
+        cosine.push_back(
+            {{place.position, place.normal, place.surfel}, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+    }
+    std::vector<Hit> hits;
+    tracer.closest(cosine, hits);
+    double found = 0.0;
+    for (std::size_t k = 0; k < cosine.size(); ++k)
+        found += lights.found(place.position, place.normal, cosine[k].direction, hits[k]).x / rays;
+    return aimed + found;
+}
+
+TEST(Aimed, LampsGiveWhatLambertSays) {
+    // Shares by the balance heuristic: neither way alone is the irradiance, both together are.
+    for (double height : {0.1, 0.5, 1.5}) {
+        const Scene scene = scene_of({floor_of(8), lamp_at(0.4, height, 5.0)});
+        const Vec3 corners[4] = {{-0.2, -0.2, height}, {-0.2, 0.2, height}, {0.2, 0.2, height}, {0.2, -0.2, height}};
+        for (const Vec3& at : {Vec3{0.01, 0.02, 0}, Vec3{0.6, 0.3, 0}}) {
+            const double wanted = 5.0 * std::abs(element_to_polygon(at, up, corners, 4));
+            const Tracer tracer(scene);
+            const Place place{at, up, tracer.departure(at, up).surfel};
+            EXPECT_NEAR(both_ways(scene, place, LightSampler::Sources::surfels, 16384), wanted, 0.01 * wanted)
+                << height;
+        }
+    }
+}
+
+TEST(Aimed, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
+    Surfels lid;
+    add_rectangle(lid, {-1, -1, 0.5}, {2, 0, 0}, {0, 2, 0}, 1, 1);
+    finish(lid, 0.0, 0.0);
+    const Scene open = scene_of({floor_of(8), lamp_at(0.4, 1.0, 5.0)}),
+                shut = scene_of({floor_of(8), lamp_at(0.4, 1.0, 5.0), lid});
+    const auto aimed_at = [](const Scene& scene, const Vec3& at, const Vec3& normal) {
+        const Tracer tracer(scene);
+        const LightSampler lights(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+        return aimed_irradiance(tracer, lights, SurfelPoints(scene.surfels),
+                                {{at, normal, tracer.departure(at, normal).surfel}}, {}, 0)[0]
+            .x;
+    };
+    EXPECT_GT(aimed_at(open, {0.1, 0.1, 0}, up), 0.0);
+    EXPECT_EQ(aimed_at(shut, {0.1, 0.1, 0}, up), 0.0);
+    EXPECT_EQ(aimed_at(open, {0.1, 0.1, 0}, down), 0.0);
+    EXPECT_EQ(aimed_at(open, {0.1, 0.1, 1.5}, down), 0.0);  // above the lamp is its back
+}
+
+TEST(Aimed, WithoutLampsThereIsNothing) {
+    const Scene dark = scene_of({floor_of(4)});
+    const Tracer tracer(dark);
+    const LightSampler lights(dark, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+    EXPECT_TRUE(lights.empty());
+    const std::vector<Rgb> none =
+        aimed_irradiance(tracer, lights, SurfelPoints(dark.surfels), places_of(dark.surfels), {}, 0);
+    ASSERT_EQ(none.size(), 16u);
+    for (const Rgb& c : none) EXPECT_EQ(c.x + c.y + c.z, 0.0);
+    EXPECT_TRUE(aimed_irradiance(tracer, lights, SurfelPoints(dark.surfels), {}, {}, 0).empty());
+}
+
+Environment image_sky() {
+    Environment e;
+    e.width = 32;
+    e.height = 16;
+    e.up = up;
+    for (std::size_t row = 0; row < e.height; ++row)
+        for (std::size_t column = 0; column < e.width; ++column)
+            e.pixels.push_back(row < 8 ? Rgb{2, 1, 0.5} : Rgb{0, 0, 0});
+    return e;
+}
+
+TEST(Aimed, AHalfSkyIsPiTimesItsRadiance) {
+    const Scene scene = scene_of({floor_of(4)}, {image_sky()});
+    const Tracer tracer(scene);
+    const Vec3 at{0.3, 0.2, 0};
+    const Place place{at, up, tracer.departure(at, up).surfel};
+    EXPECT_NEAR(both_ways(scene, place, LightSampler::Sources::sky, 16384), 2 * pi, 0.02 * pi);
+}
+
+Rgb at_point(const Scene& scene, const Vec3& at, const Vec3& normal, int rays = 4096) {
+    const Tracer tracer(scene);
+    return direct_at(scene, tracer, {at}, {normal}, {64, 256}, rays, 0)[0];
+}
+
+TEST(DirectAt, LightsComeOutAsClosedFormsHaveThem) {
+    const Vec3 at{0.3, 0.2, 0};
+    const double r2 = 0.09 + 0.04 + 4.0;
+    EXPECT_NEAR(at_point(scene_of({floor_of(8)}, {PointLight{{0, 0, 2}, {50, 25, 0}}}), at, up).y,
+                25 * 2 / std::pow(r2, 1.5), 1e-12);
+    EXPECT_NEAR(at_point(scene_of({floor_of(8)}, {DirectionalLight{down, {3, 2, 1}}}), at, up).x, 3.0, 1e-12);
+    const AreaLight lamp{{-0.5, -0.5, 1}, {0, 1, 0}, {1, 0, 0}, {2, 2, 2}};
+    const Vec3 corners[4] = {{-0.5, -0.5, 1}, {-0.5, 0.5, 1}, {0.5, 0.5, 1}, {0.5, -0.5, 1}};
+    EXPECT_NEAR(at_point(scene_of({floor_of(8)}, {lamp}), at, up).x,
+                2 * std::abs(element_to_polygon(at, up, corners, 4)), 1e-9);
+    // At the place itself, and not what its surfel has.
+    const double here = at_point(scene_of({floor_of(2)}, {PointLight{{0, 0, 0.1}, {1, 1, 1}}}), {0.02, 0, 0}, up).x;
+    EXPECT_NEAR(here, 0.1 / std::pow(0.0004 + 0.01, 1.5), 1e-9);
+}
+
+TEST(DirectAt, ShadowsAreSharp) {
+    Surfels lid;
+    add_rectangle(lid, {-0.5, -0.5, 1}, {1, 0, 0}, {0, 1, 0}, 1, 1);
+    finish(lid, 0.0, 0.0);
+    const Scene scene = scene_of({floor_of(4), lid}, {DirectionalLight{down, {3, 3, 3}}});
+    for (double y : {-0.3, 0.0, 0.4}) {
+        EXPECT_EQ(at_point(scene, {0.499, y, 0}, up).x, 0.0);
+        EXPECT_NEAR(at_point(scene, {0.501, y, 0}, up).x, 3.0, 1e-12);
+    }
+}
+
+TEST(DirectAt, SkiesOfOneColourAndOfImages) {
+    Environment even;
+    even.radiance = {1, 2, 3};
+    EXPECT_NEAR(at_point(scene_of({floor_of(4)}, {even}), {0.1, 0, 0}, up).z, 3 * pi, 1e-9);
+    const Rgb image = at_point(scene_of({floor_of(4)}, {image_sky()}), {0.1, 0, 0}, up, 16384);
+    EXPECT_NEAR(image.x, 2 * pi, 0.02 * pi);
+    EXPECT_NEAR(image.z, 0.5 * pi, 0.005 * pi);
+}
+
+TEST(DirectAt, NoPointsNoLight) {
+    const Scene scene = scene_of({floor_of(4)}, {image_sky()});
+    const Tracer tracer(scene);
+    EXPECT_TRUE(direct_at(scene, tracer, {}, {}, {}, 64, 0).empty());
+}
+
+}  // namespace
+}  // namespace surflux
