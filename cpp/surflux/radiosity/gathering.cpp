@@ -200,4 +200,21 @@ TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& s
     return out;
 }
 
+double Gathering::deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const {
+    const Row& r = rows_[row];
+    double sum = 0.0, squared = 0.0;
+    const auto add = [&](double share, double light) {
+        sum += share * light;
+        squared += share * light * light;
+    };
+    for (std::size_t k = r.begin; k < r.end; ++k) {
+        const double* from = sent.data() + links_[k].sender * channels;
+        add(static_cast<double>(links_[k].first + links_[k].second) / r.rays,
+            channels == 1 ? from[0] : luminance({from[0], from[1], from[2]}));
+    }
+    const auto escape = static_cast<double>(r.escape);
+    if (escape > 0.0) add(escape, luminance(sky_[row].value) / escape);
+    return std::sqrt(std::max(0.0, squared - sum * sum));
+}
+
 }  // namespace surflux

@@ -59,6 +59,8 @@ public:
                        double* second) const;
     // The same for tilted normals, in 3 channels or one; the same light from everywhere has no tilt.
     TiltedRgb gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
+    // How much what single rays bring differs: standard deviation of the luminance, emitters apart.
+    double deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
 
 private:
     struct Shot;

@@ -14,8 +14,6 @@ bool all_grey(const std::vector<Rgb>& values) {
 
 }  // namespace
 
-double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
                      const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed)
     : scene_(scene),

@@ -49,6 +49,4 @@ private:
     std::vector<double> noise_;
 };
 
-double luminance(const Rgb& c);
-
 }  // namespace surflux
