@@ -19,7 +19,7 @@ def most_surfels(max_surfels, insert, count):
     """max_surfels for a scene of `count` surfels, 0 for None."""
     if max_surfels is None:
         return 0
-    if insert and _check.count("max_surfels", max_surfels) < count:
+    if _check.count("max_surfels", max_surfels) < count and insert:
         raise ValueError(f"max_surfels: wanted at least the {count} surfels of the scene, got {max_surfels}")
     return max_surfels
 

@@ -164,7 +164,7 @@ class Case:
         """(tolerance, order) that a solver is held to; no order where there is a floor."""
         if solver.factors and self.factors is not None:
             return self.factors, None
-        return max(self.tolerance, solver.own_error), self.order
+        return max(self.tolerance, solver.error_of(self)), self.order
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 
-LIGHT = [1.9, 1.2, 3.2]
+LIGHT = [1.8, 1.1, 2.5]
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def borders(scene):
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     around = np.concatenate([at[:, None], at[:, None] + 0.05 * ring, at[:, None] + 0.1 * ring], axis=1)
     lit = direct(scene, around.reshape(-1, 3)).reshape(len(at), -1) > 0
-    return at[lit.any(axis=1) & ~lit.all(axis=1)][:600]
+    return at[lit.any(axis=1) & ~lit.all(axis=1)][:300]
 
 
 def up(points):
@@ -46,17 +46,15 @@ def direct(scene, points):
     return found[:, 0]
 
 
-@pytest.mark.parametrize("transport", ["pairs", "rays"])
-def test_insertion_halves_the_error_at_shadow_borders(scene, borders, transport):
-    truth, spread = sf.reference_irradiance(scene, borders, up(borders), samples=512)
-    error, count = {}, {}
+def test_insertion_halves_the_error_at_shadow_borders(scene, borders):
+    """Interpolated, not traced, for at most twice the surfels; without noise of the reference in it."""
+    truth, spread = sf.reference_irradiance(scene, borders, up(borders), samples=4096)
+    error = {}
     for insert in (False, True):
-        solution = sf.solve(scene, insert=insert, transport=transport)
+        solution = sf.solve(scene, insert=insert)
+        assert len(solution.surfels) <= (2 if insert else 1) * len(scene.surfels)
         found = solution.irradiance_at(borders, up(borders))
         off = ((found - truth) ** 2).sum() - (spread**2).sum()
         error[insert] = np.sqrt(off / (truth**2).sum())
-        count[insert] = len(solution.surfels)
-    assert (spread**2).sum() < ((error[True] / 4) ** 2) * (truth**2).sum()
-    assert count[True] <= 2 * count[False] == 2 * len(scene.surfels)
-    print(transport, error, count, len(borders))
+    assert np.sqrt((spread**2).sum() / (truth**2).sum()) < error[True] / 4
     assert error[True] <= 0.5 * error[False]
