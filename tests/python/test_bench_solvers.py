@@ -138,12 +138,16 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     assert capsys.readouterr().out == text.read_text()
     found = json.loads(rows.read_text())["rows"]
     closed = [row for row in found if row["scene"] == "concentric spheres"]
-    assert [row["knob"] for row in closed] == ["surfels", *["rays"] * 3, *["tolerance"] * 3, "surfels"]
-    assert {row["knob"] for row in found} == {"surfels", "rays", "shadow rays", "tolerance"}
-    coarse, fine = (row["error"] for row in closed if row["knob"] == "surfels")
+    pairs = [row for row in closed if row["solver"] == "pairs"]
+    assert [row["knob"] for row in pairs] == ["surfels", *["rays"] * 3, *["tolerance"] * 3, "surfels"]
+    rays = [row for row in closed if row["solver"] == "rays"]
+    assert [row["knob"] for row in rays] == ["surfels", *["rays"] * 3, *["zeta"] * 3, "insert", "surfels"]
+    assert {row["knob"] for row in found} == {"surfels", "rays", "zeta", "insert", "shadow rays", "tolerance"}
+    coarse, fine = (row["error"] for row in pairs if row["knob"] == "surfels")
     assert 0.0 < fine < coarse < 0.05  # finer spheres are nearer to the closed form
-    rough, usual = closed[1]["error"], closed[0]["error"]
-    assert (closed[1]["options"], usual < rough) == ({"rays": 16}, True)
+    for solver, few in ((pairs, 16), (rays, 32)):
+        rough, usual = solver[1]["error"], solver[0]["error"]
+        assert (solver[1]["options"], usual < rough) == ({"rays": few}, True)
     for row in found:
         assert row["seconds"] >= 0.5 * sum(row["stages"].values()) > 0
         assert row["rays"] > row["surfels"]
@@ -155,13 +159,13 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
 
 def test_curves_of_knobs_go_through_the_defaults():
     def row(knob, surfels, options, seconds):
-        return bench_solvers.Row("a", "solve", knob, "", surfels, seconds, *6 * (0.1,), options=options)
+        return bench_solvers.Row("a", "pairs", knob, "", surfels, seconds, *6 * (0.1,), options=options)
 
     rows = [row("surfels", 10, {}, 1), row("rays", 10, {"rays": 16}, 2), row("rays", 10, {"rays": 1024}, 3)]
     rows.append(row("surfels", 40, {}, 4))
     found = bench_plot.curves(rows)
-    assert [r.seconds for r in found["solve", "surfels"]] == [1, 4]
-    assert [r.seconds for r in found["solve", "rays"]] == [2, 1, 3]  # 256 rays lie between
+    assert [r.seconds for r in found["pairs", "surfels"]] == [1, 4]
+    assert [r.seconds for r in found["pairs", "rays"]] == [2, 1, 3]  # 256 rays lie between
 
 
 def test_an_error_is_claimed_if_the_reference_is_four_times_as_sure():
