@@ -68,7 +68,6 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("emission", [](const Surfels& s) { return to_array(s.emission); })
         .def_property_readonly("triangles", &triangles_of)
         .def_property_readonly("triangle_surfel", &triangle_surfels_of)
-        .def("set_radii", [](Surfels& s, const Doubles& radii) { s.radii = to_vector(radii); })
         .def("set_areas", [](Surfels& s, const Doubles& areas) { s.areas = to_vector(areas); })
         .def("select", [](const Surfels& s, const Indices& indices) { return select(s, to_vector(indices)); })
         .def("two_sided", [](const Surfels& s) { return two_sided(s); });

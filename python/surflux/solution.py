@@ -174,13 +174,19 @@ class Solution:
         return {name: picture[name] for name in ("radiance", "direct", "indirect", "depth", "normal", "index")}
 
     def _drawn(self):
-        """The compiled surfels as disks that leave no gaps: four of half the radius do not cover the one they replace."""
-        core, inserted = self.surfels._core, np.bincount(self.parents)[self.parents] > 1
+        """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
+        core = self.surfels._core
+        inserted = np.bincount(self.parents)[self.parents] > 1
         if not inserted.any():
             return core
-        copy = core.select(np.arange(len(core), dtype=np.uint32))
-        copy.set_radii(np.where(inserted, INSERTED_FOOTPRINT, 1.0) * self.surfels.radii)
-        return copy
+        s = self.surfels
+        radii = np.where(inserted, INSERTED_FOOTPRINT, 1.0) * s.radii
+        # Parts of patches overlap by a hair: where their edges meet in the middle of another's, pixels would stay open.
+        owner = s.triangle_surfel
+        grown = np.where(inserted[owner], INSERTED_OVERLAP, 1.0)[:, None, None]
+        center = s.points[owner][:, None, :]
+        triangles = center + grown * (s.triangles - center)
+        return _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, triangles, owner)
 
     def plot(self, color="radiosity", **options):
         """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
@@ -250,8 +256,9 @@ class Solution:
         )
 
 
-# And disks that were inserted are drawn larger by this.
+# What was inserted is drawn larger by this: disks, and parts of patches.
 INSERTED_FOOTPRINT = 1.6
+INSERTED_OVERLAP = 1.002
 
 # Splats reach this many radii: beyond 1, so that every pixel of a disk lies well inside of some splat.
 FOOTPRINT = 1.5

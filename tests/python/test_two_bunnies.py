@@ -34,7 +34,7 @@ def test_it_is_right_by_its_own_account(solution):
     figures = solution.history[-1]
     ends = figures["power_absorbed"] + figures["power_escaped"] + figures["power_into_backs"]
     assert figures["power_in"] == pytest.approx(ends, rel=1e-3)
-    assert figures["power_escaped"] == 0  # the room is closed
+    assert figures["power_escaped"] < 1e-7 * figures["power_in"]  # the room is closed, but for a ray along an edge
     # Four lamps of .36 m2 and exitance 40 in three channels; what shines on the lamps' own ceiling and beside is none.
     assert figures["power_in"] == pytest.approx(3 * 4 * 0.36 * 40, rel=0.03)
 

@@ -35,6 +35,9 @@ inline double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
 inline Vec3 normalized(const Vec3& a) { return a / length(a); }
 inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
+// Of linear Rec. 709.
+inline double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
 struct Frame {
     Vec3 u, v, n;
     Vec3 to_world(const Vec3& local) const { return local.x * u + local.y * v + local.z * n; }

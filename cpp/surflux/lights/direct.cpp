@@ -16,7 +16,7 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t light_stream = 16;
-constexpr int patch_points = 64, patch_order = 4;
+constexpr int points_of_patch = 64, points_of_part = 16, patch_order = 4;
 constexpr double evenness = 0.5;  // of even points' standard error in that of random ones, measured in penumbrae
 
 // The surfel that is lit, as far as a light needs to know it.
@@ -121,6 +121,7 @@ struct AreaEmitter final : Emitter {
             return sum;
         }
         EvenPoints even(2, 0, r.surfel);
+        const int patch_points = r.shape == r.surfel ? points_of_patch : points_of_part;
         for (int k = 0; k < patch_points; ++k) {
             const double* u = even.next();
             sum += at_point(r.at(u[0], u[1]), r.normal);
@@ -210,7 +211,8 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
 
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress) {
-    return direct_irradiance(scene, tracer, SurfelPoints(scene.surfels), places_of(scene.surfels), options, seed, progress);
+    return direct_irradiance(scene, tracer, SurfelPoints(scene.surfels), places_of(scene.surfels), options, seed,
+                             progress);
 }
 
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,

@@ -20,10 +20,10 @@ struct DirectOptions {
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress = {});
 
-// The same at places on the shapes of `points`; with `errors`, about the standard error of each, which is 0 where all rays agree.
+// The same at places on the shapes of `points`; with `errors`, about the standard error of each, which is 0 where all
+// rays agree.
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
-                                   const std::vector<Place>& places, const DirectOptions& options,
-                                   std::uint64_t seed, const Progress& progress = {},
-                                   std::vector<Rgb>* errors = nullptr);
+                                   const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
+                                   const Progress& progress = {}, std::vector<Rgb>* errors = nullptr);
 
 }  // namespace surflux

@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
 constexpr int probe_rays = 32;
-constexpr double probe_error = 0.08;  // of what they find, at least
-constexpr double sure = 2.0;          // standard errors that a difference must be beyond
+constexpr double closeness_weight = 1.5;  // errors against seconds are best from 1 to 3
+constexpr double probe_error = 0.08;      // of what they find, at least
+constexpr double sure = 2.0;              // standard errors that a difference must be beyond
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
                   const std::vector<double>& sent, double& mean) {
@@ -104,7 +105,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             if (!tree_.is_leaf(node)) {
                 const double around = said_by_others(k, near);
                 const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
-                const double close_by = std::max(value[k], around) * reach * reach;
+                const double close_by =
+                    closeness_weight * gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
                 const double off = std::max(std::abs(value[k] - around), off_at_probe(k, near)) - sure * spread;
                 // The error of all has less of a small node's: half way to where all have the same part in it.
                 const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);

@@ -14,8 +14,8 @@ namespace surflux {
 
 // Finds the nodes of a cut between which interpolation is not good enough. D04 7.1 refines where neighbours differ; as
 // fields are interpolated to first order, what is asked here is
-//   - how close by surfaces are: they change the field within their distance (Ward and others 1988), to first order by
-// its square;
+//   - how close by surfaces are that do not all send the same: they change the field within their distance (Ward and
+// others 1988), to first order by its square;
 //   - what the nodes around would say at the node, and all of them at another surfel below it, drawn by chance, at
 // which a few rays know better. So groups are found out that a surfel stands for which is not like the rest.
 class CutTest {

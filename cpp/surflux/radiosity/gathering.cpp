@@ -14,6 +14,12 @@ constexpr std::uint64_t ray_stream = 0x9a7e41;
 // Slopes are 1 / cos, and their mean square does not exist: beyond this they are cut.
 constexpr double steepest = 8.0;
 
+// Takes from a tilt what the same light from everywhere would give with these rays.
+void level(TiltedRgb& light, const Gathering::Row& row) {
+    light.u -= static_cast<double>(row.u) * light.value;
+    light.v -= static_cast<double>(row.v) * light.value;
+}
+
 }  // namespace
 
 struct Gathering::Shot {
@@ -51,6 +57,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
 
     out.links.clear();
     out.lamps = out.sky = {};
+    out.row = {};
     int escaped = 0, absorbed = 0;
     double closeness = 0.0;
     for (int k = 0; k < count; ++k) {
@@ -58,6 +65,8 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
         const Hit& hit = out.hits[static_cast<std::size_t>(k)];
         const double cosine = dot(ray.direction, frame.n), steep = std::min(steepest, 1.0 / cosine) / count;
         const double u = steep * dot(ray.direction, frame.u), v = steep * dot(ray.direction, frame.v);
+        out.row.u += static_cast<float>(u);
+        out.row.v += static_cast<float>(v);
         const auto add = [&](TiltedRgb& to, const Rgb& light) {
             to.value += (1.0 / count) * light;
             to.u += u * light;
@@ -101,6 +110,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
         }
     }
     out.links.resize(kept);
+    for (TiltedRgb* light : {&out.lamps, &out.sky}) level(*light, out.row);
     out.row.rays = static_cast<std::uint32_t>(count);
     out.row.escape = static_cast<float>(escaped) / static_cast<float>(count);
     out.row.absorbed = static_cast<float>(absorbed) / static_cast<float>(count);
@@ -186,7 +196,25 @@ TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& s
         out.u += static_cast<double>(link.u) * light;
         out.v += static_cast<double>(link.v) * light;
     }
+    level(out, r);
     return out;
+}
+
+double Gathering::deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const {
+    const Row& r = rows_[row];
+    double sum = 0.0, squared = 0.0;
+    const auto add = [&](double share, double light) {
+        sum += share * light;
+        squared += share * light * light;
+    };
+    for (std::size_t k = r.begin; k < r.end; ++k) {
+        const double* from = sent.data() + links_[k].sender * channels;
+        add(static_cast<double>(links_[k].first + links_[k].second) / r.rays,
+            channels == 1 ? from[0] : luminance({from[0], from[1], from[2]}));
+    }
+    const auto escape = static_cast<double>(r.escape);
+    if (escape > 0.0) add(escape, luminance(sky_[row].value) / escape);
+    return std::sqrt(std::max(0.0, squared - sum * sum));
 }
 
 }  // namespace surflux

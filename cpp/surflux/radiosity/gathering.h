@@ -31,6 +31,7 @@ public:
         std::uint32_t rays;
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
+        float u, v;              // sum of the slopes of all rays, which a net's are not quite 0
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
@@ -56,8 +57,10 @@ public:
     // The same of each half of the rays: they differ by about twice the standard error of the whole.
     void gather_halves(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* first,
                        double* second) const;
-    // The same for tilted normals, in 3 channels or one.
+    // The same for tilted normals, in 3 channels or one; the same light from everywhere has no tilt.
     TiltedRgb gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
+    // How much what single rays bring differs: standard deviation of the luminance, emitters apart.
+    double deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
 
 private:
     struct Shot;

@@ -50,7 +50,7 @@ public:
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
           sight_(tracer),
           insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
-          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.seed) {
+          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = usual_share * squared / total;
@@ -68,11 +68,12 @@ public:
         for (std::uint32_t node = from; node < to; ++node) cut_.nodes.push_back(node);
         cut_.find_places(tree_);
         solve_on_nodes(0);
-        if (options_.insert && insert_for_sources()) solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             const CutTest::Result found = test_(cut_, *system_, values_, *sent_, options_.zeta * reference_, reference_,
                                                 usual_area_, stage("gathering"));
-            out_.history.back().emplace_back("error", found.error);
+            error_ = found.error;
+            out_.history.back().emplace_back("error", error_);
+            if (iteration == 0 && options_.insert) insert_for_sources();
             double area = 0.0, total = 0.0;
             for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
                 const double of_node = tree_.area(cut_.nodes[k]);
@@ -197,14 +198,12 @@ private:
     }
 
     // Borders of shadows, from what needs no solving.
-    bool insert_for_sources() {
-        const std::size_t before = tree_.leaves();
+    void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
         for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round) sources_.update();
         cut_.find_places(tree_);
         watch_.lap("insertion");
-        return tree_.leaves() > before;
     }
 
     // Where the whole field is not what the leaves around say.
@@ -265,6 +264,7 @@ private:
         const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
         linear = {linear.applications + last.applications, last.residual};
         report(linear, 0);
+        out_.history.back().emplace_back("error", error_);  // or less
         watch_.lap("solve");
     }
 
@@ -290,6 +290,7 @@ private:
     const std::vector<double>* sent_ = nullptr;
     double reference_ = 0.0;  // RMS of H
     double gain_ = 1.0;
+    double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
 };

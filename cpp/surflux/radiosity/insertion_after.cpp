@@ -22,7 +22,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     const std::size_t n = s.size();
     Stopwatch watch(solution.timings);
     SurfelTree tree(scene, {}, leaves_allowed(scene, true, options.max_surfels));
-    LitPoints lit(scene, tracer, tree, nullptr, nullptr, options.direct, options.seed);
+    LitPoints lit(scene, tracer, tree, nullptr, nullptr, options.direct, 0, options.seed);
     lit.update();
     std::vector<Rgb> sky(n), others(n);  // what is interpolated: of direct light, and of all else
     double squared = 0.0, total = 0.0;
@@ -38,8 +38,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     std::vector<double> light(n);
     for (std::size_t i = 0; i < n; ++i) light[i] = luminance(sky[i] + others[i]);
     const NodalField field(s.positions, s.normals, scene.object);
-    const NodalField::Values sky_field = field.fit(sky, &sight),
-                             other_field = field.fit(others, &sight);
+    const NodalField::Values sky_field = field.fit(sky, &sight), other_field = field.fit(others, &sight);
 
     Insertion insertion(scene, tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };

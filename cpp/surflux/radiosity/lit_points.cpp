@@ -14,16 +14,15 @@ bool all_grey(const std::vector<Rgb>& values) {
 
 }  // namespace
 
-double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-                     const LightSampler* skies, const DirectOptions& options, std::uint64_t seed)
+                     const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed)
     : scene_(scene),
       tracer_(tracer),
       tree_(tree),
       sampled_emitters_(emitters),
       sampled_skies_(skies),
       options_(options),
+      aimed_rays_(aimed_rays),
       seed_(seed) {}
 
 void LitPoints::update(const Progress& progress) {
@@ -46,8 +45,9 @@ void LitPoints::update(const Progress& progress) {
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, options_, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
+    const DirectOptions aimed{std::max(options_.probes, aimed_rays_ / 4), std::max(options_.rays, aimed_rays_)};
     const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
-        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, options_, seed, progress));
+        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, aimed, seed, progress));
         to.resize(lights_.size());
     };
     aim(sampled_emitters_, seed_, emitters_);

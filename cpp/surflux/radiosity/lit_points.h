@@ -16,9 +16,10 @@ namespace surflux {
 // the sky. By point; those that were split have what they had.
 class LitPoints {
 public:
-    // Without samplers, of lights alone.
+    // Without samplers, of lights alone. Towards emitters and images of the sky go a quarter of `aimed_rays`, and all
+    // where some are blocked.
     LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-              const LightSampler* skies, const DirectOptions& options, std::uint64_t seed);
+              const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed);
 
     // Lights up what the tree has more since the last time.
     void update(const Progress& progress = {});
@@ -42,11 +43,10 @@ private:
     const SurfelTree& tree_;
     const LightSampler *sampled_emitters_, *sampled_skies_;
     DirectOptions options_;
+    int aimed_rays_;
     std::uint64_t seed_;
     std::vector<Rgb> lights_, emitters_, sky_;
     std::vector<double> noise_;
 };
-
-double luminance(const Rgb& c);
 
 }  // namespace surflux

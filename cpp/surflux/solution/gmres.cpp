@@ -75,7 +75,8 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
                 column[r + 1] = cosines[r] * column[r + 1] - sines[r] * above;
             }
             const double hypotenuse = std::hypot(column.back(), rest);
-            if (!(hypotenuse > rounding * size)) break;  // the operator is singular here: what there is is all there can be
+            if (!(hypotenuse > rounding * size))
+                break;  // the operator is singular here: what there is is all there can be
             cosines.push_back(column.back() / hypotenuse);
             sines.push_back(rest / hypotenuse);
             column.back() = hypotenuse;

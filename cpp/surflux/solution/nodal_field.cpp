@@ -31,7 +31,7 @@ Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal)
     const TiltedRgb& f = field.values[k];
     if (!field.tilted) return f.value;
     const Frame& frame = frames_[k];
-    Rgb out = dot(normal, frame.n) * f.value + dot(normal, frame.u) * f.u + dot(normal, frame.v) * f.v;
+    Rgb out = f.value + dot(normal, frame.u) * f.u + dot(normal, frame.v) * f.v;
     for (int c = 0; c < 3; ++c) out[c] = std::clamp(out[c], least_turn * f.value[c], most_turn * f.value[c]);
     return out;
 }

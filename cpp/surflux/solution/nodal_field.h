@@ -11,8 +11,8 @@
 
 namespace surflux {
 
-// Irradiance at a place for normals around its own: n' . (value n + u frame.u + v frame.v), which is exact as far as
-// nothing rises above the horizon by the tilt.
+// Irradiance at a place for normals n' around its own, to first order: value + n' . (u frame.u + v frame.v). So the
+// same light from everywhere, below the horizon too, is the same for all normals.
 struct TiltedRgb {
     Rgb value, u, v;
 };

@@ -30,10 +30,10 @@ void Sight::keep_joined(const Vec3& point, const Vec3& normal, const std::vector
                         const std::vector<Vec3>& normals, const std::vector<double>& values,
                         std::vector<Interpolation::Weight>& weights) const {
     if (weights.size() < 2) return;
-    const auto [least, most] = std::minmax_element(
-        weights.begin(), weights.end(), [&](const Interpolation::Weight& a, const Interpolation::Weight& b) {
-            return values[a.site] < values[b.site];
-        });
+    const auto [least, most] = std::minmax_element(weights.begin(), weights.end(),
+                                                   [&](const Interpolation::Weight& a, const Interpolation::Weight& b) {
+                                                       return values[a.site] < values[b.site];
+                                                   });
     if (!differ_much(values[least->site], values[most->site])) return;
     double sum = 0.0;
     std::size_t kept = 0;
