@@ -7,8 +7,6 @@ namespace surflux {
 
 namespace {
 
-double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 // The cell of a cumulative distribution that u falls into, and where in the cell it falls, in [0, 1).
 std::size_t find_cell(const double* up_to, std::size_t count, double u, double& within) {
     const double* found = std::upper_bound(up_to, up_to + count - 1, u);
