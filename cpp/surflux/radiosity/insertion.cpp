@@ -122,8 +122,39 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     const auto weight = [&](std::uint32_t k) { return off[k] * off[k] * tree_.area(leaves.points[k]); };
     std::stable_sort(chosen.begin(), chosen.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return weight(a) > weight(b); });
-    for (std::uint32_t& k : chosen) k = leaves.points[k];
+    std::vector<double> weights;
+    for (std::uint32_t& k : chosen) {
+        weights.push_back(weight(k));
+        k = leaves.points[k];
+    }
+    const double least = least_weight(chosen, weights);
+    std::size_t kept = 0;
+    while (kept < chosen.size() && weights[kept] > least) ++kept;
+    chosen.resize(kept);
     return split(chosen, values);
+}
+
+// The weight, squared error times area, from which on leaves are split: such that what is above it goes down to where
+// it is below, or to the smallest, before the room is used up. A border runs through two of four children, and each has
+// a quarter of the weight, so that k times take 3 (2^k - 1) leaves.
+double Insertion::least_weight(const std::vector<std::uint32_t>& leaves, const std::vector<double>& weights) const {
+    const auto room = static_cast<double>(tree_.room());
+    const auto taken = [&](double least) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < leaves.size() && weights[k] > least && sum <= room; ++k) {
+            const double by_size = std::floor(std::log2(tree_.radius(leaves[k]) / options_.least_radius));
+            const double by_weight = least > 0.0 ? std::ceil(std::log2(weights[k] / least) / 2.0) : by_size;
+            sum += 3.0 * (std::exp2(std::min(by_size, by_weight)) - 1.0);
+        }
+        return sum;
+    };
+    if (leaves.empty() || taken(0.0) <= room) return 0.0;
+    double low = std::log(weights.back()) - 1.0, high = std::log(weights.front());
+    for (int round = 0; round < 40; ++round) {
+        const double middle = 0.5 * (low + high);
+        (taken(std::exp(middle)) > room ? low : high) = middle;
+    }
+    return std::exp(high);
 }
 
 bool Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {

@@ -27,7 +27,8 @@ public:
     Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options);
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
-    // (eq. 11), as far as the tree has room, those first that matter most. Were there any?
+    // (eq. 11); where the tree has no room for all of them down to their end, those alone that matter most. Were there
+    // any?
     using OfPoint = std::function<double(std::uint32_t leaf)>;
     bool refine(const OfPoint& value, const OfPoint& wanted);
 
@@ -37,6 +38,7 @@ private:
     struct Leaves;
     struct Neighborhood;
     void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values, Neighborhood& out) const;
+    double least_weight(const std::vector<std::uint32_t>& leaves, const std::vector<double>& weights) const;
     void repel(std::uint32_t first);
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 
