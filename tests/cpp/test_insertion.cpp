@@ -206,7 +206,7 @@ TEST(Insertion, TheMostIsNeverExceededAndUsedUp) {
 TEST(Insertion, ThoseThatMatterMostGoFirst) {
     // Two steps, one ten times as high: with room for few all stand at the higher one.
     Refined r(grid_of_points(16), 256 + 30);
-    r.refine([](const Vec3& p) { return (p.x > 0.25 ? 1.0 : 0.0) + (p.x > 0.75 ? 10.0 : 0.0); }, 0.1, 1);
+    r.refine([](const Vec3& p) { return (p.x > 0.25 ? 1.0 : 0.0) + (p.x > 0.75 ? 10.0 : 0.0); }, 0.1, 6);
     EXPECT_EQ(r.tree.leaves(), 286u);
     for (std::uint32_t p : r.leaves())
         if (r.tree.is_inserted(p)) {

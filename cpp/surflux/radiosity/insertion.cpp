@@ -130,7 +130,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     const double least = least_weight(chosen, weights);
     std::size_t kept = 0;
     while (kept < chosen.size() && weights[kept] > least) ++kept;
-    chosen.resize(kept);
+    if (kept > 0) chosen.resize(kept);  // else they are all alike: as many as there is room for
     return split(chosen, values);
 }
 
