@@ -79,14 +79,11 @@ BY_RAYS = {
     "upright elements under a square, patches": 0.23,
     "upright elements under a square, points": 0.38,
     # Black enclosures of which a part glows that is too large to aim at.
-    "cube, patches": 0.035,
-    "cylinder, patches, an end glows": 0.05,
-    "cylinder, points, an end glows": 0.05,
+    "cylinder, patches, an end glows": 0.045,
+    "cylinder, points, an end glows": 0.045,
     # Light that comes through an opening, in the dark half.
     "behind a slit": 0.05,
-    "two long rooms": 0.11,
-    # 16 to 64 rays are aimed at the image of a sky, however many there are in all.
-    "half sky over a ledge, patches": 0.08,
+    "two long rooms": 0.08,
     # One bounce from a floor of few points to a wall on its edge.
     "one bounce, points": 0.035,
 }
