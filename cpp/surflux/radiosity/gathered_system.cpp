@@ -19,7 +19,7 @@ void GatheredSystem::take_by_nodes(const Cut& cut) {
 }
 
 void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
-                                 const std::vector<double>& x, const Sight& sight) {
+                                 const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted) {
     cut_ = &cut;
     std::vector<double> light(cut.rows.size());
     for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
@@ -33,6 +33,11 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
         for (std::size_t k = from; k < to; ++k) {
             const auto p = static_cast<std::uint32_t>(k);
             if (!tree_.is_leaf(p)) continue;
+            if (!wanted.empty() && !wanted[p]) {
+                begin_[k + 1] = 1;
+                block.push_back({cut.place_of[p], 1.0});
+                continue;
+            }
             nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
             sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.positions(), nodes.normals(), light, near);
             begin_[k + 1] = near.size();

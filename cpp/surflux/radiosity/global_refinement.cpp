@@ -18,7 +18,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
-constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6, indirect_insertions = 1;
+constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6;
 constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
@@ -87,9 +87,11 @@ public:
             if (area < little * total) break;
         }
         balance();
-        solve_smoothly();
-        for (int round = 0; options_.insert && round < indirect_insertions && insert_for_indirect(); ++round)
-            solve_smoothly();
+        if (options_.insert) {
+            solve_smoothly(insertion_.asked());
+            if (insert_for_indirect()) balance();
+        }
+        solve_smoothly({});
         write();
     }
 
@@ -226,7 +228,6 @@ private:
             any = replace(opened) > 0;
         }
         watch_.lap("insertion");
-        balance();
         return true;
     }
 
@@ -240,7 +241,8 @@ private:
         watch_.lap("refinement");
     }
 
-    void solve_smoothly() {
+    // By interpolation: where it is asked for, for a first look, or everywhere.
+    void solve_smoothly(const std::vector<char>& asked) {
         shoot();
         // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
@@ -255,14 +257,16 @@ private:
         }
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
-        system_->interpolate(cut_, *field_, objects, values_, sight_);
+        system_->interpolate(cut_, *field_, objects, values_, sight_, asked);
         watch_.lap("interpolation");
-        // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
-        gain_ = std::clamp(gain_ * system_->balance(values_), 1.0 / most_gain, most_gain);
-        system_->set_gain(gain_);
-        const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
-        linear = {linear.applications + last.applications, last.residual};
+        if (asked.empty()) {
+            // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
+            gain_ = std::clamp(gain_ * system_->balance(values_), 1.0 / most_gain, most_gain);
+            system_->set_gain(gain_);
+            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+            linear = {linear.applications + last.applications, last.residual};
+        }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less
         watch_.lap("solve");

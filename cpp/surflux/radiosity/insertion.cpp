@@ -40,14 +40,9 @@ struct Insertion::Leaves {
 
     explicit Leaves(const Insertion& of) {
         const SurfelTree& tree = of.tree_;
-        std::vector<char> open;
-        const auto all = static_cast<std::uint32_t>(tree.points());
-        for (std::uint32_t p = 0; p < all; ++p) {
-            if (tree.object(p) >= open.size()) open.resize(tree.object(p) + 1, 0);
-            if (of.can_split(p)) open[tree.object(p)] = 1;
-        }
-        for (std::uint32_t p = 0; p < all; ++p) {
-            if (!open[tree.object(p)] || !tree.is_leaf(p)) continue;
+        const std::vector<char> asked = of.asked();
+        for (std::uint32_t p = 0; p < tree.points(); ++p) {
+            if (!asked[p] || !tree.is_leaf(p)) continue;
             points.push_back(p);
             positions.push_back(tree.position(p));
             normals.push_back(tree.normal(p));
@@ -68,6 +63,16 @@ Insertion::Insertion(const Scene& scene, SurfelTree& tree, const InsertionOption
 
 bool Insertion::can_split(std::uint32_t leaf) const {
     return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;
+}
+
+std::vector<char> Insertion::asked() const {
+    std::vector<char> open, out(tree_.points());
+    for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+        if (tree_.object(p) >= open.size()) open.resize(tree_.object(p) + 1, 0);
+        if (can_split(p)) open[tree_.object(p)] = 1;
+    }
+    for (std::uint32_t p = 0; p < tree_.points(); ++p) out[p] = open[tree_.object(p)];
+    return out;
 }
 
 // D04 eq. 11 and 12. A difference that neighbours on all sides have in proportion to their distance, the slope, is no

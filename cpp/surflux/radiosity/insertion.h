@@ -31,6 +31,8 @@ public:
     // any?
     using OfPoint = std::function<double(std::uint32_t leaf)>;
     bool refine(const OfPoint& value, const OfPoint& wanted);
+    // Which points refine() asks for a value: those of objects in which any may be split.
+    std::vector<char> asked() const;
 
 private:
     bool can_split(std::uint32_t leaf) const;

@@ -42,8 +42,11 @@ void LitPoints::update(const Progress& progress) {
     const auto append = [](std::vector<Rgb>& to, const std::vector<Rgb>& more) {
         to.insert(to.end(), more.begin(), more.end());
     };
+    // Parts are small, and there are four of them.
+    const auto each = [first](int rays) { return first ? rays : std::max(1, rays / 2); };
+    const DirectOptions direct{each(options_.probes), each(options_.rays)};
     std::vector<Rgb> errors;
-    append(lights_, direct_irradiance(scene_, tracer_, points, places, options_, seed_, progress, &errors));
+    append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
     const DirectOptions aimed{std::max(options_.probes, aimed_rays_ / 4), std::max(options_.rays, aimed_rays_)};
     const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
