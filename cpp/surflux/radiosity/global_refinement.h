@@ -14,7 +14,7 @@ namespace surflux {
 struct RefinementOptions {
     double zeta = 0.02;           // difference that interpolation may leave, of the RMS of H (D04 7.1)
     bool insert = true;           // surfels where the scene's own are too coarse (D04 7.2)
-    std::size_t max_surfels = 0;  // of the solution; 0: twice the scene's
+    std::size_t max_surfels = 0;  // of the solution; 0: as leaves_allowed() says
     double tolerance = 1e-4;      // of the linear system
     double epsilon = 0.8;         // of the hierarchy, D04 eq. 10
     int rays = 256;               // of a node

@@ -13,10 +13,11 @@ namespace {
 
 constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
 constexpr std::size_t repelling = 12;
-constexpr double smallest_share = 0.125;
-constexpr double step = 0.3;       // of what the forces want, per round of repulsion
-constexpr double inside = 0.96;    // of the way to the rim of a patch is as far as children go
-constexpr double farthest = 0.75;  // of the parent's radius is as far as they go from it
+constexpr double smallest_share = 0.0625;
+constexpr std::size_t most_inserted = 50000;  // leaves more, unless it is said
+constexpr double step = 0.3;                  // of what the forces want, per round of repulsion
+constexpr double inside = 0.96;               // of the way to the rim of a patch is as far as children go
+constexpr double farthest = 0.75;             // of the parent's radius is as far as they go from it
 
 }  // namespace
 
@@ -28,7 +29,7 @@ double smallest_radius(const Surfels& s) {
 
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most) {
     if (!insert) return scene.surfels.size();
-    return most > 0 ? most : 2 * scene.surfels.size();
+    return most > 0 ? most : scene.surfels.size() + std::min(scene.surfels.size(), most_inserted);
 }
 
 // Leaves of the objects in which any may be split, and their neighbourhoods.

@@ -14,9 +14,10 @@ struct InsertionOptions {
     int repulsion_rounds = 5;   // as often they move
 };
 
-// The radius of the least children that are worth their while: an eighth of that of surfels, by area.
+// The radius of the least children that are worth their while: a sixteenth of that of surfels, by area.
 double smallest_radius(const Surfels& surfels);
-// How many leaves a tree may get: as many as the scene has without insertion, twice as many if it is not said.
+// How many leaves a tree may get: as many as the scene has without insertion; twice as many, but not
+// 50 000 more, if it is not said.
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 
 // Adaptive insertion of surfels (D04 7.2): a leaf beside which the field is not what its slope there says gives way to

@@ -12,7 +12,7 @@ namespace surflux {
 
 struct InsertionAfterOptions {
     double zeta = 0.02;           // difference that interpolation may leave, of the RMS of H
-    std::size_t max_surfels = 0;  // 0: twice the scene's
+    std::size_t max_surfels = 0;  // 0: as leaves_allowed() says
     DirectOptions direct;
     std::uint64_t seed = 0;
 };

@@ -20,7 +20,7 @@ struct SolveOptions {
     std::size_t pairs_up_to = 2000;  // surfels: so many take all pairs no longer than rays take many more
     double zeta = 0.02;              // what interpolation may leave, of the RMS of H
     bool insert = true;              // surfels where the scene's are too coarse
-    std::size_t max_surfels = 0;     // with insertion; 0: twice the scene's
+    std::size_t max_surfels = 0;     // with insertion; 0: as leaves_allowed() says
     double tolerance = 1e-4;         // |residual| / |right-hand side| of the linear system
     int rays = 256;  // per surfel or node: to measure what escapes and what the sky sends, or to gather by
     DirectOptions direct;

@@ -56,8 +56,9 @@ public:
     // A level of groups, the coarsest that has at least so many; else the surfels.
     std::pair<std::uint32_t, std::uint32_t> level_of_at_least(std::size_t count) const;
 
-    // What sends when a surfel is met at a place: the leaf there, or the largest group around the surfel that a circle
-    // of radius `reach` covers.
+    // What sends when a surfel is met at a place: the leaf there, or the largest group around it that a circle of
+    // radius `reach` covers. Where disks overlap, and one may stick out through a thin wall, it is the one with the
+    // nearest centre that sends, whichever was met first.
     std::uint32_t sender(std::uint32_t surfel, const Vec3& at, double reach) const;
 
     struct Child {
@@ -94,6 +95,7 @@ private:
         if (child_[p] == none) return visit(p);
         for (std::uint32_t k = 0; k < children; ++k) visit_leaves(child_[p] + k, visit);
     }
+    void find_neighbors();
     template <class T>
     const T& of(const std::vector<T>& given, const std::vector<T>& added, std::uint32_t p) const {
         return p < surfels_ ? given[p] : added[p - surfels_];
@@ -108,6 +110,7 @@ private:
     std::vector<std::uint32_t> triangles_;        // where those of each surfel begin
     std::vector<std::uint32_t> child_;            // of points: the first of four, or none
     std::vector<std::uint32_t> group_of_surfel_;  // or none
+    std::vector<std::uint32_t> beside_;           // of each surfel, if it is a disk, its nearest others; or itself
     std::vector<std::uint32_t> group_of_group_;
     std::vector<Group> groups_;
     std::vector<std::uint32_t> members_;
