@@ -103,7 +103,9 @@ class Scene:
                 areas = s.areas
                 if areas is None:
                     if index not in self._computed_areas:
-                        self._computed_areas[index] = effective_areas(s, threads=threads, progress=callback)
+                        found = effective_areas(s, threads=threads, progress=callback)
+                        # What others cover altogether has no area; a little keeps it in the scene.
+                        self._computed_areas[index] = np.maximum(found, 1e-9 * np.pi * s.radii**2)
                     areas = self._computed_areas[index]
                 core = self._with_ends(index, callback or None)
                 # What is kept has the areas of then; they can be set.

@@ -30,11 +30,12 @@ class Solution:
             is off by at those surfels is not in it; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
-            (nodes that gave way to get there), inserted (all that ever were, split ones included), links (pairs of a
-            node and what it gathers from, or of surfels), rays, channels (1 where all is grey), applications of the
-            operator, residual, error (an estimate from the noise of the rays and from what neighbours say; at the end
-            that of `error`), power_in and where it ends: power_absorbed, power_escaped and power_into_backs (all
-            channels added up; a grey scene has its one three times), seconds up to then. With all pairs also
+            (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
+            that max_surfels kept from being split), links (pairs of a node and what it gathers from, or of surfels),
+            rays, channels (1 where all is grey), applications of the operator, residual, gain (what rays lost or made
+            of the energy, given back), error (an estimate from the noise of the rays and from what neighbours say; at
+            the end that of `error`), power_in and where it ends: power_absorbed, power_escaped and power_into_backs
+            (all channels added up; a grey scene has its one three times), seconds up to then. With all pairs also
             largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
             largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it), short_rows and
             closure_applications.
@@ -79,7 +80,8 @@ class Solution:
         """Irradiance H at any points of the surface.
 
         Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
-        about the same way: direct light and all else each by itself.
+        about the same way: direct light and all else each by itself. It is for points on the surface: farther off, and
+        where nothing faces the way of the normal, the nearest surfels have the say.
 
         Args:
             points: (m, 3).
@@ -150,6 +152,8 @@ class Solution:
         _check.flag("layers", layers)
 
         drawn = self._drawn()
+        # What is buried, as the floor below a plinth is, does not darken what is lit beside it.
+        groups = (2 * self.objects + (self.radiosity == 0).all(axis=1)).astype(np.int32)
 
         def draw(exitance, lamps):
             return _core.render_splats(
@@ -162,7 +166,7 @@ class Solution:
                 background,
                 FOOTPRINT,
                 samples,
-                self.objects,
+                groups,
             )
 
         picture = draw(self.radiosity, self._lamps)
@@ -216,7 +220,7 @@ class Solution:
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).
 
-        "level" counts from 0, the scene's own surfels; -1 and -2 are those inserted below them.
+        "level" is 0 for the scene's own surfels, and -1, -2 and so on for those inserted below them.
         """
         count = np.bincount(self.parents)[self.parents]
         areas = np.bincount(self.parents, self.surfels.areas)[self.parents]

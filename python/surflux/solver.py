@@ -47,15 +47,16 @@ def solve(
     surfels and rays beyond.
 
     With `insert`, a surfel beside which the field is not what its slope says, by more than zeta, gives way to four
-    (D04 7.2), at the borders of shadows above all; they in turn, down to a sixteenth of the size of the surfels, by area.
-    Of polygons they take the part that is nearest to each. Their areas add up to that of the surfel.
+    (D04 7.2), at the borders of shadows above all; they in turn, down to a sixteenth of the radius of surfels (RMS by
+    area). Of polygons they take the part that is nearest to each. Their areas add up to that of the surfel.
 
     Args:
         scene: Scene.
         zeta: what interpolation may leave, of the area-weighted RMS of H; positive.
         insert: False solves for the scene's own surfels alone.
         tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
-        max_surfels: of the solution; None for twice those of the scene, but not 50 000 more.
+        max_surfels: of the solution; None for twice those of the scene, but not 50 000 more. Where that is not enough,
+            what matters most to the RMS goes first; `history` says how many were left out.
         transport: "auto", "pairs" or "rays".
         rays: of a node; with pairs of each surfel, to measure what escapes and what Environments send, four times as
             many where not all meet the same; 16 to 65535.

@@ -95,6 +95,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
 
     Result out;
     out.refine.assign(count, 0);
+    std::vector<double> squared(count, 0.0);
     parallel_blocks(count, 64, [&](std::size_t from, std::size_t to) {
         std::vector<Interpolation::Weight> near;
         for (std::size_t k = from; k < to; ++k) {
@@ -111,16 +112,17 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 // The error of all has less of a small node's: half way to where all have the same part in it.
                 const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
                 out.refine[k] = std::max(close_by, off) > wanted * small;
-                left = 0.25 * std::max(0.0, off);  // with nodes on all sides
+                const double most = std::min(std::max(close_by, off), value[k] + around);
+                left = 0.25 * std::max(0.0, out.refine[k] ? most : off);  // with nodes on all sides
             }
-            const double squared = spread * spread + left * left;
-            if (!out.refine[k]) passed_[node] = static_cast<float>(squared);
+            squared[k] = spread * spread + left * left;
+            if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
         }
     });
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
-        const double area = tree_.area(cut.nodes[k]), squared = passed_[cut.nodes[k]];
-        sum += area * (squared >= 0.0 ? squared : wanted * wanted);
+        const double area = tree_.area(cut.nodes[k]);
+        sum += area * (out.refine[k] ? squared[k] : static_cast<double>(passed_[cut.nodes[k]]));
         total += area;
     }
     out.error = reference > 0.0 ? std::sqrt(sum / total) / reference : 0.0;

@@ -1,5 +1,7 @@
 #include "surflux/radiosity/gathered_system.h"
 
+#include <utility>
+
 #include "surflux/core/parallel.h"
 #include "surflux/solution/gmres.h"
 
@@ -100,6 +102,10 @@ void GatheredSystem::gather(std::vector<double>& out) const {
 
 double GatheredSystem::balance(const std::vector<double>& x) {
     send(x, true);
+    std::vector<double> arriving;
+    const double gain = std::exchange(gain_, 1.0);
+    gather(arriving);
+    gain_ = gain;
     constexpr std::size_t grain = 4096;
     struct Flux {
         double sent = 0.0, received = 0.0;
@@ -114,7 +120,7 @@ double GatheredSystem::balance(const std::vector<double>& x) {
                 const Gathering::Row& row = gathering_.row(cut_->rows[weights_[w].site]);
                 left += weights_[w].weight * static_cast<double>(row.escape + row.absorbed);
                 for (std::size_t c = 0; c < channels_; ++c)
-                    received += weights_[w].weight * x[weights_[w].site * channels_ + c];
+                    received += weights_[w].weight * arriving[weights_[w].site * channels_ + c];
             }
             for (std::size_t c = 0; c < channels_; ++c)
                 flux.sent += tree_.area(p) * (1.0 - left) * sent_[p * channels_ + c];

@@ -28,8 +28,8 @@ public:
     void interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
                      const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted = {});
 
-    // What surfaces send each other, less what escapes and what backs absorb, over what they receive: 1 but for the
-    // noise of the rays and what interpolation cuts off; for what all nodes send with x.
+    // What surfaces send each other, less what escapes and what backs absorb, over what the rows give them of it: 1 but
+    // for the noise of the rays and what interpolation cuts off; for what all nodes send with x.
     double balance(const std::vector<double>& x);
     // What is gathered counts as many times.
     void set_gain(double gain) { gain_ = gain; }

@@ -183,6 +183,7 @@ private:
                                 {"cut", static_cast<double>(cut_.nodes.size())},
                                 {"refined", static_cast<double>(refined)},
                                 {"inserted", static_cast<double>(tree_.points() - scene_.surfels.size())},
+                                {"left_out", static_cast<double>(insertion_.left_out())},
                                 {"links", static_cast<double>(gathering_.links())},
                                 {"rays", static_cast<double>(gathering_.rays() + probes_.rays())},
                                 {"channels", static_cast<double>(system_->channels())},
@@ -262,10 +263,12 @@ private:
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
         if (asked.empty()) {
             // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
-            gain_ = std::clamp(gain_ * system_->balance(values_), 1.0 / most_gain, most_gain);
-            system_->set_gain(gain_);
-            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
-            linear = {linear.applications + last.applications, last.residual};
+            for (const double tolerance : {std::sqrt(rough_tolerance * options_.tolerance), options_.tolerance}) {
+                gain_ = std::clamp(system_->balance(values_), 1.0 / most_gain, most_gain);
+                system_->set_gain(gain_);
+                const LinearReport last = system_->solve(tolerance, most_applications, values_, stage("solve"));
+                linear = {linear.applications + last.applications, last.residual};
+            }
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less

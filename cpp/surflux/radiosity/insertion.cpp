@@ -136,8 +136,11 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     const double least = least_weight(chosen, weights);
     std::size_t kept = 0;
     while (kept < chosen.size() && weights[kept] > least) ++kept;
+    const std::size_t wanting = chosen.size(), before = tree_.points();
     if (kept > 0) chosen.resize(kept);  // else they are all alike: as many as there is room for
-    return split(chosen, values);
+    const bool any = split(chosen, values);
+    left_out_ = wanting - (tree_.points() - before) / SurfelTree::children;
+    return any;
 }
 
 // The weight, squared error times area, from which on leaves are split: such that what is above it goes down to where

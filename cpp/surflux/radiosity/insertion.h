@@ -32,6 +32,8 @@ public:
     // any?
     using OfPoint = std::function<double(std::uint32_t leaf)>;
     bool refine(const OfPoint& value, const OfPoint& wanted);
+    // How many leaves the last round would have split and did not, for want of room.
+    std::size_t left_out() const { return left_out_; }
     // Which points refine() asks for a value: those of objects in which any may be split.
     std::vector<char> asked() const;
 
@@ -48,6 +50,7 @@ private:
     const Scene& scene_;
     SurfelTree& tree_;
     InsertionOptions options_;
+    std::size_t left_out_ = 0;
 };
 
 }  // namespace surflux

@@ -80,6 +80,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);
         }
     }
+    solution.history.back().emplace_back("left_out", static_cast<double>(insertion.left_out()));
     watch.lap("insertion");
 }
 
