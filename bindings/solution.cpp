@@ -3,27 +3,46 @@
 #include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
 #include "surflux/solution/nodal_field.h"
+#include "surflux/solution/sight.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux::bindings {
 
 namespace {
 
-// A field of a solution, anywhere: values at its surfels.
+// Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall.
 struct Field {
-    Field(const Surfels& surfels, const Indices& objects)
-        : nodes(surfels.positions, surfels.normals, to_vector(objects)) {}
+    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const py::object& scene)
+        : nodes(surfels.positions, surfels.normals, to_vector(objects)) {
+        std::vector<std::vector<Rgb>> known;
+        for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
+        const Scene* in = scene.is_none() ? nullptr : scene.cast<const Scene*>();
+        without_gil([&] {
+            if (in) {
+                tracer = std::make_unique<Tracer>(*in);
+                sight = std::make_unique<Sight>(*tracer);
+            }
+            light.assign(nodes.size(), 0.0);
+            for (const std::vector<Rgb>& field : known) {
+                for (std::size_t k = 0; k < field.size(); ++k) light[k] += luminance(field[k]);
+                fields.push_back(nodes.fit(field, sight.get()));
+            }
+            return 0;
+        });
+    }
 
-    py::array_t<double> at(const Doubles& values, const Doubles& points, const Doubles& normals) const {
-        const std::vector<Rgb> known = to_vec3s(values, "values");
+    py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals) const {
+        require(field < fields.size(), "field: there are ", fields.size());
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         std::vector<Rgb> out(places.size());
         without_gil([&] {
-            const NodalField::Values fitted = nodes.fit(known);
             parallel_blocks(places.size(), 64, [&](std::size_t begin, std::size_t end) {
                 std::vector<Interpolation::Weight> near;
                 for (std::size_t k = begin; k < end; ++k) {
                     nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
-                    out[k] = nodes.at(fitted, places[k], facing[k], near);
+                    if (sight)
+                        sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
+                    out[k] = nodes.at(fields[field], places[k], facing[k], near);
                 }
             });
             return 0;
@@ -32,6 +51,10 @@ struct Field {
     }
 
     NodalField nodes;
+    std::unique_ptr<Tracer> tracer;
+    std::unique_ptr<Sight> sight;
+    std::vector<NodalField::Values> fields;
+    std::vector<double> light;
 };
 
 py::array_t<double> direct_at_points(const Scene& scene, const Doubles& points, const Doubles& normals, int probes,
@@ -47,8 +70,9 @@ py::array_t<double> direct_at_points(const Scene& scene, const Doubles& points, 
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&>(), py::arg("surfels"), py::arg("objects"))
-        .def("at", &Field::at, py::arg("values"), py::arg("points"), py::arg("normals"));
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const py::object&>(),
+             py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"))
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"));
     module.def("direct_at", &direct_at_points, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("probes"), py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"));
 }

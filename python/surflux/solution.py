@@ -22,8 +22,8 @@ class Solution:
         parents: (n,) index of each surfel in scene.surfels.
         objects: (n,) index of the object in scene.objects that each surfel belongs to.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
-        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk, at the
-            place of an inserted surfel.
+        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk; of
+            inserted surfels over the part of the patch that is theirs, or at their place.
         direct: (n, 3) the part of H that comes from lights and Environments.
         error: the solver's own estimate of the relative RMS error of H: fresh rays from 400 to 1000 surfels gather
             light anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light
@@ -111,12 +111,16 @@ class Solution:
         seed = _check.seed("seed", seed)
         with thread_limit(threads):
             if self._field is None:
-                # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it.
-                groups = 2 * self.objects + (self.irradiance == 0).all(axis=1)
-                self._field = _core.Field(self.surfels._core, groups.astype(np.uint32))
-            others = self._field.at(self.irradiance - self.direct, points, normals)
+                # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
+                # bounces, nothing else is black.
+                buried = (self.irradiance == 0).all(axis=1) & bool(np.any(self.irradiance != self.direct))
+                groups = (2 * self.objects + buried).astype(np.uint32)
+                fields = [self.irradiance - self.direct, self.direct]
+                scene = None if self._scene is None else self._scene._to_core_without_areas()
+                self._field = _core.Field(self.surfels._core, groups, fields, scene)
+            others = self._field.at(0, points, normals)
             if direct == "interpolated":
-                return np.asarray(others + self._field.at(self.direct, points, normals))
+                return np.asarray(others + self._field.at(1, points, normals))
             core = self._scene._to_core_without_areas()
             return np.asarray(others + _core.direct_at(core, points, normals, 16, 64, 256, seed))
 

@@ -222,12 +222,12 @@ TEST(Insertion, NoneIsSmallerThanItMayBe) {
     EXPECT_EQ(least, 0.125 * r.scene.surfels.radii[0]);
 }
 
-TEST(Insertion, SmallestRadiusIsAnEighthByArea) {
+TEST(Insertion, SmallestRadiusIsASixteenthByArea) {
     Surfels s = grid_of_points(4).surfels;
-    EXPECT_NEAR(smallest_radius(s), 0.125 * s.radii[0], 1e-15);
+    EXPECT_NEAR(smallest_radius(s), 0.0625 * s.radii[0], 1e-15);
     s.areas[0] = 0.0;
     s.radii[0] = 100.0;  // what has no area has no say
-    EXPECT_NEAR(smallest_radius(s), 0.125 * s.radii[1], 1e-15);
+    EXPECT_NEAR(smallest_radius(s), 0.0625 * s.radii[1], 1e-15);
 }
 
 TEST(Insertion, LeavesAllowed) {

@@ -289,3 +289,34 @@ def test_links_grow_with_surfels_and_not_with_their_pairs():
     counts, found = np.array([links(n) for n in (1000, 4000, 32000)]).T
     assert np.log(found[-1] / found[0]) / np.log(counts[-1] / counts[0]) < 1.15
     assert found[-1] < 0.01 * counts[-1] ** 2
+
+
+def test_an_object_that_is_buried_and_lit():
+    """All that the box shows to the lamp in it are backs: its patches see nothing, and neither do interpolated fields."""
+    vertices, faces, _ = shapes.box((2, 2, 2), (4, 4, 4), inward=False)
+    box = sf.Surfels.from_mesh((vertices, faces), reflectance=0.5)
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(300, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    ball = sf.Surfels(1 + 0.3 * points, normals=points, reflectance=0.5)
+    scene = sf.Scene([box, ball], [sf.PointLight([1.7, 1.0, 1.0], 1.0)])
+    rays = sf.solve(scene, transport="rays", insert=False)
+    pairs = sf.solve(scene, transport="pairs", insert=False)
+    assert np.isfinite(rays.error)
+    assert rays.irradiance.min() >= 0
+    np.testing.assert_allclose(rays.irradiance, pairs.irradiance, atol=0.05 * pairs.irradiance.max())
+
+
+def test_irradiance_anywhere_does_not_pass_a_wall():
+    """A bright and a dim room share a floor; beside the wall the dim side has nothing of the bright one."""
+    vertices, faces, _ = shapes.box((2, 1, 1), (8, 4, 4), inward=True)
+    room = sf.Surfels.from_mesh((vertices, faces), reflectance=0.3)
+    corners = [[1, 0, 0], [1, 1, 0], [1, 1, 1], [1, 0, 1]]
+    wall = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3], [3, 2, 1, 0]]), patch_area=0.0625, reflectance=0.3)
+    scene = sf.Scene([room, wall], [sf.PointLight([0.5, 0.5, 0.9], 10.0), sf.PointLight([1.5, 0.5, 0.9], 0.1)])
+    solution = sf.solve(scene, transport="rays", insert=False)
+    y = np.linspace(0.2, 0.8, 9)
+    at = np.stack([np.full(9, 1.03), y, np.zeros(9)], axis=1)
+    found = solution.irradiance_at(at, np.tile([0.0, 0.0, 1.0], (9, 1)))
+    lit = solution.irradiance[(solution.surfels.points[:, 0] > 1.01) & (solution.surfels.normals[:, 2] > 0.9)]
+    assert found.max() <= 1.2 * lit.max()

@@ -1,5 +1,7 @@
 #include "surflux/lights/aimed.h"
 
+#include <algorithm>
+
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/sample_points.h"
@@ -49,7 +51,8 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
                     }
                 };
                 take(options.probes);
-                if (lit > 0 && blocked > 0) take(options.rays);
+                // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp.
+                if (std::min(lit, blocked) > 1) take(options.rays);
                 out[k] *= 1.0 / taken;
             }
         },

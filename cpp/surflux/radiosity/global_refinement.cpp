@@ -204,7 +204,8 @@ private:
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
-        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round) sources_.update();
+        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round)
+            sources_.update(stage("insertion"));
         cut_.find_places(tree_);
         watch_.lap("insertion");
     }
@@ -218,7 +219,7 @@ private:
                    sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         if (!insertion_.refine(all, wanted)) return false;
-        sources_.update();
+        sources_.update(stage("insertion"));
         for (bool any = true; any;) {
             cut_.find_places(tree_);
             std::vector<char> opened(cut_.nodes.size(), 0);

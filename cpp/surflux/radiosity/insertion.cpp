@@ -29,7 +29,8 @@ double smallest_radius(const Surfels& s) {
 
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most) {
     if (!insert) return scene.surfels.size();
-    return most > 0 ? most : scene.surfels.size() + std::min(scene.surfels.size(), most_inserted);
+    if (most > 0) return std::min(most, 256 * scene.surfels.size());  // four times each to the smallest
+    return scene.surfels.size() + std::min(scene.surfels.size(), most_inserted);
 }
 
 // Leaves of the objects in which any may be split, and their neighbourhoods.
@@ -124,7 +125,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     });
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k)
-        if (off[k] > 0.0 && off[k] > wanted(leaves.points[k])) chosen.push_back(k);
+        if (off[k] * tree_.area(leaves.points[k]) > 0.0 && off[k] > wanted(leaves.points[k])) chosen.push_back(k);
     const auto weight = [&](std::uint32_t k) { return off[k] * off[k] * tree_.area(leaves.points[k]); };
     std::stable_sort(chosen.begin(), chosen.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return weight(a) > weight(b); });

@@ -43,7 +43,7 @@ public:
     std::uint32_t first_child(std::uint32_t p) const { return child_[p]; }
     // Of any node.
     double area(std::uint32_t node) const;
-    std::uint32_t representative(std::uint32_t node) const;  // a leaf
+    std::uint32_t representative(std::uint32_t node) const;  // a point
     template <class Visit>
     void for_members(std::uint32_t node, const Visit& visit) const {
         if (is_point(node)) {
@@ -78,7 +78,7 @@ public:
     void for_leaves(const Visit& visit) const {
         for (std::uint32_t i = 0; i < surfels_; ++i) visit_leaves(i, visit);
     }
-    // Points as surfels: those of the scene with their triangles, inserted ones as disks.
+    // Points as surfels: with their triangles, or the part of those that is theirs.
     Surfels surfels_at(const std::vector<std::uint32_t>& leaves) const;
 
     // Fills in what all nodes send from what leaves do: `channels` interleaved values each.

@@ -32,7 +32,10 @@ Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal)
     if (!field.tilted) return f.value;
     const Frame& frame = frames_[k];
     Rgb out = f.value + dot(normal, frame.u) * f.u + dot(normal, frame.v) * f.v;
-    for (int c = 0; c < 3; ++c) out[c] = std::clamp(out[c], least_turn * f.value[c], most_turn * f.value[c]);
+    for (int c = 0; c < 3; ++c) {
+        const double value = std::max(0.0, f.value[c]);
+        out[c] = std::clamp(out[c], least_turn * value, most_turn * value);
+    }
     return out;
 }
 
@@ -87,6 +90,7 @@ void NodalField::fit_slopes(Values& out, const Sight* sight) const {
 
 Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
                    Span<Interpolation::Weight> weights) const {
+    if (weights.empty()) return {};
     Rgb sum, least = {1e300, 1e300, 1e300}, most;
     for (const Interpolation::Weight& w : weights) {
         const Vec3 d = point - positions_[w.site];

@@ -138,7 +138,7 @@ struct OwnSurfels {
     }
 };
 
-// Surfels in proportion to their area, evenly along the list; all of them where that is no more.
+// Surfels in proportion to their area, evenly along the list; large ones may come more than once.
 std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, std::uint64_t seed) {
     std::vector<std::uint32_t> out;
     double total = 0.0, up_to = 0.0;
