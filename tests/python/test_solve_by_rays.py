@@ -292,7 +292,7 @@ def test_links_grow_with_surfels_and_not_with_their_pairs():
 
 
 def test_an_object_that_is_buried_and_lit():
-    """All that the box shows to the lamp in it are backs: its patches see nothing, and neither do interpolated fields."""
+    """What the box shows to the lamp in it are backs: its patches see nothing, and neither do interpolated fields."""
     vertices, faces, _ = shapes.box((2, 2, 2), (4, 4, 4), inward=False)
     box = sf.Surfels.from_mesh((vertices, faces), reflectance=0.5)
     rng = np.random.default_rng(1)
