@@ -26,10 +26,6 @@ constexpr double little = 1e-3;           // of the surface: not worth another i
 constexpr double most_gain = 1.05;
 constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
-bool is_grey(const std::vector<Rgb>& values) {
-    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
-
 class GlobalRefinement {
 public:
     GlobalRefinement(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
