@@ -31,7 +31,6 @@ public:
     GlobalRefinement(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
                      const StageProgress& progress, Solution& out)
         : scene_(scene),
-          tracer_(tracer),
           options_(options),
           progress_(progress),
           out_(out),
@@ -45,7 +44,7 @@ public:
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
           sight_(tracer),
-          insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
+          insertion_(tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
@@ -129,7 +128,6 @@ private:
         report(
             system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")),
             refined);
-        watch_.lap("solve");
     }
 
     bool grey_skies() const {
@@ -269,13 +267,11 @@ private:
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less
-        watch_.lap("solve");
     }
 
     void write();
 
     const Scene& scene_;
-    const Tracer& tracer_;
     const RefinementOptions& options_;
     const StageProgress& progress_;
     Solution& out_;

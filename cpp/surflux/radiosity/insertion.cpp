@@ -60,8 +60,7 @@ struct Insertion::Neighborhood {
     std::vector<Interpolation::Weight> near;
 };
 
-Insertion::Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options)
-    : scene_(scene), tree_(tree), options_(options) {}
+Insertion::Insertion(SurfelTree& tree, const InsertionOptions& options) : tree_(tree), options_(options) {}
 
 bool Insertion::can_split(std::uint32_t leaf) const {
     return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;

@@ -40,7 +40,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     const NodalField field(s.positions, s.normals, scene.object);
     const NodalField::Values sky_field = field.fit(sky, &sight), other_field = field.fit(others, &sight);
 
-    Insertion insertion(scene, tree, {smallest_radius(s)});
+    Insertion insertion(tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
     const auto allowed = [&](std::uint32_t p) { return wanted + sure * lit.noise(p); };
     for (int round = 0; round < most_rounds && insertion.refine(value, allowed); ++round) {
