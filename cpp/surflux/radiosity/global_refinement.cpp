@@ -10,6 +10,7 @@
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -295,7 +296,6 @@ private:
     std::unique_ptr<NodalField> field_;
 };
 
-// Of the leaves, each surfel's together.
 void GlobalRefinement::write() {
     std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
@@ -310,25 +310,11 @@ void GlobalRefinement::write() {
     });
     const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_),
                              sky = field_->fit(std::move(from_sky), &sight_);
-
-    std::vector<std::uint32_t> leaves;
-    tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-    out_.surfels = tree_.surfels_at(leaves);
-    const std::size_t n = leaves.size();
-    out_.parents.resize(n);
-    out_.direct.resize(n);
-    out_.irradiance.resize(n);
-    out_.radiosity.resize(n);
-    parallel_blocks(n, 256, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t p = leaves[k];
-            const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
-            const Span<Interpolation::Weight> near = system_->weights(p);
-            out_.parents[k] = tree_.surfel(p);
-            out_.direct[k] = sources_.from_lights(p) + field_->at(sky, at, normal, near);
-            out_.irradiance[k] = out_.direct[k] + sources_.from_emitters(p) + field_->at(indirect, at, normal, near);
-            out_.radiosity[k] = tree_.emission(p) + tree_.reflectance(p) * out_.irradiance[k];
-        }
+    write_leaves(tree_, out_, [&](std::uint32_t p) {
+        const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
+        const Span<Interpolation::Weight> near = system_->weights(p);
+        const Rgb direct = sources_.from_lights(p) + field_->at(sky, at, normal, near);
+        return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near)};
     });
     watch_.lap("interpolation");
 }

@@ -5,6 +5,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -60,23 +61,12 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
         });
     }
     if (tree.points() > n) {
-        std::vector<std::uint32_t> leaves;
-        tree.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-        solution.surfels = tree.surfels_at(leaves);
-        const std::size_t count = leaves.size();
-        solution.parents.resize(count);
-        solution.direct.resize(count);
-        solution.irradiance.resize(count);
-        solution.radiosity.resize(count);
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint32_t p = leaves[k];
-            solution.parents[k] = tree.surfel(p);
-            solution.direct[k] = lit.from_lights(p) + sky[p];
-            solution.irradiance[k] = solution.direct[k] + others[p];
-            solution.radiosity[k] = tree.emission(p) + tree.reflectance(p) * solution.irradiance[k];
-        }
+        write_leaves(tree, solution, [&](std::uint32_t p) {
+            const Rgb direct = lit.from_lights(p) + sky[p];
+            return LeafLight{direct, direct + others[p]};
+        });
         for (auto& [name, figure] : solution.history.back()) {
-            if (name == "surfels") figure = static_cast<double>(count);
+            if (name == "surfels") figure = static_cast<double>(tree.leaves());
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);
         }
     }
