@@ -141,37 +141,32 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        constexpr std::size_t grain = 4096;
         struct Part {
             Rgb entered, absorbed, escaped, backs;
             double squared = 0.0, area = 0.0;
-        };
-        std::vector<Part> parts((tree_.points() + grain - 1) / grain);
-        parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
-            Part& part = parts[begin / grain];
-            for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
-                if (!tree_.is_leaf(p)) continue;
-                const double area = tree_.area(p);
-                const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
-                const Rgb b = tree_.emission(p) + rho * h;
-                const std::uint32_t row = cut_.rows[cut_.place_of[p]];
-                part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
-                part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
-                part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
-                part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
-                part.squared += area * luminance(h) * luminance(h);
-                part.area += area;
+            void operator+=(const Part& other) {
+                entered += other.entered;
+                absorbed += other.absorbed;
+                escaped += other.escaped;
+                backs += other.backs;
+                squared += other.squared;
+                area += other.area;
             }
+        };
+        const Part all = parallel_sum<Part>(tree_.points(), 4096, [&](std::size_t k, Part& part) {
+            const auto p = static_cast<std::uint32_t>(k);
+            if (!tree_.is_leaf(p)) return;
+            const double area = tree_.area(p);
+            const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
+            const Rgb b = tree_.emission(p) + rho * h;
+            const std::uint32_t row = cut_.rows[cut_.place_of[p]];
+            part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
+            part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
+            part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
+            part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
+            part.squared += area * luminance(h) * luminance(h);
+            part.area += area;
         });
-        Part all;
-        for (const Part& part : parts) {
-            all.entered += part.entered;
-            all.absorbed += part.absorbed;
-            all.escaped += part.escaped;
-            all.backs += part.backs;
-            all.squared += part.squared;
-            all.area += part.area;
-        }
         reference_ = std::sqrt(all.squared / all.area);
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
