@@ -19,13 +19,12 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
-constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6;
+constexpr int most_iterations = 16, most_applications = 100;
 constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
 constexpr double most_gain = 1.05;
-constexpr double sure = 2.0;  // standard errors that a difference must be beyond
 
 class GlobalRefinement {
 public:
@@ -193,8 +192,10 @@ private:
     // Borders of shadows, from what needs no solving.
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
-        const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
-        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round)
+        const auto wanted = [&](std::uint32_t p) {
+            return options_.zeta * reference_ + significance * sources_.noise(p);
+        };
+        for (int round = 0; round < Insertion::most_rounds && insertion_.refine(source, wanted); ++round)
             sources_.update(stage("insertion"));
         cut_.find_places(tree_);
         watch_.lap("insertion");
@@ -206,7 +207,8 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return options_.zeta * reference_ +
-                   sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+                   significance *
+                       std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         if (!insertion_.refine(all, wanted)) return false;
         sources_.update(stage("insertion"));

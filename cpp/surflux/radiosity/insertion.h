@@ -25,6 +25,8 @@ std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 // surface or their parent.
 class Insertion {
 public:
+    static constexpr int most_rounds = 6;  // that a field is refined in
+
     Insertion(SurfelTree& tree, const InsertionOptions& options);
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there

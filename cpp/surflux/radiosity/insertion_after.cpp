@@ -11,13 +11,6 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr int most_rounds = 6;
-constexpr double sure = 2.0;  // standard errors that a difference must be beyond
-
-}  // namespace
-
 void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options, Solution& solution) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
@@ -43,8 +36,8 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
 
     Insertion insertion(tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
-    const auto allowed = [&](std::uint32_t p) { return wanted + sure * lit.noise(p); };
-    for (int round = 0; round < most_rounds && insertion.refine(value, allowed); ++round) {
+    const auto allowed = [&](std::uint32_t p) { return wanted + significance * lit.noise(p); };
+    for (int round = 0; round < Insertion::most_rounds && insertion.refine(value, allowed); ++round) {
         lit.update();
         const std::size_t before = sky.size();
         sky.resize(tree.points());
