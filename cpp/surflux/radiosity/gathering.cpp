@@ -5,6 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/hemisphere.h"
 
 namespace surflux {
 
@@ -43,7 +44,6 @@ Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree&
       contact_(contact_distance(bounds_of(scene.surfels))) {}
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
-    const Surfels& s = scene_.surfels;
     const Frame frame = frame_around(receiver.normal);
     const bool extends = points_.extends(receiver);
     EvenPoints even(extends ? 4 : 2, seed_ + ray_stream, stream_of(receiver));
@@ -79,9 +79,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
             continue;
         }
         closeness += 1.0 / std::max(hit.distance, contact_);
-        // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
-        const bool covered = hit.distance <= contact_ && dot(frame.n, s.normals[hit.surfel]) < -0.5;
-        if (!hit.front || covered) {
+        if (absorbs(hit, frame.n, scene_.surfels, contact_)) {
             ++absorbed;
             continue;
         }
