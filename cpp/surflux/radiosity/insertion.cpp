@@ -6,6 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/solution/interpolation.h"
+#include "surflux/solution/slope_fit.h"
 
 namespace surflux {
 
@@ -60,8 +61,7 @@ struct Insertion::Neighborhood {
     std::vector<Interpolation::Weight> near;
 };
 
-Insertion::Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options)
-    : scene_(scene), tree_(tree), options_(options) {}
+Insertion::Insertion(SurfelTree& tree, const InsertionOptions& options) : tree_(tree), options_(options) {}
 
 bool Insertion::can_split(std::uint32_t leaf) const {
     return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;
@@ -87,21 +87,17 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     leaves.sites->nearest(leaves.positions[place], leaves.normals[place], leaves.objects[place], neighbor_count,
                           out.near);
     const Frame frame = frame_around(leaves.normals[place]);
-    double uu = 0.0, uv = 0.0, vv = 0.0, u = 0.0, v = 0.0;
+    SlopeFit<double> fit;
     for (const Interpolation::Weight& other : out.near) {
         const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
         const double x = dot(d, frame.u), y = dot(d, frame.v), squared = length_squared(d);
         if (!(squared > 0.0)) continue;
-        const double difference = values[leaves.points[other.site]] - values[i], w = 1.0 / squared;
+        const double difference = values[leaves.points[other.site]] - values[i];
         out.error += (difference / std::sqrt(squared)) * d;
-        uu += w * x * x, uv += w * x * y, vv += w * y * y;
-        u += w * x * difference, v += w * y * difference;
+        fit.add(x, y, 1.0 / squared, difference);
     }
-    const double ridge = 0.05 * (uu + vv);
-    uu += ridge, vv += ridge;
-    const double determinant = uu * vv - uv * uv;
-    if (!(determinant > 0.0)) return;
-    const double a = (vv * u - uv * v) / determinant, b = (uu * v - uv * u) / determinant;
+    double a, b;
+    if (!fit.solve(a, b)) return;
     for (const Interpolation::Weight& other : out.near) {
         const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
         const double rise = a * dot(d, frame.u) + b * dot(d, frame.v);

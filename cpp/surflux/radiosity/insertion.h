@@ -26,7 +26,9 @@ std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 // surface or their parent.
 class Insertion {
 public:
-    Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options);
+    static constexpr int most_rounds = 6;  // that a field is refined in
+
+    Insertion(SurfelTree& tree, const InsertionOptions& options);
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
     // (eq. 11); where the tree has no room for all of them down to their end, those alone that matter most. Were there
@@ -48,7 +50,6 @@ private:
     void repel(std::uint32_t first);
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 
-    const Scene& scene_;
     SurfelTree& tree_;
     InsertionOptions options_;
     std::size_t left_out_ = 0;

@@ -5,17 +5,11 @@
 #include "surflux/core/parallel.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
-
-namespace {
-
-constexpr int most_rounds = 6;
-constexpr double sure = 2.0;  // standard errors that a difference must be beyond
-
-}  // namespace
 
 void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options,
                   const Progress& progress, Solution& solution) {
@@ -42,10 +36,10 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     const NodalField::Values sky_field = field.fit(sky, &sight, progress),
                              other_field = field.fit(others, &sight, progress);
 
-    Insertion insertion(scene, tree, {smallest_radius(s)});
+    Insertion insertion(tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
-    const auto allowed = [&](std::uint32_t p) { return wanted + sure * lit.noise(p); };
-    for (int round = 0; round < most_rounds && insertion.refine(value, allowed, progress); ++round) {
+    const auto allowed = [&](std::uint32_t p) { return wanted + significance * lit.noise(p); };
+    for (int round = 0; round < Insertion::most_rounds && insertion.refine(value, allowed, progress); ++round) {
         lit.update(progress);
         const std::size_t before = sky.size();
         sky.resize(tree.points());
@@ -65,23 +59,12 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
             progress);
     }
     if (tree.points() > n) {
-        std::vector<std::uint32_t> leaves;
-        tree.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-        solution.surfels = tree.surfels_at(leaves);
-        const std::size_t count = leaves.size();
-        solution.parents.resize(count);
-        solution.direct.resize(count);
-        solution.irradiance.resize(count);
-        solution.radiosity.resize(count);
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint32_t p = leaves[k];
-            solution.parents[k] = tree.surfel(p);
-            solution.direct[k] = lit.from_lights(p) + sky[p];
-            solution.irradiance[k] = solution.direct[k] + others[p];
-            solution.radiosity[k] = tree.emission(p) + tree.reflectance(p) * solution.irradiance[k];
-        }
+        write_leaves(tree, solution, [&](std::uint32_t p) {
+            const Rgb direct = lit.from_lights(p) + sky[p];
+            return LeafLight{direct, direct + others[p]};
+        });
         for (auto& [name, figure] : solution.history.back()) {
-            if (name == "surfels") figure = static_cast<double>(count);
+            if (name == "surfels") figure = static_cast<double>(tree.leaves());
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);
         }
     }

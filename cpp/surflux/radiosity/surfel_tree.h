@@ -25,8 +25,8 @@ public:
     std::size_t size() const { return first_group_ + groups_.size(); }  // of arrays by node; some stay unused
     std::size_t points() const { return surfels_ + inserted_.size(); }  // surfels and inserted ones
     std::size_t leaves() const { return leaves_; }
-    bool has_room() const { return leaves_ + children - 1 <= most_leaves_; }
     std::size_t room() const { return most_leaves_ - leaves_; }
+    bool has_room() const { return room() >= children - 1; }  // for a split
 
     bool is_point(std::uint32_t node) const { return node < first_group_; }
     bool is_leaf(std::uint32_t node) const { return is_point(node) && child_[node] == none; }

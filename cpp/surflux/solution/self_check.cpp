@@ -118,10 +118,6 @@ private:
     std::vector<Hit> hits_;
 };
 
-}  // namespace
-
-namespace {
-
 // What a solution says of the scene's own surfels: means over those inserted below each, by area.
 struct OwnSurfels {
     std::vector<Rgb> irradiance, direct;
