@@ -12,10 +12,12 @@ namespace {
 
 // Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall.
 struct Field {
-    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in)
+    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in,
+          const py::object& progress)
         : nodes(surfels.positions, surfels.normals, to_vector(objects)), scene(in) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
+        const Progress report = to_progress(progress);
         without_gil([&] {
             if (scene) {
                 tracer = std::make_unique<Tracer>(*scene);
@@ -24,26 +26,31 @@ struct Field {
             light.assign(nodes.size(), 0.0);
             for (const std::vector<Rgb>& field : known) {
                 for (std::size_t k = 0; k < field.size(); ++k) light[k] += luminance(field[k]);
-                fields.push_back(nodes.fit(field, sight.get()));
+                fields.push_back(nodes.fit(field, sight.get(), report));
             }
             return 0;
         });
     }
 
-    py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals) const {
+    py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals,
+                           const py::object& progress) const {
         require(field < fields.size(), "field: there are ", fields.size());
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         std::vector<Rgb> out(places.size());
+        const Progress report = to_progress(progress);
         without_gil([&] {
-            parallel_blocks(places.size(), 64, [&](std::size_t begin, std::size_t end) {
-                std::vector<Interpolation::Weight> near;
-                for (std::size_t k = begin; k < end; ++k) {
-                    nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
-                    if (sight)
-                        sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
-                    out[k] = nodes.at(fields[field], places[k], facing[k], near);
-                }
-            });
+            parallel_blocks(
+                places.size(), 64,
+                [&](std::size_t begin, std::size_t end) {
+                    std::vector<Interpolation::Weight> near;
+                    for (std::size_t k = begin; k < end; ++k) {
+                        nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
+                        if (sight)
+                            sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
+                        out[k] = nodes.at(fields[field], places[k], facing[k], near);
+                    }
+                },
+                report);
             return 0;
         });
         return to_array(out);
@@ -51,11 +58,13 @@ struct Field {
 
     // Light from lights and Environments, traced anew.
     py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
-                                  std::uint64_t seed) const {
+                                  std::uint64_t seed, const py::object& progress) const {
         require(scene, "scene: wanted one to trace rays in");
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-        return to_array(without_gil(
-            [&] { return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed); }));
+        const Progress report = to_progress(progress);
+        return to_array(without_gil([&] {
+            return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed, report);
+        }));
     }
 
     NodalField nodes;
@@ -70,11 +79,12 @@ struct Field {
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*>(), py::arg("surfels"),
-             py::arg("objects"), py::arg("values"), py::arg("scene"), py::keep_alive<1, 5>())
-        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"))
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*, const py::object&>(),
+             py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
+             py::keep_alive<1, 5>())
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
-             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"));
+             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

@@ -243,3 +243,15 @@ def test_insertion_sharpens_a_shadow(transport):
 def test_refusals(options, message):
     with pytest.raises(ValueError, match=message):
         sf.solve(floor_and_ball(), **options)
+
+
+@pytest.mark.parametrize("direct", ["interpolated", "traced"])
+def test_it_reports_and_can_be_cancelled(direct):
+    solution = solve_own(floor_and_ball())
+    at = on_the_floor(300)
+    calls = []
+    found = solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: calls.append((done, total)))
+    assert calls and all(0 < done <= total for done, total in calls)
+    np.testing.assert_array_equal(found, solution.irradiance_at(at, up(at), direct=direct))
+    with pytest.raises(sf.Cancelled):
+        solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: False)
