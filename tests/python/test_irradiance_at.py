@@ -145,7 +145,7 @@ def test_a_field_without_a_scene_traces_nothing():
     with pytest.raises(ValueError, match=r"^scene: "):
         field.direct_at(at, normals, 1, 1, 1, 0, None)
     with pytest.raises(ValueError, match=r"^field: there are 1"):
-        field.at(1, at, normals)
+        field.at(1, at, normals, None)
 
 
 @pytest.mark.parametrize("transport", ["pairs", "rays"])
