@@ -276,6 +276,16 @@ TEST(MultilevelBasis, IsTheSameForAnyNumberOfThreads) {
     }
 }
 
+TEST(MultilevelBasis, ManyFunctionsGiveEachPointItsOwnValue) {
+    // Of so many, points are taken one near the other.
+    const MultilevelBasis basis = basis_of({shapes::drawn(shapes::draw_on_sphere, 60000, 1)});
+    const SurfacePoints points = shapes::drawn(shapes::draw_on_sphere, 1000, 5);
+    const std::vector<double> values = values_of(basis);
+    const auto got = basis.evaluate(points.positions, points.normals, points.objects, values);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        EXPECT_EQ(got[i], basis.evaluate(points.positions[i], points.normals[i], 0, values));
+}
+
 TEST(MultilevelBasis, SaysWhatItCannotTake) {
     MultilevelBasis basis;
     basis.add_level({{0, 0, 0}, {1, 0, 0}}, {up, up}, {0, 0});

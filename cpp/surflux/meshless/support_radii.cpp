@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/span.h"
 #include "surflux/neighbors/distinct_places.h"
@@ -30,6 +31,12 @@ public:
             normals_[next[places_.of_point[m]]++] = normals[members.begin()[m]];
     }
 
+    std::vector<Vec3> of_members() const {
+        std::vector<Vec3> out;
+        out.reserve(places_.of_point.size());
+        for (const std::uint32_t place : places_.of_point) out.push_back(places_.places[place]);
+        return out;
+    }
     // Of the m-th member. `found` and `distances` are scratch memory.
     double radius(std::size_t m, const Vec3& normal, const SupportOptions& options, std::vector<Neighbor>& found,
                   std::vector<double>& distances) const {
@@ -86,11 +93,12 @@ std::vector<double> support_radii(const std::vector<Vec3>& positions, const std:
         while (end < order.size() && objects[order[end]] == objects[order[begin]]) ++end;
         const Span<std::uint32_t> members(order.data() + begin, order.data() + end);
         const Places places(positions, normals, members);
+        const std::vector<std::uint32_t> along = morton_order(places.of_members());
         parallel_blocks(members.size(), 512, [&](std::size_t first, std::size_t last) {
             std::vector<Neighbor> found;
             std::vector<double> distances;
-            for (std::size_t m = first; m < last; ++m) {
-                const std::uint32_t j = members.begin()[m];
+            for (std::size_t k = first; k < last; ++k) {
+                const std::uint32_t m = along[k], j = members.begin()[m];
                 radii[j] = places.radius(m, normals[j], options, found, distances);
             }
         });
