@@ -204,7 +204,7 @@ private:
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
-        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round)
+        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted, stage("insertion")); ++round)
             sources_.update(stage("insertion"));
         cut_.find_places(tree_);
         watch_.lap("insertion");
@@ -218,10 +218,10 @@ private:
             return options_.zeta * reference_ +
                    sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
-        if (!insertion_.refine(all, wanted)) return false;
+        if (!insertion_.refine(all, wanted, stage("insertion"))) return false;
         sources_.update(stage("insertion"));
+        cut_.find_places(tree_);
         for (bool any = true; any;) {
-            cut_.find_places(tree_);
             std::vector<char> opened(cut_.nodes.size(), 0);
             for (std::uint32_t point = first; point < tree_.points(); ++point) {
                 const std::uint32_t k = cut_.place_of[point];
@@ -238,7 +238,7 @@ private:
     }
 
     void balance() {
-        while (replace(cut_.unbalanced(tree_)) > 0) {
+        while (replace(cut_.unbalanced(tree_, stage("refinement"))) > 0) {
         }
         watch_.lap("refinement");
     }
@@ -259,7 +259,7 @@ private:
         }
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
-        system_->interpolate(cut_, *field_, objects, values_, sight_, asked);
+        system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
         watch_.lap("interpolation");
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
         if (asked.empty()) {
@@ -316,8 +316,8 @@ void GlobalRefinement::write() {
         light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
-    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_),
-                             sky = field_->fit(std::move(from_sky), &sight_);
+    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_, stage("interpolation")),
+                             sky = field_->fit(std::move(from_sky), &sight_, stage("interpolation"));
 
     std::vector<std::uint32_t> leaves;
     tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });

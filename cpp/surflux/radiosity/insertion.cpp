@@ -110,19 +110,22 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     }
 }
 
-bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
+bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progress& progress) {
     const Leaves leaves(*this);
     std::vector<double> values(tree_.points(), 0.0);
     parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
-    parallel_blocks(leaves.points.size(), 128, [&](std::size_t begin, std::size_t end) {
-        Neighborhood around;
-        for (std::size_t k = begin; k < end; ++k) {
-            if (!can_split(leaves.points[k])) continue;
-            measure(leaves, static_cast<std::uint32_t>(k), values, around);
-            off[k] = around.off;
-        }
-    });
+    parallel_blocks(
+        leaves.points.size(), 128,
+        [&](std::size_t begin, std::size_t end) {
+            Neighborhood around;
+            for (std::size_t k = begin; k < end; ++k) {
+                if (!can_split(leaves.points[k])) continue;
+                measure(leaves, static_cast<std::uint32_t>(k), values, around);
+                off[k] = around.off;
+            }
+        },
+        progress);
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k)
         if (off[k] * tree_.area(leaves.points[k]) > 0.0 && off[k] > wanted(leaves.points[k])) chosen.push_back(k);
@@ -139,7 +142,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     while (kept < chosen.size() && weights[kept] > least) ++kept;
     const std::size_t wanting = chosen.size(), before = tree_.points();
     if (kept > 0) chosen.resize(kept);  // else they are all alike: as many as there is room for
-    const bool any = split(chosen, values);
+    const bool any = split(leaves, chosen, values);
     left_out_ = wanting - (tree_.points() - before) / SurfelTree::children;
     return any;
 }
@@ -167,10 +170,10 @@ double Insertion::least_weight(const std::vector<std::uint32_t>& leaves, const s
     return std::exp(high);
 }
 
-bool Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {
+bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen,
+                      const std::vector<double>& values) {
     const auto first = static_cast<std::uint32_t>(tree_.points());
     if (chosen.empty() || !tree_.has_room()) return false;
-    const Leaves leaves(*this);
     std::vector<std::uint32_t> place(tree_.points(), SurfelTree::none);
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k) place[leaves.points[k]] = k;
     struct Family {

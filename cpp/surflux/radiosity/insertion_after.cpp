@@ -17,13 +17,14 @@ constexpr double sure = 2.0;  // standard errors that a difference must be beyon
 
 }  // namespace
 
-void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options, Solution& solution) {
+void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options,
+                  const Progress& progress, Solution& solution) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     Stopwatch watch(solution.timings);
     SurfelTree tree(scene, {}, leaves_allowed(scene, true, options.max_surfels));
     LitPoints lit(scene, tracer, tree, nullptr, nullptr, options.direct, 0, options.seed);
-    lit.update();
+    lit.update(progress);
     std::vector<Rgb> sky(n), others(n);  // what is interpolated: of direct light, and of all else
     double squared = 0.0, total = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -38,26 +39,30 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     std::vector<double> light(n);
     for (std::size_t i = 0; i < n; ++i) light[i] = luminance(sky[i] + others[i]);
     const NodalField field(s.positions, s.normals, scene.object);
-    const NodalField::Values sky_field = field.fit(sky, &sight), other_field = field.fit(others, &sight);
+    const NodalField::Values sky_field = field.fit(sky, &sight, progress),
+                             other_field = field.fit(others, &sight, progress);
 
     Insertion insertion(scene, tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
     const auto allowed = [&](std::uint32_t p) { return wanted + sure * lit.noise(p); };
-    for (int round = 0; round < most_rounds && insertion.refine(value, allowed); ++round) {
-        lit.update();
+    for (int round = 0; round < most_rounds && insertion.refine(value, allowed, progress); ++round) {
+        lit.update(progress);
         const std::size_t before = sky.size();
         sky.resize(tree.points());
         others.resize(tree.points());
-        parallel_blocks(tree.points() - before, 64, [&](std::size_t begin, std::size_t end) {
-            std::vector<Interpolation::Weight> near;
-            for (std::size_t k = before + begin; k < before + end; ++k) {
-                const auto p = static_cast<std::uint32_t>(k);
-                field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
-                sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near);
-                sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
-                others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
-            }
-        });
+        parallel_blocks(
+            tree.points() - before, 64,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<Interpolation::Weight> near;
+                for (std::size_t k = before + begin; k < before + end; ++k) {
+                    const auto p = static_cast<std::uint32_t>(k);
+                    field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
+                    sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near);
+                    sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
+                    others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
+                }
+            },
+            progress);
     }
     if (tree.points() > n) {
         std::vector<std::uint32_t> leaves;

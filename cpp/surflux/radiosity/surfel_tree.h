@@ -42,8 +42,13 @@ public:
     std::uint32_t object(std::uint32_t p) const { return scene_.object[surfel(p)]; }
     std::uint32_t first_child(std::uint32_t p) const { return child_[p]; }
     // Of any node.
-    double area(std::uint32_t node) const;
-    std::uint32_t representative(std::uint32_t node) const;  // a point
+    double area(std::uint32_t node) const {
+        return is_point(node) ? of(scene_.surfels.areas, inserted_.areas, node) : groups_[node - first_group_].area;
+    }
+    // A point.
+    std::uint32_t representative(std::uint32_t node) const {
+        return is_point(node) ? node : groups_[node - first_group_].representative;
+    }
     template <class Visit>
     void for_members(std::uint32_t node, const Visit& visit) const {
         if (is_point(node)) {
