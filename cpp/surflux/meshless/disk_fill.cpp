@@ -14,7 +14,9 @@ namespace {
 
 constexpr std::size_t grain = 512;
 constexpr std::uint32_t none = 0xffffffffu;
-constexpr double first_window = 2.0;  // proposals on a square of side R
+constexpr double first_window = 1.0;  // proposals on a square of side R
+constexpr double growth = 5.0;        // of their sum, with each further window
+constexpr double usual_extent = 0.67;  // in R, of a part from its centre: two thirds of a median at most
 constexpr double block_extent = 16.0;  // in R, of the parts that threads begin with
 constexpr double spot = 0.125;         // in R: what is smaller is as its centre is
 constexpr double dense_enough = 1.28, few_points = 4.0;
@@ -48,19 +50,26 @@ bool holds(const Disk& d, const Vec3& p) { return length_squared(p - d.center) <
 class Walk {
 public:
     Walk(const Fill& fill, const PointGrid& grid, double density, std::uint64_t seed, Found& out)
-        : fill_(fill), grid_(grid), density_(density), seed_(seed), random_(seed), out_(out) {}
+        : fill_(fill),
+          grid_(grid),
+          near_(grid, fill.radius + usual_extent * fill.radius),
+          parts_(fill.pieces),
+          density_(density),
+          seed_(seed),
+          random_(seed),
+          out_(out) {}
 
     // In the first window: cuts into parts no longer than R.
     void begin(const Part& part) {
         if (part.path == 0) return again(part);
         enter(part.piece);
-        cut(part_of(fill_.pieces.corners(part.piece), part.path), part.path, fill_.wanted != nullptr);
+        cut(parts_.corners(part.piece, part.path), part.path, fill_.wanted != nullptr);
     }
 
     void again(const Part& part) {
         enter(part.piece);
         if (part.path == 0) return propose_center(part.piece);
-        search(part_of(fill_.pieces.corners(part.piece), part.path), part.path);
+        search(parts_.corners(part.piece, part.path), part.path);
     }
 
 private:
@@ -90,11 +99,19 @@ private:
 
     void gather(const Vec3& center, double extent) {
         disks_.clear();
-        grid_.around(center, fill_.radius + extent, [&](const PointGrid::Point& p) {
+        const auto take = [&](const PointGrid::Point& p) {
+            const double squared = length_squared(p.position - center), most = fill_.radius + extent;
+            if (squared >= most * most) return;
             const double r = fill_.radius * dot(normal_, p.normal);
-            if (r > 0.0 && length_squared(p.position - center) < (r + extent) * (r + extent))
-                disks_.push_back({p.position, r});
-        });
+            if (r > 0.0 && squared < (r + extent) * (r + extent)) disks_.push_back({p.position, r});
+        };
+        if (extent <= usual_extent * fill_.radius) {
+            for (const PointGrid::Point& p : near_.of(center)) take(p);
+        } else {  // of a piece too large for the digits of a path
+            const double reach = fill_.radius + extent;
+            const Vec3 out{reach, reach, reach};
+            grid_.within(grid_.cell_of(center - out), grid_.cell_of(center + out), take);
+        }
     }
 
     void start_random(std::uint32_t path) { random_ = Random(seed_, (std::uint64_t{piece_} << 32) | path); }
@@ -161,6 +178,8 @@ private:
 
     const Fill& fill_;
     const PointGrid& grid_;
+    Surroundings near_;
+    PartFinder parts_;
     double density_;
     std::uint64_t seed_;
     Random random_;
@@ -168,6 +187,51 @@ private:
     std::uint32_t piece_ = 0, surfel_ = 0;
     Vec3 normal_;
     std::vector<Disk> disks_;
+};
+
+// Which proposals of a window stand in each other's way, and the order in which they came.
+struct Rivals {
+    Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid)
+        : order(proposals.size()), lists_((order.size() + grain - 1) / grain), begin_(order.size()), end_(order.size()) {
+        const auto normal_of = [&](std::size_t k) { return fill.scene.surfels.normals[proposals[k].surfel]; };
+        const auto before = [&](std::uint32_t a, std::uint32_t b) {
+            return proposals[a].lot != proposals[b].lot ? proposals[a].lot < proposals[b].lot : a < b;
+        };
+        PointGrid all(grid.low(), grid.side(), order.size());
+        std::vector<PointGrid::Point> points(order.size());
+        for (std::uint32_t k = 0; k < points.size(); ++k) points[k] = {proposals[k].position, normal_of(k), k};
+        all.insert(points);
+        points = {};
+        parallel_blocks(order.size(), grain, [&](std::size_t begin, std::size_t end) {
+            std::vector<std::uint32_t>& list = lists_[begin / grain];
+            Surroundings near(all, fill.radius);
+            for (std::size_t k = begin; k < end; ++k) {
+                const Vec3 at = proposals[k].position, normal = normal_of(k);
+                begin_[k] = static_cast<std::uint32_t>(list.size());
+                for (const PointGrid::Point& q : near.of(at)) {
+                    if (length_squared(q.position - at) >= fill.radius * fill.radius) continue;
+                    if (holds({q.position, fill.radius * std::max(0.0, dot(normal, q.normal))}, at) &&
+                        before(q.index, static_cast<std::uint32_t>(k)))
+                        list.push_back(q.index);
+                }
+                end_[k] = static_cast<std::uint32_t>(list.size());
+            }
+        });
+        std::iota(order.begin(), order.end(), 0u);
+        std::sort(order.begin(), order.end(), before);
+    }
+
+    // Those that came before it and stand in its way.
+    Span<std::uint32_t> earlier(std::uint32_t k) const {
+        const std::uint32_t* list = lists_[k / grain].data();
+        return {list + begin_[k], list + end_[k]};
+    }
+
+    std::vector<std::uint32_t> order;
+
+private:
+    std::vector<std::vector<std::uint32_t>> lists_;  // of each block of proposals
+    std::vector<std::uint32_t> begin_, end_;
 };
 
 class DiskFill {
@@ -179,17 +243,15 @@ public:
         const double all = std::max(dense_enough * std::pow(n, 2.0 / 3.0) / r2,
                                     few_points * n / fill_.pieces.area_of(fill_.object));
         split_large();
-        std::size_t windows = 1;
-        for (double so_far = first_window / r2; so_far < all; so_far *= 2.0) ++windows;
-        double density = first_window / r2;
-        for (std::size_t w = 0; w < windows && !parts_.empty(); ++w) {
+        std::vector<double> sums = {std::min(first_window / r2, all)};  // of proposals, up to each window's end
+        while (sums.back() < all) sums.push_back(std::min(growth * sums.back(), all));
+        for (std::size_t w = 0; w < sums.size() && !parts_.empty(); ++w) {
             const std::uint64_t seed = Random(fill_.seed, w).bits();
             const Progress in_window = [&](std::size_t done, std::size_t of) {
-                return progress((w * of + done) * 1000 / (windows * of), 1000);
+                return progress((w * of + done) * 1000 / (sums.size() * of), 1000);
             };
-            look(density, seed, w == 0, progress ? in_window : progress);
+            look(w == 0 ? sums[0] : sums[w] - sums[w - 1], seed, w == 0, progress ? in_window : progress);
             accept(seed);
-            if (w > 0) density *= 2.0;
         }
         return std::move(out_);
     }
@@ -198,6 +260,7 @@ private:
     void split_large() {
         const double extent = block_extent * fill_.radius;
         std::vector<Part> rest;
+        PartFinder finder(fill_.pieces);
         for (const std::uint32_t piece : fill_.pieces.of_object(fill_.object)) {
             if (fill_.pieces.is_disk(piece) && fill_.pieces.diagonal(piece) <= 2.0 * spot * fill_.radius) {
                 parts_.push_back({piece, 0});
@@ -208,7 +271,7 @@ private:
             while (!rest.empty()) {
                 const Part part = rest.back();
                 rest.pop_back();
-                const Corners t = part_of(fill_.pieces.corners(part.piece), part.path);
+                const Corners& t = finder.corners(part.piece, part.path);
                 if (longest_edge_squared(t) <= extent * extent || part.path >> 31) {
                     parts_.push_back(part);
                 } else {
@@ -254,73 +317,64 @@ private:
 
     const Vec3& normal_of(const Proposal& p) const { return fill_.scene.surfels.normals[p.surfel]; }
 
-    // Those that no earlier accepted one stands in the way of, and that are not inside geometry.
+    // Takes the proposals in the order of their lots; those inside geometry are not there and bar none.
     void accept(std::uint64_t seed) {
-        std::vector<std::uint32_t> chosen = first_come();
-        std::vector<Departure> places(chosen.size());
-        parallel_for(chosen.size(), grain, [&](std::size_t k) {
-            const Proposal& p = proposals_[chosen[k]];
-            places[k] = {p.position, normal_of(p), p.surfel};
-        });
-        const std::vector<char> inside = inside_geometry(fill_.scene, fill_.tracer, places, seed);
-        std::vector<std::uint32_t> lost;  // parts
-        for (std::size_t k = 0; k < chosen.size(); ++k) {
-            const Proposal& p = proposals_[chosen[k]];
-            if (inside[k]) {
-                lost.push_back(p.part);
-                continue;
+        const Rivals rivals(proposals_, fill_, grid_);
+        std::vector<std::uint32_t> rest = rivals.order;
+        std::vector<PointGrid::Point> added;
+        enum : char { open, accepted, barred, inside };
+        std::vector<char> state(proposals_.size(), open);
+        // As if none were inside. Where some turn out to be, those that they barred come again.
+        for (bool again = true; again;) {
+            std::vector<std::uint32_t> chosen;
+            for (const std::uint32_t k : rest) {
+                if (state[k] != open) continue;
+                const Span<std::uint32_t> earlier = rivals.earlier(k);
+                if (std::any_of(earlier.begin(), earlier.end(), [&](std::uint32_t j) { return state[j] == accepted; }))
+                    continue;
+                state[k] = accepted;
+                chosen.push_back(k);
             }
-            grid_.insert(p.position, normal_of(p), p.surfel);
-            out_.push_back({p.position, p.surfel});
-        }
-        drop_inside(lost);
-    }
-
-    // Indices of proposals, in their order.
-    std::vector<std::uint32_t> first_come() const {
-        const std::size_t n = proposals_.size();
-        PointGrid rivals(grid_.low(), grid_.side(), n);
-        for (std::uint32_t k = 0; k < n; ++k) rivals.insert(proposals_[k].position, normal_of(proposals_[k]), k);
-        const auto before = [this](std::uint32_t a, std::uint32_t b) {
-            return proposals_[a].lot != proposals_[b].lot ? proposals_[a].lot < proposals_[b].lot : a < b;
-        };
-        std::vector<std::vector<std::uint32_t>> earlier((n + grain - 1) / grain);  // of each block, one after the other
-        std::vector<std::uint32_t> first(n), count(n);
-        parallel_blocks(n, grain, [&](std::size_t begin, std::size_t end) {
-            std::vector<std::uint32_t>& list = earlier[begin / grain];
-            for (std::size_t k = begin; k < end; ++k) {
-                const Vec3 &at = proposals_[k].position, &normal = normal_of(proposals_[k]);
-                first[k] = static_cast<std::uint32_t>(list.size());
-                rivals.around(at, fill_.radius, [&](const PointGrid::Point& q) {
-                    if (before(q.index, static_cast<std::uint32_t>(k)) &&
-                        holds({q.position, fill_.radius * std::max(0.0, dot(normal, q.normal))}, at))
-                        list.push_back(q.index);
-                });
-                count[k] = static_cast<std::uint32_t>(list.size()) - first[k];
+            std::vector<Departure> places(chosen.size());
+            parallel_for(chosen.size(), grain, [&](std::size_t k) {
+                const Proposal& p = proposals_[chosen[k]];
+                places[k] = {p.position, normal_of(p), p.surfel};
+            });
+            const std::vector<char> is_inside = inside_geometry(fill_.scene, fill_.tracer, places, seed);
+            std::vector<std::uint32_t> lost;  // parts
+            for (std::size_t k = 0; k < chosen.size(); ++k) {
+                const Proposal& p = proposals_[chosen[k]];
+                if (is_inside[k]) {
+                    state[chosen[k]] = inside;
+                    lost.push_back(p.part);
+                } else {
+                    for (const std::uint32_t j : rivals.earlier(chosen[k]))
+                        if (state[j] == open) state[j] = barred;
+                    added.push_back({p.position, normal_of(p), p.surfel});
+                    out_.push_back({p.position, p.surfel});
+                }
             }
-        });
-        std::vector<std::uint32_t> order(n);
-        std::iota(order.begin(), order.end(), 0u);
-        std::sort(order.begin(), order.end(), before);
-        std::vector<char> is_in(n, 0);
-        for (const std::uint32_t k : order) {
-            const std::uint32_t* at = earlier[k / grain].data() + first[k];
-            is_in[k] = std::none_of(at, at + count[k], [&](std::uint32_t j) { return is_in[j]; });
+            again = !lost.empty();
+            if (!again) break;
+            drop_inside(lost);
+            rest.erase(std::remove_if(rest.begin(), rest.end(),
+                                      [&](std::uint32_t k) {
+                                          return state[k] != open || parts_[proposals_[k].part].piece == none;
+                                      }),
+                       rest.end());
         }
-        std::vector<std::uint32_t> out;
-        for (std::uint32_t k = 0; k < n; ++k)
-            if (is_in[k]) out.push_back(k);
-        return out;
+        grid_.insert(added);
     }
 
     // A part with a place inside geometry gets no more proposals if its corners are under backs, too.
     void drop_inside(const std::vector<std::uint32_t>& lost) {
         std::vector<Departure> places;
+        PartFinder finder(fill_.pieces);
         for (const std::uint32_t k : lost) {
             const Part part = parts_[k];
             if (part.path == 0) continue;
             const std::uint32_t surfel = fill_.pieces.surfel_of(part.piece);
-            const Corners t = part_of(fill_.pieces.corners(part.piece), part.path);
+            const Corners& t = finder.corners(part.piece, part.path);
             for (const Vec3* corner : {&t.a, &t.b, &t.c})
                 places.push_back({*corner + 0.01 * (t.center() - *corner), fill_.scene.surfels.normals[surfel], surfel});
         }

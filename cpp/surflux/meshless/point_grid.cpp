@@ -1,27 +1,54 @@
 #include "surflux/meshless/point_grid.h"
 
+#include <algorithm>
+
 namespace surflux {
 
 PointGrid::PointGrid(const Vec3& low, double side, std::size_t expected)
     : low_(low), side_(side), per_side_(1.0 / side) {
     std::size_t buckets = 64;
     while (buckets < expected) buckets *= 2;
-    head_.assign(buckets, none);
-    points_.reserve(expected);
+    begin_.assign(buckets + 1, 0);
 }
 
-void PointGrid::insert(const Vec3& position, const Vec3& normal, std::uint32_t index) {
-    points_.push_back({position, normal, index, none});
-    if (points_.size() <= head_.size()) return link(static_cast<std::uint32_t>(points_.size() - 1));
-    head_.assign(2 * head_.size(), none);
-    for (std::uint32_t k = 0; k < points_.size(); ++k) link(k);
+void PointGrid::insert(const std::vector<Point>& points) {
+    const std::size_t buckets = begin_.size() - 1, before = points_.size(), n = points.size();
+    std::vector<std::uint32_t> of_point(n), end(buckets + 1, 0), order(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Cell c = cell_of(points[k].position);
+        of_point[k] = static_cast<std::uint32_t>(bucket(c.at[1], c.at[2], c.at[0]));
+        ++end[of_point[k] + 1];
+    }
+    for (std::size_t b = 0; b < buckets; ++b) end[b + 1] += end[b];
+    for (std::uint32_t k = 0; k < n; ++k) order[end[of_point[k]]++] = k;  // end[b] is now where those of b end
+    points_.resize(before + n);
+    std::size_t still = before;  // points that have not moved
+    for (std::size_t j = n; j-- > 0;) {
+        const std::size_t from = begin_[of_point[order[j]] + 1];
+        std::move_backward(points_.begin() + static_cast<std::ptrdiff_t>(from),
+                           points_.begin() + static_cast<std::ptrdiff_t>(still),
+                           points_.begin() + static_cast<std::ptrdiff_t>(still + j + 1));
+        still = from;
+        points_[from + j] = points[order[j]];
+    }
+    for (std::size_t b = 0; b < buckets; ++b) begin_[b + 1] += end[b];
 }
 
-void PointGrid::link(std::uint32_t k) {
-    const Vec3& p = points_[k].position;
-    std::uint32_t& head = head_[bucket(row_of(cell(p.y, 1), cell(p.z, 2)), cell(p.x, 0))];
-    points_[k].next = head;
-    head = k;
+const std::vector<PointGrid::Point>& Surroundings::of(const Vec3& place) {
+    const PointGrid::Cell cell = grid_.cell_of(place);
+    if (is_known_ && cell == cell_) return points_;
+    is_known_ = true;
+    cell_ = cell;
+    points_.clear();
+    const double half = 0.5 * grid_.side();
+    const Vec3 center = grid_.corner_of(cell) + half * Vec3{1, 1, 1};
+    const double far = (half + reach_) * (1.0 + 1e-9) + 1e-12 * length(center - grid_.low());  // the center is rounded
+    const Vec3 out{far, far, far};
+    grid_.within(grid_.cell_of(center - out), grid_.cell_of(center + out), [&](const PointGrid::Point& p) {
+        const Vec3 d = p.position - center;
+        if (std::abs(d.x) <= far && std::abs(d.y) <= far && std::abs(d.z) <= far) points_.push_back(p);
+    });
+    return points_;
 }
 
 }  // namespace surflux

@@ -63,11 +63,15 @@ void PointPlacement::add_level(const Wanted& wanted, const Progress& progress) {
     for (std::size_t o = 0; o < objects; ++o) {
         if (points_.first_radius[o] == 0.0) continue;
         const double radius = points_.first_radius[o] * shrunk, area = pieces_.area_of(o);
-        PointGrid grid(low, cell_side * radius, begin[o + 1] - begin[o]);
+        PointGrid grid(low, cell_side * radius, static_cast<std::size_t>(packing * area / (radius * radius)));
+        std::vector<PointGrid::Point> there;
+        there.reserve(begin[o + 1] - begin[o]);
         for (std::size_t k = begin[o]; k < begin[o + 1]; ++k) {
             const std::uint32_t i = of_object[k];
-            grid.insert(points_.positions[i], points_.normals[i], i);
+            there.push_back({points_.positions[i], points_.normals[i], i});
         }
+        grid.insert(there);
+        there = {};
         const std::uint64_t seed = Random(Random(options_.seed, level).bits(), o).bits();
         const Fill fill{scene_, tracer_, pieces_, o, radius, options_.rejections, seed, wanted};
         const Progress in_object = [&](std::size_t part, std::size_t of) {

@@ -8,29 +8,16 @@
 
 namespace surflux {
 
-double longest_edge_squared(const Corners& t) {
-    return std::max({length_squared(t.b - t.a), length_squared(t.c - t.b), length_squared(t.a - t.c)});
-}
+namespace {
 
-void bisect(const Corners& t, Corners& first, Corners& second) {
-    const double ab = length_squared(t.b - t.a), bc = length_squared(t.c - t.b), ca = length_squared(t.a - t.c);
-    const Corners turned = ab >= bc && ab >= ca ? t : bc >= ca ? Corners{t.b, t.c, t.a} : Corners{t.c, t.a, t.b};
-    const Vec3 middle = 0.5 * (turned.a + turned.b);
-    first = {turned.c, turned.a, middle};
-    second = {turned.b, turned.c, middle};
-}
-
-Corners part_of(const Corners& whole, std::uint32_t path) {
+// Digits below the leading one.
+int digits_of(std::uint32_t path) {
     int digits = 0;
-    while (std::uint64_t{path} >> (digits + 1)) ++digits;
-    Corners part = whole;
-    while (digits-- > 0) {
-        Corners first, second;
-        bisect(part, first, second);
-        part = (path >> digits) & 1u ? second : first;
-    }
-    return part;
+    while (path >>= 1) ++digits;
+    return digits;
 }
+
+}  // namespace
 
 SurfacePieces::SurfacePieces(const Scene& scene)
     : scene_(scene), triangles_(static_cast<std::uint32_t>(scene.surfels.triangles.size())) {
@@ -98,6 +85,25 @@ bool SurfacePieces::within_ends(std::uint32_t piece, const Vec3& position) const
     for (std::uint32_t e = end_begin_[i]; e < end_begin_[i + 1]; ++e)
         if (dot(scene_.surfels.ends[e].normal, from_center) > scene_.surfels.ends[e].limit) return false;
     return true;
+}
+
+const Corners& PartFinder::corners(std::uint32_t piece, std::uint32_t path) {
+    const int digits = digits_of(path), before = digits_of(path_);
+    int kept = 0;
+    if (path_ == 0 || piece != piece_) {
+        after_[0] = pieces_.corners(piece);
+    } else {
+        const int common = std::min(digits, before);
+        kept = common - digits_of(((path >> (digits - common)) ^ (path_ >> (before - common))) << 1);
+    }
+    for (int k = kept; k < digits; ++k) {
+        Corners halves[2];
+        bisect(after_[k], halves[0], halves[1]);
+        after_[k + 1] = halves[(path >> (digits - 1 - k)) & 1u];
+    }
+    piece_ = piece;
+    path_ = path;
+    return after_[digits];
 }
 
 }  // namespace surflux

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -16,12 +17,18 @@ struct Corners {
 };
 
 // Of the three edges, its square.
-double longest_edge_squared(const Corners& t);
+inline double longest_edge_squared(const Corners& t) {
+    return std::max({length_squared(t.b - t.a), length_squared(t.c - t.b), length_squared(t.a - t.c)});
+}
+
 // The halves on both sides of the middle of the longest edge: slivers, too, come into pieces about as long as wide.
-void bisect(const Corners& t, Corners& first, Corners& second);
-// What is left of the whole after the bisections that `path` tells: below its leading one, a digit for each, 1 for the
-// second half.
-Corners part_of(const Corners& whole, std::uint32_t path);
+inline void bisect(const Corners& t, Corners& first, Corners& second) {
+    const double ab = length_squared(t.b - t.a), bc = length_squared(t.c - t.b), ca = length_squared(t.a - t.c);
+    const Corners turned = ab >= bc && ab >= ca ? t : bc >= ca ? Corners{t.b, t.c, t.a} : Corners{t.c, t.a, t.b};
+    const Vec3 middle = 0.5 * (turned.a + turned.b);
+    first = {turned.c, turned.a, middle};
+    second = {turned.b, turned.c, middle};
+}
 
 // The surfaces of a scene as triangles, object by object: those of patches, and for each disk the square of its area in
 // its middle, as two triangles. A disk is tangent to the surface at its centre: the farther from there, the farther off
@@ -54,6 +61,19 @@ private:
     std::vector<std::uint32_t> disks_, end_begin_, order_;
     std::vector<std::size_t> begin_;
     std::vector<double> area_;
+};
+
+// What is left of pieces after the bisections that `path` tells: below its leading one a digit for each, 1 for the
+// second half. Parts that come one after the other mostly have the first of these in common: they are not made anew.
+class PartFinder {
+public:
+    explicit PartFinder(const SurfacePieces& pieces) : pieces_(pieces) {}
+    const Corners& corners(std::uint32_t piece, std::uint32_t path);
+
+private:
+    const SurfacePieces& pieces_;
+    std::uint32_t piece_ = 0, path_ = 0;
+    Corners after_[32];  // so many bisections
 };
 
 }  // namespace surflux
