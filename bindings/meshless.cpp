@@ -1,6 +1,6 @@
-#include "surflux/meshless/point_placement.h"
 #include "convert.h"
 #include "rooms.h"
+#include "surflux/meshless/point_placement.h"
 
 namespace surflux::bindings {
 

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t grain = 512;
 constexpr std::uint32_t none = 0xffffffffu;
-constexpr double first_window = 1.0;  // proposals on a square of side R
-constexpr double growth = 5.0;        // of their sum, with each further window
+constexpr double first_window = 1.0;   // proposals on a square of side R
+constexpr double growth = 5.0;         // of their sum, with each further window
 constexpr double usual_extent = 0.67;  // in R, of a part from its centre: two thirds of a median at most
 constexpr double block_extent = 16.0;  // in R, of the parts that threads begin with
 constexpr double spot = 0.125;         // in R: what is smaller is as its centre is
@@ -86,7 +86,8 @@ private:
     void cut(const Corners& t, std::uint32_t path, bool ask) {
         const double extent = longest_edge_squared(t), r2 = fill_.radius * fill_.radius;
         if (ask && extent <= 4.0 * r2) {
-            const bool any = wanted(t.center()) || (extent > spot * spot * r2 && (wanted(t.a) || wanted(t.b) || wanted(t.c)));
+            const bool any =
+                wanted(t.center()) || (extent > spot * spot * r2 && (wanted(t.a) || wanted(t.b) || wanted(t.c)));
             if (!any) return;
             ask = false;
         }
@@ -134,8 +135,8 @@ private:
     }
 
     static double extent_from(const Corners& t, const Vec3& center) {
-        return std::sqrt(std::max(
-            {length_squared(t.a - center), length_squared(t.b - center), length_squared(t.c - center)}));
+        return std::sqrt(
+            std::max({length_squared(t.a - center), length_squared(t.b - center), length_squared(t.c - center)}));
     }
 
     // Proposes places on what no single disk covers. The path of the smallest part that contains it, 0 for nothing.
@@ -192,7 +193,10 @@ private:
 // Which proposals of a window stand in each other's way, and the order in which they came.
 struct Rivals {
     Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid)
-        : order(proposals.size()), lists_((order.size() + grain - 1) / grain), begin_(order.size()), end_(order.size()) {
+        : order(proposals.size()),
+          lists_((order.size() + grain - 1) / grain),
+          begin_(order.size()),
+          end_(order.size()) {
         const auto normal_of = [&](std::size_t k) { return fill.scene.surfels.normals[proposals[k].surfel]; };
         const auto before = [&](std::uint32_t a, std::uint32_t b) {
             return proposals[a].lot != proposals[b].lot ? proposals[a].lot < proposals[b].lot : a < b;
@@ -240,8 +244,8 @@ public:
 
     std::vector<FilledPoint> run(const Progress& progress) {
         const double r2 = fill_.radius * fill_.radius, n = fill_.rejections;
-        const double all = std::max(dense_enough * std::pow(n, 2.0 / 3.0) / r2,
-                                    few_points * n / fill_.pieces.area_of(fill_.object));
+        const double all =
+            std::max(dense_enough * std::pow(n, 2.0 / 3.0) / r2, few_points * n / fill_.pieces.area_of(fill_.object));
         split_large();
         std::vector<double> sums = {std::min(first_window / r2, all)};  // of proposals, up to each window's end
         while (sums.back() < all) sums.push_back(std::min(growth * sums.back(), all));
@@ -376,7 +380,8 @@ private:
             const std::uint32_t surfel = fill_.pieces.surfel_of(part.piece);
             const Corners& t = finder.corners(part.piece, part.path);
             for (const Vec3* corner : {&t.a, &t.b, &t.c})
-                places.push_back({*corner + 0.01 * (t.center() - *corner), fill_.scene.surfels.normals[surfel], surfel});
+                places.push_back(
+                    {*corner + 0.01 * (t.center() - *corner), fill_.scene.surfels.normals[surfel], surfel});
         }
         const std::vector<char> under = under_backs(fill_.scene, fill_.tracer, places);
         std::size_t at = 0;

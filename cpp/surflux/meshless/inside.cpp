@@ -43,8 +43,7 @@ std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, cons
             for (int r = 0; r < further; ++r) {
                 const double z = r < further / 2 ? steep : flat, flatness = std::sqrt(1.0 - z * z);
                 const double phi = 2.0 * pi * (turn + (r + (r < further / 2 ? 0.0 : 0.5)) / (0.5 * further));
-                rays.push_back(
-                    {places[k], frame.to_world({flatness * std::cos(phi), flatness * std::sin(phi), z})});
+                rays.push_back({places[k], frame.to_world({flatness * std::cos(phi), flatness * std::sin(phi), z})});
             }
         }
         if (rays.empty()) return;

@@ -40,12 +40,15 @@ const std::vector<PointGrid::Point>& Surroundings::of(const Vec3& place) {
     is_known_ = true;
     cell_ = cell;
     points_.clear();
-    const double half = 0.5 * grid_.side();
-    const Vec3 center = grid_.corner_of(cell) + half * Vec3{1, 1, 1};
-    const double far = (half + reach_) * (1.0 + 1e-9) + 1e-12 * length(center - grid_.low());  // the center is rounded
-    const Vec3 out{far, far, far};
-    grid_.within(grid_.cell_of(center - out), grid_.cell_of(center + out), [&](const PointGrid::Point& p) {
-        const Vec3 d = p.position - center;
+    // From the grid's corner, where numbers are small: far from the origin they are coarse.
+    const double side = grid_.side(), far = 0.5 * side + reach_ * (1.0 + 1e-9);
+    Vec3 center;
+    for (int axis = 0; axis < 3; ++axis) center[axis] = (static_cast<double>(cell.at[axis]) + 0.5) * side;
+    const auto out = static_cast<std::int64_t>(std::ceil(reach_ / side * (1.0 + 1e-9)));
+    PointGrid::Cell from = cell, to = cell;
+    for (int axis = 0; axis < 3; ++axis) from.at[axis] -= out, to.at[axis] += out;
+    grid_.within(from, to, [&](const PointGrid::Point& p) {
+        const Vec3 d = (p.position - grid_.low()) - center;
         if (std::abs(d.x) <= far && std::abs(d.y) <= far && std::abs(d.z) <= far) points_.push_back(p);
     });
     return points_;

@@ -30,10 +30,6 @@ public:
     const Vec3& low() const { return low_; }
     double side() const { return side_; }
     Cell cell_of(const Vec3& p) const { return {{cell(p.x, 0), cell(p.y, 1), cell(p.z, 2)}}; }
-    Vec3 corner_of(const Cell& c) const {
-        return low_ + side_ * Vec3{static_cast<double>(c.at[0]), static_cast<double>(c.at[1]),
-                                   static_cast<double>(c.at[2])};
-    }
 
     // Calls visit(point) for all points of the cells from one corner to the opposite one, and for some others.
     template <class Visit>

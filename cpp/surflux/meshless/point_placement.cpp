@@ -46,8 +46,8 @@ void PointPlacement::add_level(const Wanted& wanted, const Progress& progress) {
     double total = 0.0, done = 0.0;
     for (std::size_t o = 0; o < objects; ++o) {
         const double r = points_.first_radius[o] * shrunk, area = pieces_.area_of(o);
-        require(area <= most_points * r * r / packing, "radius: ", r, " is too small for level ", level, " of object ", o,
-                ": its area ", area, " has room for more than ", most_points, " points");
+        require(area <= most_points * r * r / packing, "radius: ", r, " is too small for level ", level, " of object ",
+                o, ": its area ", area, " has room for more than ", most_points, " points");
         total += area;
     }
 

@@ -23,10 +23,10 @@ struct PlacementOptions {
 // Points of all levels so far, level after level, and object after object within one.
 struct PlacedPoints {
     std::vector<Vec3> positions, normals;
-    std::vector<std::uint32_t> surfels;     // of the scene, that each lies on
-    std::vector<std::uint32_t> objects;     // reconstruction group of each
-    std::vector<std::size_t> level_begin;   // of each level, and the end of the last
-    std::vector<double> first_radius;       // per object; 0 where it has no area
+    std::vector<std::uint32_t> surfels;    // of the scene, that each lies on
+    std::vector<std::uint32_t> objects;    // reconstruction group of each
+    std::vector<std::size_t> level_begin;  // of each level, and the end of the last
+    std::vector<double> first_radius;      // per object; 0 where it has no area
     std::size_t size() const { return positions.size(); }
 };
 
