@@ -42,6 +42,7 @@ PYBIND11_MODULE(_core, module) {
     bind_reference(module);
     bind_solution(module);
     bind_radiosity(module);
+    bind_meshless(module);
     bind_image(module);
     bind_render(module);
 }

@@ -13,6 +13,7 @@ void bind_trace(pybind11::module_& module);
 void bind_reference(pybind11::module_& module);
 void bind_solution(pybind11::module_& module);
 void bind_radiosity(pybind11::module_& module);
+void bind_meshless(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 

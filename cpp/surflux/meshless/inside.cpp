@@ -1,0 +1,62 @@
+#include "surflux/meshless/inside.h"
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr double steep = 0.5, flat = 0.17;  // cosines of the further rays
+constexpr int further = 6, may_see_fronts = 2;
+constexpr std::size_t grain = 512;
+
+// Not Hit::front, which is false as well beyond the border of a disk that is seen from its front.
+bool is_back(const Scene& scene, const Hit& hit, const Vec3& direction) {
+    return hit && !hit.front && dot(scene.surfels.normals[hit.surfel], direction) > 0.0;
+}
+
+}  // namespace
+
+std::vector<char> under_backs(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places) {
+    std::vector<char> out(places.size());
+    parallel_blocks(places.size(), grain, [&](std::size_t begin, std::size_t end) {
+        std::vector<Ray> rays;
+        std::vector<Hit> hits;
+        for (std::size_t k = begin; k < end; ++k) rays.push_back({places[k], places[k].normal});
+        tracer.closest(rays, hits);
+        for (std::size_t k = begin; k < end; ++k) out[k] = is_back(scene, hits[k - begin], places[k].normal);
+    });
+    return out;
+}
+
+std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places,
+                                  std::uint64_t seed) {
+    std::vector<char> out = under_backs(scene, tracer, places);
+    parallel_blocks(places.size(), grain, [&](std::size_t begin, std::size_t end) {
+        std::vector<Ray> rays;
+        std::vector<Hit> hits;
+        for (std::size_t k = begin; k < end; ++k) {
+            if (!out[k]) continue;
+            const Frame frame = frame_around(places[k].normal);
+            const double turn = Random(seed, k).uniform();
+            for (int r = 0; r < further; ++r) {
+                const double z = r < further / 2 ? steep : flat, flatness = std::sqrt(1.0 - z * z);
+                const double phi = 2.0 * pi * (turn + (r + (r < further / 2 ? 0.0 : 0.5)) / (0.5 * further));
+                rays.push_back({places[k], frame.to_world({flatness * std::cos(phi), flatness * std::sin(phi), z})});
+            }
+        }
+        if (rays.empty()) return;
+        tracer.closest(rays, hits);
+        std::size_t at = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            if (!out[k]) continue;
+            int others = 0;
+            for (int r = 0; r < further; ++r, ++at) others += !is_back(scene, hits[at], rays[at].direction);
+            out[k] = others <= may_see_fronts;
+        }
+    });
+    return out;
+}
+
+}  // namespace surflux

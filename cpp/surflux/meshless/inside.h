@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Does the ray from each place along its normal meet the back of a surface first (L07 6.1)?
+std::vector<char> under_backs(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places);
+
+// Are the places inside geometry? Departing from L07 6.1, which takes the one ray's word: what is under a back, too, is
+// inside only if six more rays, three steep and three flat ones, all but two meet backs, or the floor below a table
+// whose underside no scanner saw would be lost. Each is turned by chance of its own, (seed, index).
+std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places,
+                                  std::uint64_t seed);
+
+}  // namespace surflux

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/span.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// A part of the surface, as its corners.
+struct Corners {
+    Vec3 a, b, c;
+    Vec3 center() const { return (a + b + c) / 3.0; }
+};
+
+// Of the three edges, its square.
+inline double longest_edge_squared(const Corners& t) {
+    return std::max({length_squared(t.b - t.a), length_squared(t.c - t.b), length_squared(t.a - t.c)});
+}
+
+// The halves on both sides of the middle of the longest edge: slivers, too, come into pieces about as long as wide.
+inline void bisect(const Corners& t, Corners& first, Corners& second) {
+    const double ab = length_squared(t.b - t.a), bc = length_squared(t.c - t.b), ca = length_squared(t.a - t.c);
+    const Corners turned = ab >= bc && ab >= ca ? t : bc >= ca ? Corners{t.b, t.c, t.a} : Corners{t.c, t.a, t.b};
+    const Vec3 middle = 0.5 * (turned.a + turned.b);
+    first = {turned.c, turned.a, middle};
+    second = {turned.b, turned.c, middle};
+}
+
+// The surfaces of a scene as triangles, object by object: those of patches, and for each disk the square of its area in
+// its middle, as two triangles. A disk is tangent to the surface at its centre: the farther from there, the farther off
+// the surface. Pieces have numbers: of the triangles first, then two for each disk.
+class SurfacePieces {
+public:
+    explicit SurfacePieces(const Scene& scene);
+
+    std::size_t objects() const { return begin_.size() - 1; }
+    // Those of an object that have an area; of a disk, the first of its two.
+    Span<std::uint32_t> of_object(std::size_t object) const {
+        return {order_.data() + begin_[object], order_.data() + begin_[object + 1]};
+    }
+    double area_of(std::size_t object) const { return area_[object]; }
+
+    bool is_disk(std::uint32_t piece) const { return piece >= triangles_; }
+    std::uint32_t surfel_of(std::uint32_t piece) const;
+    Corners corners(std::uint32_t piece) const;
+    double area(std::uint32_t piece) const;
+    // Is the place, on the disk of the piece, short of the disk's ends?
+    bool within_ends(std::uint32_t piece, const Vec3& position) const;
+    // Across the square that stands for a disk.
+    double diagonal(std::uint32_t piece) const { return 2.0 * half_diagonal(surfel_of(piece)); }
+
+private:
+    double half_diagonal(std::uint32_t surfel) const;
+
+    const Scene& scene_;
+    std::uint32_t triangles_ = 0;
+    std::vector<std::uint32_t> disks_, end_begin_, order_;
+    std::vector<std::size_t> begin_;
+    std::vector<double> area_;
+};
+
+// What is left of pieces after the bisections that `path` tells: below its leading one a digit for each, 1 for the
+// second half. Parts that come one after the other mostly have the first of these in common: they are not made anew.
+class PartFinder {
+public:
+    explicit PartFinder(const SurfacePieces& pieces) : pieces_(pieces) {}
+    const Corners& corners(std::uint32_t piece, std::uint32_t path);
+
+private:
+    const SurfacePieces& pieces_;
+    std::uint32_t piece_ = 0, path_ = 0;
+    Corners after_[32];  // so many bisections
+};
+
+}  // namespace surflux
