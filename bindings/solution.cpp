@@ -12,14 +12,13 @@ namespace {
 
 // Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall.
 struct Field {
-    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const py::object& scene)
-        : nodes(surfels.positions, surfels.normals, to_vector(objects)) {
+    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in)
+        : nodes(surfels.positions, surfels.normals, to_vector(objects)), scene(in) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
-        const Scene* in = scene.is_none() ? nullptr : scene.cast<const Scene*>();
         without_gil([&] {
-            if (in) {
-                tracer = std::make_unique<Tracer>(*in);
+            if (scene) {
+                tracer = std::make_unique<Tracer>(*scene);
                 sight = std::make_unique<Sight>(*tracer);
             }
             light.assign(nodes.size(), 0.0);
@@ -50,31 +49,32 @@ struct Field {
         return to_array(out);
     }
 
+    // Light from lights and Environments, traced anew.
+    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
+                                  std::uint64_t seed) const {
+        require(scene, "scene: wanted one to trace rays in");
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        return to_array(without_gil(
+            [&] { return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed); }));
+    }
+
     NodalField nodes;
+    const Scene* scene;  // or none
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Sight> sight;
     std::vector<NodalField::Values> fields;
     std::vector<double> light;
 };
 
-py::array_t<double> direct_at_points(const Scene& scene, const Doubles& points, const Doubles& normals, int probes,
-                                     int shadow_rays, int rays, std::uint64_t seed) {
-    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-    return to_array(without_gil([&] {
-        const Tracer tracer(scene);
-        return direct_at(scene, tracer, places, facing, {probes, shadow_rays}, rays, seed);
-    }));
-}
-
 }  // namespace
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const py::object&>(),
-             py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"))
-        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"));
-    module.def("direct_at", &direct_at_points, py::arg("scene"), py::arg("points"), py::arg("normals"),
-               py::arg("probes"), py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"));
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*>(), py::arg("surfels"),
+             py::arg("objects"), py::arg("values"), py::arg("scene"), py::keep_alive<1, 5>())
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"))
+        .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
+             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"));
 }
 
 }  // namespace surflux::bindings

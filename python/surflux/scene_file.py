@@ -177,7 +177,10 @@ def _objects(tables, surfels):
     with ThreadPoolExecutor(max_workers=2) as pool:
         sources = list(pool.map(open_object, tables))
         counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
-        return list(pool.map(lambda source, n: source.make(n), sources, counts))
+        # The most work first, or one thread has nothing to do while the other ends with it.
+        order = sorted(range(len(sources)), key=lambda k: -counts[k])
+        made = {k: pool.submit(sources[k].make, counts[k]) for k in order}
+        return [made[k].result() for k in range(len(sources))]
 
 
 class Table:

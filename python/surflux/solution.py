@@ -121,8 +121,7 @@ class Solution:
             others = self._field.at(0, points, normals)
             if direct == "interpolated":
                 return np.asarray(others + self._field.at(1, points, normals))
-            core = self._scene._to_core_without_areas()
-            return np.asarray(others + _core.direct_at(core, points, normals, 16, 64, 256, seed))
+            return np.asarray(others + self._field.direct_at(points, normals, 16, 64, 256, seed))
 
     def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
