@@ -1,6 +1,11 @@
 #include "convert.h"
 #include "rooms.h"
+#include "solution_dict.h"
+#include "surflux/core/parallel.h"
+#include "surflux/lights/direct_at.h"
+#include "surflux/meshless/meshless_solve.h"
 #include "surflux/meshless/point_placement.h"
+#include "surflux/neighbors/point_index.h"
 
 namespace surflux::bindings {
 
@@ -33,9 +38,122 @@ py::dict place_points(const Scene& scene, int levels, double radius, std::uint64
     return out;
 }
 
+// The field of a solution anywhere on the surfaces of its scene.
+class FieldOnScene {
+public:
+    FieldOnScene(std::shared_ptr<const MeshlessField> field, const Scene& scene)
+        : field_(std::move(field)), scene_(scene), tracer_(scene), surfels_(scene.surfels.positions) {}
+
+    // (all that the basis holds, the part of it that is direct light)
+    py::tuple at(const Doubles& points, const Doubles& normals, const py::object& progress) const {
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        std::vector<Rgb> all(places.size()), direct(places.size());
+        const Progress report = to_progress(progress);
+        without_gil([&] {
+            parallel_blocks(
+                places.size(), 64,
+                [&](std::size_t begin, std::size_t end) {
+                    for (std::size_t k = begin; k < end; ++k) {
+                        const MeshlessField::At found = field_->at(places[k], facing[k], object(places[k], facing[k]));
+                        all[k] = found.all;
+                        direct[k] = found.direct;
+                    }
+                },
+                report);
+            return 0;
+        });
+        return py::make_tuple(to_array(all), to_array(direct));
+    }
+
+    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
+                                  std::uint64_t seed, const py::object& progress) const {
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const Progress report = to_progress(progress);
+        return to_array(without_gil([&] {
+            return surflux::direct_at(scene_, tracer_, places, facing, {probes, shadow_rays}, rays, seed, report);
+        }));
+    }
+
+    // By function: positions, normals, radii of the supports, objects, levels, coefficients (of all and of direct
+    // light), and whether light was gathered there.
+    py::dict functions() const {
+        const MultilevelBasis& basis = field_->basis;
+        std::vector<Vec3> positions, normals;
+        std::vector<double> radii;
+        std::vector<std::uint32_t> objects, levels;
+        for (std::uint32_t j = 0; j < basis.size(); ++j) {
+            positions.push_back(basis.position(j));
+            normals.push_back(basis.normal(j));
+            radii.push_back(basis.radius(j));
+            objects.push_back(basis.object(j));
+            levels.push_back(static_cast<std::uint32_t>(basis.level_of(j)));
+        }
+        py::dict out;
+        out["positions"] = to_array(positions);
+        out["normals"] = to_array(normals);
+        out["radii"] = to_array(radii);
+        out["objects"] = to_array(objects);
+        out["levels"] = to_array(levels);
+        out["coefficients"] = to_array(field_->coefficients);
+        out["direct"] = to_array(field_->direct);
+        out["gathered"] = to_array(std::vector<std::uint8_t>(field_->gathered.begin(), field_->gathered.end()));
+        return out;
+    }
+
+private:
+    // That of the surface there; off all surfaces, that of the nearest surfel.
+    std::uint32_t object(const Vec3& point, const Vec3& normal) const {
+        const std::uint32_t surfel = tracer_.departure(point, normal).surfel;
+        if (surfel != Hit::none) return scene_.object[surfel];
+        thread_local std::vector<Neighbor> near;
+        surfels_.nearest(point, 1, near);
+        return scene_.object[near[0].index];
+    }
+
+    std::shared_ptr<const MeshlessField> field_;
+    const Scene& scene_;
+    Tracer tracer_;
+    PointIndex surfels_;
+};
+
+py::dict solve_scene(const py::object& scene_object, int levels, double radius, double epsilon_e, double epsilon_omega,
+                     int rays, int bounces, bool indirect_only, double tolerance, int probes, int shadow_rays,
+                     std::uint64_t seed, const py::object& progress) {
+    const auto& scene = scene_object.cast<const Scene&>();
+    MeshlessOptions options;
+    options.levels = levels;
+    options.radius = radius;
+    options.epsilon_e = epsilon_e;
+    options.epsilon_omega = epsilon_omega;
+    options.rays = rays;
+    options.bounces = bounces;
+    options.indirect_only = indirect_only;
+    options.tolerance = tolerance;
+    options.direct = {probes, shadow_rays};
+    options.seed = seed;
+    const StageProgress report = to_stage_progress(progress);
+    MeshlessSolution found = without_gil([&] { return solve_meshless(scene, options, report); });
+    py::dict out = to_dict(scene, std::move(found.solution));
+    const py::object field = py::cast(std::make_unique<FieldOnScene>(found.field, scene));
+    py::detail::keep_alive_impl(field, scene_object);
+    out["field"] = field;
+    out["lit"] = to_array(found.lit);
+    out["emitted"] = to_array(found.emitted);
+    return out;
+}
+
 }  // namespace
 
 void bind_meshless(py::module_& module) {
+    py::class_<FieldOnScene>(module, "MeshlessField")
+        .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
+        .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
+             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))
+        .def("functions", &FieldOnScene::functions);
+    module.def("solve_meshless", &solve_scene, py::arg("scene"), py::arg("levels"), py::arg("radius"),
+               py::arg("epsilon_e"), py::arg("epsilon_omega"), py::arg("rays"), py::arg("bounces"),
+               py::arg("indirect_only"), py::arg("tolerance"), py::arg("probes"), py::arg("shadow_rays"),
+               py::arg("seed"), py::arg("progress") = py::none());
     module.def("place_points", &place_points, py::arg("scene"), py::arg("levels"), py::arg("radius") = 0.0,
                py::arg("seed") = 0, py::arg("rejections") = PlacementOptions{}.rejections,
                py::arg("wanted") = py::none(), py::arg("progress") = py::none());

@@ -1,5 +1,6 @@
 #include "convert.h"
 #include "rooms.h"
+#include "solution_dict.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/radiosity/form_factors.h"
 #include "surflux/radiosity/hierarchy.h"
@@ -8,25 +9,6 @@
 namespace surflux::bindings {
 
 namespace {
-
-py::dict to_dict(const Figures& figures) {
-    py::dict out;
-    for (const auto& [name, value] : figures) {
-        const bool whole = value == std::floor(value) && std::abs(value) < 9e15;
-        if (whole && name != "error" && name != "residual" && name != "seconds")
-            out[py::str(name)] = static_cast<long long>(value);
-        else
-            out[py::str(name)] = value;
-    }
-    return out;
-}
-
-// Python is told (stage, done, total).
-StageProgress to_stage_progress(const py::object& callable) {
-    return [shared = std::make_shared<py::object>(callable)](const std::string& stage) {
-        return to_progress(shared, stage);
-    };
-}
 
 py::dict solve_scene(const Scene& scene, const std::string& transport, double zeta, bool insert,
                      std::size_t max_surfels, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
@@ -45,24 +27,8 @@ py::dict solve_scene(const Scene& scene, const std::string& transport, double ze
     options.exchange.max_memory = max_memory;
     options.seed = seed;
     const StageProgress report = to_stage_progress(progress);
-    const Solution solution = without_gil([&] { return solve(scene, options, report); });
-    py::list history;
-    for (const Figures& figures : solution.history) history.append(to_dict(figures));
-    py::dict timings;
-    for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
-    py::dict out;
-    out["parents"] = to_array(solution.parents);
-    std::vector<std::uint32_t> objects;
-    for (std::uint32_t parent : solution.parents) objects.push_back(scene.object[parent]);
-    out["objects"] = to_array(objects);
-    out["radiosity"] = to_array(solution.radiosity);
-    out["irradiance"] = to_array(solution.irradiance);
-    out["direct"] = to_array(solution.direct);
-    out["error"] = solution.error;
-    out["timings"] = timings;
-    out["history"] = history;
-    out["surfels"] = py::cast(std::move(solution.surfels));
-    return out;
+    Solution solution = without_gil([&] { return solve(scene, options, report); });
+    return to_dict(scene, std::move(solution));
 }
 
 // F, what its rows leave to 1 (empty without visibility), how many pairs did not come to the error, and the rays.

@@ -38,6 +38,7 @@ _HOME = {
     "read_image": "images",
     "reference_irradiance": "reference",
     "solve": "solver",
+    "solve_meshless": "meshless",
     "tone_map": "images",
     "write_image": "images",
 }

@@ -8,6 +8,7 @@ import numpy as np
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 from surflux.camera import Camera, framing
+from surflux.fields import SurfelField
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
 from surflux.saving import ply_path
@@ -57,6 +58,7 @@ class Solution:
         lamps=(),
         camera=None,
         scene=None,
+        field=None,
     ):
         self.surfels = surfels
         self.parents = _frozen(parents)
@@ -70,7 +72,7 @@ class Solution:
         self.camera = camera
         self._lamps = list(lamps)
         self._scene = scene
-        self._field = None
+        self._field = field
 
     def __repr__(self):
         surfels, seconds = _check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
@@ -113,17 +115,10 @@ class Solution:
         seed = _check.seed("seed", seed)
         with thread_limit(threads), progress_callback(progress, "irradiance") as callback:
             if self._field is None:
-                # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
-                # bounces, nothing else is black.
-                buried = (self.irradiance == 0).all(axis=1) & bool(np.any(self.irradiance != self.direct))
-                groups = (2 * self.objects + buried).astype(np.uint32)
-                fields = [self.irradiance - self.direct, self.direct]
                 scene = None if self._scene is None else self._scene._to_core_without_areas()
-                self._field = _core.Field(self.surfels._core, groups, fields, scene, callback)
-            others = self._field.at(0, points, normals, callback)
-            if direct == "interpolated":
-                return np.asarray(others + self._field.at(1, points, normals, callback))
-            return np.asarray(others + self._field.direct_at(points, normals, 16, 64, 256, seed, callback))
+                others = self.irradiance - self.direct
+                self._field = SurfelField(self.surfels, self.objects, others, self.direct, scene, callback)
+            return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
     def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.

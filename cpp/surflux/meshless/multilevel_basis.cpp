@@ -55,11 +55,6 @@ std::size_t MultilevelBasis::level_of(std::uint32_t function) const {
     return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), function) - first_.begin()) - 1;
 }
 
-double MultilevelBasis::radius(std::uint32_t function) const {
-    const std::size_t level = level_of(function);
-    return levels_[level].radius(function - first_[level]);
-}
-
 void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                                std::vector<BasisWeight>& out, const Joined& joined) const {
     const auto coarsest = [&] {

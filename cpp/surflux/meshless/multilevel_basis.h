@@ -35,7 +35,10 @@ public:
     const Vec3& position(std::uint32_t function) const { return positions_[function]; }
     const Vec3& normal(std::uint32_t function) const { return normals_[function]; }
     std::uint32_t object(std::uint32_t function) const { return objects_[function]; }
-    double radius(std::uint32_t function) const;
+    double radius(std::uint32_t function) const { return radius(level_of(function), function); }
+    double radius(std::size_t level, std::uint32_t function) const {
+        return levels_[level].radius(function - first_[level]);
+    }
 
     // Replaces `out` by the functions of one level that are not zero at a point: positive, of sum 1. Where none is,
     // there are none, but on the coarsest level that the object has: there the nearest that faces a compatible way

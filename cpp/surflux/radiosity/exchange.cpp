@@ -23,13 +23,6 @@ constexpr int more_rays = 8;  // times as many between patches that see each oth
 
 }  // namespace
 
-void require_areas(const Surfels& surfels) {
-    require(surfels.areas.size() == surfels.size(), "scene: its surfels have no areas yet");
-    for (std::size_t i = 0; i < surfels.size(); ++i)
-        require(surfels.areas[i] > 0.0 && std::isfinite(surfels.areas[i]), "areas: surfel ", i, " has area ",
-                surfels.areas[i], ", wanted a positive number");
-}
-
 void require_memory_for_pairs(std::size_t n, double limit) {
     if (limit <= 0.0)
         limit = 0.75 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));

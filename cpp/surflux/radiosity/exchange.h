@@ -46,9 +46,6 @@ struct Exchange {
 // G_ii of all surfels, from the disks that overlap each.
 std::vector<double> self_exchanges(const Scene& scene, const PairExchange& pairs);
 
-// Throws ArgumentError where areas are missing, or one is not a positive number.
-void require_areas(const Surfels& surfels);
-
 // Throws ArgumentError where the exchange of n surfels needs more than `limit` bytes (0: as ExchangeOptions says).
 void require_memory_for_pairs(std::size_t n, double limit);
 

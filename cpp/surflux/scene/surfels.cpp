@@ -1,7 +1,10 @@
 #include "surflux/scene/surfels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "surflux/core/error.h"
 
 namespace surflux {
 
@@ -59,6 +62,13 @@ Surfels two_sided(const Surfels& surfels) {
 
 bool is_grey(const std::vector<Rgb>& values) {
     return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
+}
+
+void require_areas(const Surfels& surfels) {
+    require(surfels.areas.size() == surfels.size(), "scene: its surfels have no areas yet");
+    for (std::size_t i = 0; i < surfels.size(); ++i)
+        require(surfels.areas[i] > 0.0 && std::isfinite(surfels.areas[i]), "areas: surfel ", i, " has area ",
+                surfels.areas[i], ", wanted a positive number");
 }
 
 Box bounds_of(const Surfels& surfels) {

@@ -64,6 +64,9 @@ Surfels two_sided(const Surfels& surfels);
 // Is each the same in all three channels?
 bool is_grey(const std::vector<Rgb>& values);
 
+// Throws ArgumentError where areas are missing, or one is not a positive number.
+void require_areas(const Surfels& surfels);
+
 struct Box {
     Vec3 low, high;
     Vec3 center() const { return 0.5 * (low + high); }

@@ -1,0 +1,45 @@
+#include "solution_dict.h"
+
+#include <cmath>
+
+namespace surflux::bindings {
+
+py::dict to_dict(const Figures& figures) {
+    py::dict out;
+    for (const auto& [name, value] : figures) {
+        const bool whole = value == std::floor(value) && std::abs(value) < 9e15;
+        if (whole && name != "error" && name != "residual" && name != "seconds")
+            out[py::str(name)] = static_cast<long long>(value);
+        else
+            out[py::str(name)] = value;
+    }
+    return out;
+}
+
+StageProgress to_stage_progress(const py::object& callable) {
+    return [shared = std::make_shared<py::object>(callable)](const std::string& stage) {
+        return to_progress(shared, stage);
+    };
+}
+
+py::dict to_dict(const Scene& scene, Solution&& solution) {
+    py::list history;
+    for (const Figures& figures : solution.history) history.append(to_dict(figures));
+    py::dict timings;
+    for (const auto& [name, seconds] : solution.timings) timings[py::str(name)] = seconds;
+    py::dict out;
+    out["parents"] = to_array(solution.parents);
+    std::vector<std::uint32_t> objects;
+    for (std::uint32_t parent : solution.parents) objects.push_back(scene.object[parent]);
+    out["objects"] = to_array(objects);
+    out["radiosity"] = to_array(solution.radiosity);
+    out["irradiance"] = to_array(solution.irradiance);
+    out["direct"] = to_array(solution.direct);
+    out["error"] = solution.error;
+    out["timings"] = timings;
+    out["history"] = history;
+    out["surfels"] = py::cast(std::move(solution.surfels));
+    return out;
+}
+
+}  // namespace surflux::bindings

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/surface_light.h"
+
+namespace surflux {
+
+struct GatherOptions {
+    int rays = 512;
+    double epsilon_omega = 0.314;  // solid angle of a sender's support, below which no finer level is looked at
+    bool direct_in_basis = false;  // else what lights bring to senders is taken where rays meet them
+    std::uint64_t seed = 0;
+};
+
+// GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from the basis functions
+// that its rays meet, on the level at which their supports are small as seen from there, and what needs no solving.
+// Rays are shot once and kept as such rows: every bounce is one sparse product, where L07 shoots anew.
+class HemisphereGather {
+public:
+    struct Link {
+        std::uint32_t function;
+        float share[3];  // of its coefficient: of the hemisphere, times reflectance
+    };
+    struct Row {
+        Rgb sky;             // that rays which left the scene found
+        Rgb emitted;         // from emissive surfels, as far as rays find it
+        Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
+        double noise = 0.0;  // standard error of all that, of its luminance
+    };
+
+    // Of what is gathered `basis` may have more levels later on: see extend().
+    HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light, const MultilevelBasis& basis,
+                     const GatherOptions& options);
+
+    // Appends a row for each place.
+    void add(const std::vector<Place>& places, const Progress& progress);
+    // Where rays would have gone on to a level that was not there yet, the links to it, now that it is.
+    void extend(const Progress& progress);
+
+    std::size_t size() const { return rows_.size(); }
+    const Row& operator[](std::size_t row) const { return rows_[row].row; }
+    std::size_t links() const { return links_; }
+    std::size_t rays() const { return rays_; }
+    // Irradiance of a row from all functions.
+    Rgb gather(std::size_t row, const std::vector<Rgb>& coefficients) const;
+
+private:
+    // A ray's end for which the finest level there is was too coarse.
+    struct OpenEnd {
+        Vec3 position;
+        std::uint32_t surfel;
+        float distance;
+        float share[3];
+    };
+    struct Gathered {
+        Row row;
+        std::vector<Link> links;
+        std::vector<OpenEnd> open;
+    };
+    class Sums;
+    void shoot(const Place& place, Sums& sums, Gathered& out) const;
+    bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
+
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const SurfaceLight& light_;
+    const MultilevelBasis& basis_;
+    GatherOptions options_;
+    double contact_;
+    std::vector<Gathered> rows_;
+    std::size_t links_ = 0, rays_ = 0, levels_ = 0;  // levels that rows are linked to
+};
+
+}  // namespace surflux

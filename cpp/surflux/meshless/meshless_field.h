@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "surflux/meshless/multilevel_basis.h"
+
+namespace surflux {
+
+// Light on surfaces in a multilevel basis (L07 eq. 9).
+struct MeshlessField {
+    MultilevelBasis basis;
+    std::vector<Rgb> coefficients;  // of all that the basis holds
+    std::vector<Rgb> direct;        // of the part that lights and Environments bring directly
+    std::vector<char> gathered;     // of each function: does it have a coefficient?
+
+    struct At {
+        Rgb all, direct;
+    };
+    // Light is never negative, which sums of coefficients may be by a little.
+    At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
+};
+
+}  // namespace surflux

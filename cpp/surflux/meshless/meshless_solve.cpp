@@ -1,0 +1,383 @@
+#include "surflux/meshless/meshless_solve.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/point_grid.h"
+#include "surflux/meshless/point_placement.h"
+#include "surflux/meshless/receivers.h"
+#include "surflux/meshless/surface_light.h"
+#include "surflux/solution/gmres.h"
+#include "surflux/solution/self_check.h"
+#include "surflux/solution/stopwatch.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
+constexpr int most_applications = 100;
+// Points of a level are placed within this many of its Poisson radii of a receiver that is refined: its children, of
+// which the supports reach it, lie within about 2.1, and whose supports reach theirs hold them down to 0 at the rim.
+constexpr double placed_reach = 4.4;
+// Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
+constexpr double widest_support = 3.0;
+constexpr double significance = 2.0;  // standard errors that a difference must be beyond
+constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
+constexpr int checking_rays = 128;
+
+double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
+
+class MeshlessRadiosity {
+public:
+    MeshlessRadiosity(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress,
+                      MeshlessSolution& out)
+        : scene_(scene),
+          options_(options),
+          progress_(progress),
+          found_(out),
+          out_(out.solution),
+          watch_(out_.timings),
+          field_(std::make_shared<MeshlessField>()),
+          tracer_(scene),
+          light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
+          placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
+          gather_(scene, tracer_, light_, field_->basis,
+                  {options.rays, options.epsilon_omega, !options.indirect_only, options.seed}),
+          receivers_(field_->basis) {
+        watch_.lap("direct");
+        out.field = field_;
+    }
+
+    void run() {
+        place({});
+        std::vector<std::uint32_t> all(field_->basis.size());
+        for (std::uint32_t j = 0; j < all.size(); ++j) all[j] = j;
+        gather(all);
+        solve(rough_tolerance, 0);
+        for (int level = 1; level < options_.levels; ++level) {
+            const std::vector<std::uint32_t> refined = oracle(static_cast<std::size_t>(level - 1));
+            if (refined.empty()) break;
+            place(refined);
+            std::vector<std::uint32_t> children = children_of(refined);
+            if (children.empty()) break;
+            gather(children);
+            solve(rough_tolerance, refined.size());
+        }
+        finish();
+    }
+
+private:
+    Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
+
+    // The next level: everywhere, or around those of the last that are refined.
+    void place(const std::vector<std::uint32_t>& refined) {
+        MultilevelBasis& basis = field_->basis;
+        const std::size_t level = basis.levels();
+        Wanted wanted;
+        std::vector<PointGrid> grids;
+        std::vector<double> reach;
+        if (level > 0) {
+            const std::vector<double>& first = placement_.points().first_radius;
+            std::vector<std::vector<PointGrid::Point>> of_object(first.size());
+            for (const std::uint32_t j : refined)
+                of_object[basis.object(j)].push_back({basis.position(j), basis.normal(j), j});
+            const Vec3 low = bounds_of(scene_.surfels).low;
+            for (std::size_t o = 0; o < first.size(); ++o) {
+                reach.push_back(placed_reach * at_level(first[o], level));
+                grids.emplace_back(low, std::max(reach[o], 1e-300), of_object[o].size() + 1);
+                grids[o].insert(of_object[o]);
+            }
+            wanted = [&](const Vec3& p, const Vec3& n, std::uint32_t o) {
+                const double r = reach[o];
+                bool near = false;
+                grids[o].within(grids[o].cell_of(p - Vec3{r, r, r}), grids[o].cell_of(p + Vec3{r, r, r}),
+                                [&](const PointGrid::Point& other) {
+                                    near = near ||
+                                           (length_squared(other.position - p) < r * r && dot(other.normal, n) > 0.0);
+                                });
+                return near;
+            };
+        }
+        placement_.add_level(wanted, stage("placement"));
+        const PlacedPoints& points = placement_.points();
+        const auto from = static_cast<std::ptrdiff_t>(points.level_begin[level]);
+        SupportOptions support;
+        if (level > 0) {
+            double widest = 0.0;
+            for (const double r : points.first_radius) widest = std::max(widest, r);
+            support.largest_radius = widest_support * at_level(widest, level);
+        }
+        basis.add_level({points.positions.begin() + from, points.positions.end()},
+                        {points.normals.begin() + from, points.normals.end()},
+                        {points.objects.begin() + from, points.objects.end()}, support);
+        receivers_.resize();
+        watch_.lap("placement");
+        if (level > 0) gather_.extend(stage("gathering"));
+        watch_.lap("gathering");
+    }
+
+    // Makes functions receivers, and those that theirs are the differences from.
+    void gather(const std::vector<std::uint32_t>& functions) {
+        const PlacedPoints& points = placement_.points();
+        const std::vector<std::uint32_t> fresh = receivers_.add(functions, stage("gathering"));
+        std::vector<Place> places;
+        for (const std::uint32_t j : fresh)
+            places.push_back({points.positions[j], points.normals[j], points.surfels[j], Place::point});
+        gather_.add(places, stage("gathering"));
+        watch_.lap("gathering");
+        SurfaceLight::At lit;
+        if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
+        for (std::size_t k = 0; k < fresh.size(); ++k) {
+            const HemisphereGather::Row& row = gather_[constant_.size()];
+            Rgb direct = row.sky, emitted = row.emitted;
+            if (!options_.indirect_only) {
+                direct += lit.lights[k] + lit.sky[k];
+                emitted += lit.emitters[k];
+            }
+            direct_.push_back(direct);
+            constant_.push_back(direct + emitted + row.first);
+            unbounced_.push_back(direct + emitted);
+        }
+        watch_.lap("direct");
+    }
+
+    // T x, and so one bounce of x.
+    std::vector<Rgb> bounce(const std::vector<Rgb>& x) {
+        receivers_.coefficients(x, field_->coefficients);
+        std::vector<Rgb> out(x.size());
+        parallel_for(x.size(), 16, [&](std::size_t row) { out[row] = gather_.gather(row, field_->coefficients); });
+        return out;
+    }
+
+    void solve(double tolerance, std::size_t refined) {
+        const std::size_t known = values_.size();
+        values_.resize(constant_.size());
+        for (std::size_t row = known; row < values_.size(); ++row) values_[row] = constant_[row];
+        LinearReport linear;
+        if (options_.bounces >= 0) {
+            values_ = unbounced_;
+            for (; linear.applications < options_.bounces; ++linear.applications) {
+                const std::vector<Rgb> arrived = bounce(values_);
+                for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant_[row] + arrived[row];
+            }
+        } else {
+            const auto pack = [](const std::vector<Rgb>& values) {
+                std::vector<double> out;
+                for (const Rgb& v : values) out.insert(out.end(), {v.x, v.y, v.z});
+                return out;
+            };
+            const auto unpack = [](const std::vector<double>& values) {
+                std::vector<Rgb> out(values.size() / 3);
+                for (std::size_t k = 0; k < out.size(); ++k)
+                    out[k] = {values[3 * k], values[3 * k + 1], values[3 * k + 2]};
+                return out;
+            };
+            std::vector<double> x = pack(values_);
+            const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
+                to = pack(bounce(unpack(of)));
+                for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
+            };
+            linear = gmres(apply, pack(constant_), 3, tolerance, most_applications, x, stage("solve"));
+            values_ = unpack(x);
+        }
+        receivers_.coefficients(values_, field_->coefficients);
+        receivers_.coefficients(direct_, field_->direct);
+        watch_.lap("solve");
+        report(linear, refined);
+    }
+
+    void report(const LinearReport& linear, std::size_t refined) {
+        double seconds = 0.0;
+        for (const auto& [name, value] : out_.timings) seconds += value;
+        out_.history.push_back({{"level", static_cast<double>(field_->basis.levels() - 1)},
+                                {"points", static_cast<double>(field_->basis.size())},
+                                {"cut", static_cast<double>(values_.size())},
+                                {"refined", static_cast<double>(refined)},
+                                {"links", static_cast<double>(gather_.links())},
+                                {"rays", static_cast<double>(gather_.rays())},
+                                {"applications", static_cast<double>(linear.applications)},
+                                {"residual", linear.residual},
+                                {"seconds", seconds}});
+    }
+
+    // RMS over the surface of the luminance of what is solved for.
+    double reference() const {
+        const MultilevelBasis& basis = field_->basis;
+        std::vector<double> squared(placement_.points().first_radius.size(), 0.0), count(squared.size(), 0.0);
+        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
+            const double l = luminance(values_[receivers_.row(j)]);
+            squared[basis.object(j)] += l * l;
+            count[basis.object(j)] += 1.0;
+        }
+        // A level's points are as dense all over an object.
+        double sum = 0.0, total = 0.0;
+        for (std::size_t o = 0; o < squared.size(); ++o) {
+            const double r = placement_.points().first_radius[o];
+            sum += r * r * squared[o];
+            total += r * r * count[o];
+        }
+        return total > 0.0 ? std::sqrt(sum / total) : 0.0;
+    }
+
+    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for.
+    std::vector<std::uint32_t> oracle(std::size_t level) const {
+        const MultilevelBasis& basis = field_->basis;
+        const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
+        const double wanted = options_.epsilon_e * reference();
+        std::vector<char> chosen(to - from, 0);
+        parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
+            std::vector<BasisWeight> near;
+            for (std::size_t k = begin; k < end; ++k) {
+                const auto j = static_cast<std::uint32_t>(from + k);
+                if (!receivers_.has(j)) continue;
+                double off = 0.0;
+                if (level > 0) {
+                    off = std::abs(luminance(field_->coefficients[j]));
+                } else {
+                    const double own = luminance(values_[receivers_.row(j)]);
+                    basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
+                    for (const BasisWeight& w : near)
+                        off = std::max(off, std::abs(luminance(values_[receivers_.row(w.function)]) - own));
+                }
+                chosen[k] = off > wanted + significance * gather_[receivers_.row(j)].noise;
+            }
+        });
+        std::vector<std::uint32_t> out;
+        for (std::uint32_t k = 0; k < chosen.size(); ++k)
+            if (chosen[k]) out.push_back(from + k);
+        return out;
+    }
+
+    // Of the finest level, those that are not zero at the points of others.
+    std::vector<std::uint32_t> children_of(const std::vector<std::uint32_t>& parents) const {
+        const MultilevelBasis& basis = field_->basis;
+        const std::size_t level = basis.levels() - 1;
+        std::vector<char> is_child(basis.size() - basis.first(level), 0);
+        std::vector<BasisWeight> near;
+        for (const std::uint32_t j : parents) {
+            basis.at_level(level, basis.position(j), basis.normal(j), basis.object(j), near);
+            for (const BasisWeight& w : near) is_child[w.function - basis.first(level)] = 1;
+        }
+        std::vector<std::uint32_t> out;
+        for (std::uint32_t k = 0; k < is_child.size(); ++k)
+            if (is_child[k]) out.push_back(basis.first(level) + k);
+        return out;
+    }
+
+    void finish() {
+        solve(options_.tolerance, 0);
+        field_->gathered.resize(field_->basis.size());
+        for (std::uint32_t j = 0; j < field_->gathered.size(); ++j) field_->gathered[j] = receivers_.has(j);
+        write();
+        watch_.lap("evaluation");
+        const std::size_t n = scene_.surfels.size();
+        const auto checked = static_cast<int>(std::clamp(n / surfels_per_check, least_checked, most_checked));
+        const SelfCheck check =
+            gathering_error(scene_, tracer_, out_, checked, checking_rays, options_.seed, stage("self-check"));
+        watch_.lap("self-check");
+        out_.error = check.error;
+        double seconds = 0.0, entered = 0.0, absorbed = 0.0;
+        for (const auto& [name, value] : out_.timings) seconds += value;
+        const Surfels& s = scene_.surfels;
+        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
+        for (std::size_t i = 0; i < n; ++i) {
+            entered += s.areas[i] * sum(out_.direct[i] + s.emission[i]);
+            absorbed += s.areas[i] * sum((Rgb{1, 1, 1} - s.reflectance[i]) * out_.irradiance[i]);
+        }
+        for (auto& [name, value] : out_.history.back()) {
+            if (name == "rays") value += static_cast<double>(check.rays);
+            if (name == "seconds") value = seconds;
+        }
+        for (const auto& figure : Figures{{"error", check.error}, {"power_in", entered}, {"power_absorbed", absorbed}})
+            out_.history.back().push_back(figure);
+    }
+
+    void write();
+
+    const Scene& scene_;
+    const MeshlessOptions& options_;
+    const StageProgress& progress_;
+    MeshlessSolution& found_;
+    Solution& out_;
+    Stopwatch watch_;
+    std::shared_ptr<MeshlessField> field_;
+    const Tracer tracer_;
+    const SurfaceLight light_;
+    PointPlacement placement_;
+    HemisphereGather gather_;
+    Receivers receivers_;
+    // Of each row: what it has without what surfaces reflect of it, with the first bounce of what lights bring, what
+    // of it is direct light, and the solution.
+    std::vector<Rgb> unbounced_, constant_, direct_, values_;
+};
+
+// At the surfels of the scene: at the centre of disks, the mean over patches.
+void MeshlessRadiosity::write() {
+    const Surfels& s = scene_.surfels;
+    const std::size_t n = s.size();
+    const std::vector<double>& first = placement_.points().first_radius;
+    const std::size_t finest = field_->basis.levels() - 1;
+    out_.surfels = s;
+    if (options_.indirect_only) {
+        for (std::size_t i = 0; i < n; ++i) {
+            found_.lit.push_back(light_.direct_at_surfel(i));
+            found_.emitted.push_back(light_.emitted_at_surfel(i));
+        }
+    }
+    out_.parents.resize(n);
+    out_.direct.resize(n);
+    out_.irradiance.resize(n);
+    out_.radiosity.resize(n);
+    parallel_blocks(
+        n, 256,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) {
+                const auto i = static_cast<std::uint32_t>(k);
+                const std::uint32_t object = scene_.object[i];
+                int count = 1;
+                const double across = 2.0 * s.radii[i] / std::max(1e-300, at_level(first[object], finest));
+                if (light_.points().is_patch(i))
+                    while (count < 256 && count < across * across) count *= 4;
+                MeshlessField::At mean;
+                EvenPoints even(2, options_.seed, i);
+                for (int p = 0; p < count; ++p) {
+                    const double* u = even.next();
+                    const Vec3 at = count == 1 ? s.positions[i] : light_.points().at(i, u[0], u[1]);
+                    const MeshlessField::At found = field_->at(at, s.normals[i], object);
+                    mean.all += (1.0 / count) * found.all;
+                    mean.direct += (1.0 / count) * found.direct;
+                }
+                if (options_.indirect_only) {
+                    mean.all += light_.at_surfel(i);
+                    mean.direct += light_.direct_at_surfel(i);
+                }
+                out_.parents[k] = i;
+                out_.direct[k] = mean.direct;
+                out_.irradiance[k] = mean.all;
+                out_.radiosity[k] = s.emission[k] + s.reflectance[k] * mean.all;
+            }
+        },
+        stage("evaluation"));
+}
+
+}  // namespace
+
+MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress) {
+    require(scene.surfels.size() > 0, "scene: it has no surfels");
+    require_areas(scene.surfels);
+    require(options.levels >= 1 && options.levels <= 16, "levels: wanted 1 to 16, got ", options.levels);
+    require(options.epsilon_e > 0.0, "epsilon_e: wanted more than 0, got ", options.epsilon_e);
+    require(options.epsilon_omega > 0.0, "epsilon_omega: wanted more than 0, got ", options.epsilon_omega);
+    require(options.rays >= 16 && options.rays <= 65535, "rays: wanted 16 to 65535, got ", options.rays);
+    require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance: wanted in (0, 1), got ", options.tolerance);
+    MeshlessSolution out;
+    MeshlessRadiosity(scene, options, progress, out).run();
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/direct.h"
+#include "surflux/meshless/meshless_field.h"
+#include "surflux/scene/scene.h"
+#include "surflux/solution/solution.h"
+
+namespace surflux {
+
+struct MeshlessOptions {
+    int levels = 6;           // of the basis, at most
+    double radius = 0.0;      // of the Poisson disks of the first; 0: by the size of each object
+    double epsilon_e = 0.04;  // what a receiver may be off by before it is refined, of the RMS of what is solved for
+    double epsilon_omega = 0.314;  // of senders, in steradians
+    int rays = 512;                // of a receiver
+    int bounces = -1;              // fewer than 0: all
+    bool indirect_only = true;     // else what lights bring is in the basis, too
+    double tolerance = 1e-4;       // of the linear system, where all bounces are wanted
+    DirectOptions direct;
+    std::uint64_t seed = 0;
+};
+
+struct MeshlessSolution {
+    Solution solution;  // at the scene's own surfels
+    std::shared_ptr<const MeshlessField> field;
+    // What is not in the basis, at the surfels: from lights and Environments, and from emissive surfels. Empty where
+    // all is.
+    std::vector<Rgb> lit, emitted;
+};
+
+// Hierarchical radiosity in a meshless basis (L07 6.3): light is gathered at points of the coarsest level; where
+// neighbours there differ, or a coefficient of a finer level is large, at the points of the next level around it. What
+// departs from L07:
+//   - points of finer levels are placed where they are wanted, not everywhere;
+//   - a receiver's rays are shot once (hemisphere_gather.h), and bounces summed by GMRES unless their number is given;
+//   - by default, as L07 recommends, direct light is not in the basis, and what surfaces reflect of it is taken where
+//     rays meet them.
+MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress);
+
+}  // namespace surflux

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/meshless/multilevel_basis.h"
+
+namespace surflux {
+
+// The functions of a basis at whose points light is gathered, and the way from light there to their coefficients (L07
+// eq. 10). All others have coefficient 0.
+class Receivers {
+public:
+    static constexpr std::uint32_t none = 0xffffffffu;
+
+    explicit Receivers(const MultilevelBasis& basis) : basis_(basis) {}
+
+    // To be called when the basis has got a level.
+    void resize() { row_.resize(basis_.size(), none); }
+
+    // Makes functions receivers if they are not, and with them their parents: those on coarser levels that are not zero
+    // at their points (L07 6.3). Those that are new, ascending; rows are numbered as they come.
+    std::vector<std::uint32_t> add(const std::vector<std::uint32_t>& functions, const Progress& progress);
+
+    bool has(std::uint32_t function) const { return row_[function] != none; }
+    std::uint32_t row(std::uint32_t function) const { return row_[function]; }
+    std::size_t size() const { return functions_.size(); }
+
+    // From values by row, for all functions.
+    void coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& out) const;
+
+private:
+    const MultilevelBasis& basis_;
+    std::vector<std::uint32_t> row_;        // of each function
+    std::vector<std::uint32_t> functions_;  // of each row
+    std::vector<std::vector<BasisWeight>> parents_;
+};
+
+}  // namespace surflux

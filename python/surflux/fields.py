@@ -1,0 +1,48 @@
+"""Irradiance of a solution anywhere on surfaces, from what its solver knows."""
+
+import numpy as np
+
+from surflux import _core
+
+PROBES, SHADOW_RAYS, SKY_RAYS = 16, 64, 256  # of direct light that is traced
+
+
+class SurfelField:
+    """From values at surfels (Franke and Nielson 1980): direct light, and all else by itself."""
+
+    def __init__(self, surfels, objects, others, direct, scene, callback):
+        """scene: compiled, or None, of a solution from a file."""
+        # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
+        # bounces, nothing else is black.
+        buried = ((others + direct) == 0).all(axis=1) & bool(np.any(others != 0))
+        groups = (2 * objects + buried).astype(np.uint32)
+        self._field = _core.Field(surfels._core, groups, [others, direct], scene, callback)
+
+    def others(self, points, normals, callback):
+        """All but direct light."""
+        return self._field.at(0, points, normals, callback)
+
+    def irradiance(self, points, normals, direct, seed, callback):
+        others = self.others(points, normals, callback)
+        if direct == "interpolated":
+            return others + self._field.at(1, points, normals, callback)
+        return others + self._field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
+
+
+class BasisField:
+    """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
+
+    def __init__(self, basis, rest):
+        """rest: callback -> SurfelField, or None where the basis holds all."""
+        self.basis = basis
+        self._rest, self._make_rest = None, rest
+
+    def irradiance(self, points, normals, direct, seed, callback):
+        total, direct_in_basis = self.basis.at(points, normals, callback)
+        if self._rest is None and self._make_rest is not None:
+            self._rest = self._make_rest(callback)
+        if direct == "interpolated":
+            return total + (self._rest.irradiance(points, normals, direct, seed, callback) if self._rest else 0.0)
+        total -= direct_in_basis
+        total += self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
+        return total + (self._rest.others(points, normals, callback) if self._rest else 0.0)

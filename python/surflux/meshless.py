@@ -1,0 +1,116 @@
+"""Solving a scene in a meshless basis (Lehtinen and others 2007)."""
+
+import warnings
+from time import perf_counter
+
+from surflux import _check, _core
+from surflux._passes import stage_callback, thread_limit
+from surflux.fields import BasisField, SurfelField
+from surflux.lights import AreaLight
+from surflux.scene import Scene
+from surflux.solution import Solution
+from surflux.surfels import Surfels
+
+
+def solve_meshless(
+    scene,
+    *,
+    levels=6,
+    radius=None,
+    epsilon_e=0.04,
+    epsilon_omega=0.314,
+    rays=512,
+    bounces=None,
+    indirect_only=True,
+    tolerance=1e-4,
+    probes=16,
+    shadow_rays=64,
+    seed=0,
+    threads=None,
+    progress=False,
+):
+    """Radiosity of a scene by meshless finite elements (L07 section 6.3), on patches and disks alike.
+
+    Irradiance is a sum of basis functions that scattered points on the surfaces induce: Shepard's weights on several
+    levels, each of half the spacing, where finer levels correct what coarser ones leave (L07 section 4). Light is
+    gathered by rays at the points of the coarsest level, then at finer ones around where neighbours differ, or where
+    the correction is large. So the field is smooth, and where light changes little its points are few, however finely
+    the surfaces are modelled.
+
+    Args:
+        scene: Scene. Functions of one of its objects say nothing about the others.
+        levels: of the basis, at most; 1 to 16.
+        radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
+            level to level. None: by the areas of the objects.
+        epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is
+            solved for; positive.
+        epsilon_omega: solid angle in steradians of a sender's support, as a receiver sees it, below which finer levels
+            are not looked at; positive.
+        rays: of a receiver, 16 to 65535; evenest by powers of 2.
+        bounces: how often light is reflected; None for until the residual is below `tolerance`.
+        indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
+            where rays meet surfaces that are coarse. False has it in the basis, too.
+        tolerance: |residual| / |right-hand side| of the linear system, where all bounces are wanted; in (0, 1).
+        probes, shadow_rays, seed, threads, progress: see `solve`.
+
+    Returns:
+        Solution: `surfels` are the scene's own. `irradiance_at` evaluates the basis, as long as it is not from a file.
+
+    Raises:
+        ValueError: an argument out of range, by name.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    >>> solution = sf.solve_meshless(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+    >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
+    [[3.1416 3.1416 3.1416]]
+    """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    options = {
+        "levels": _check.count("levels", levels, 1, 16),
+        "radius": 0.0 if radius is None else _check.number("radius", radius, 0.0, low_open=True),
+        "epsilon_e": _check.number("epsilon_e", epsilon_e, 0.0, low_open=True),
+        "epsilon_omega": _check.number("epsilon_omega", epsilon_omega, 0.0, low_open=True),
+        "rays": _check.count("rays", rays, 16, 65535),
+        "bounces": -1 if bounces is None else _check.count("bounces", bounces, 0),
+        "indirect_only": _check.flag("indirect_only", indirect_only),
+        "tolerance": _check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
+        "probes": _check.count("probes", probes),
+        "shadow_rays": _check.count("shadow_rays", shadow_rays),
+        "seed": _check.seed("seed", seed),
+    }
+    if options["shadow_rays"] < options["probes"]:
+        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
+    if not scene.lights and not any(s.emission.any() for s in scene.objects):
+        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=2)
+    with thread_limit(threads):
+        start = perf_counter()
+        core = scene._to_core(progress=progress)
+        areas_seconds = perf_counter() - start
+        with stage_callback(progress) as callback:
+            result = _core.solve_meshless(core, **options, progress=callback)
+    residual = result["history"][-1]["residual"]
+    if bounces is None and residual > options["tolerance"]:
+        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=2)
+    surfels = Surfels._from_core(result["surfels"])
+
+    def rest(callback):
+        return SurfelField(surfels, result["objects"], result["emitted"], result["lit"], core, callback)
+
+    return Solution(
+        surfels,
+        parents=result["parents"],
+        objects=result["objects"],
+        radiosity=result["radiosity"],
+        irradiance=result["irradiance"],
+        direct=result["direct"],
+        error=result["error"],
+        timings={"areas": areas_seconds, **result["timings"]},
+        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
+        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+        camera=scene.camera,
+        scene=scene,
+        field=BasisField(result["field"], rest if indirect_only else None),
+    )
