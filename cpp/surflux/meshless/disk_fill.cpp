@@ -134,9 +134,11 @@ private:
         if (open) out_.parts.push_back({piece_, open});
     }
 
+    // Places on the part are rounded: far from the origin by more than a hair.
     static double extent_from(const Corners& t, const Vec3& center) {
-        return std::sqrt(
-            std::max({length_squared(t.a - center), length_squared(t.b - center), length_squared(t.c - center)}));
+        const double squared =
+            std::max({length_squared(t.a - center), length_squared(t.b - center), length_squared(t.c - center)});
+        return std::sqrt(squared) + 1e-15 * (std::abs(center.x) + std::abs(center.y) + std::abs(center.z));
     }
 
     // Proposes places on what no single disk covers. The path of the smallest part that contains it, 0 for nothing.
