@@ -37,6 +37,16 @@ void bind_area(py::module_& module) {
             });
         },
         py::arg("surfels"), py::arg("progress") = py::none());
+    // (areas, surfels with their ends)
+    module.def(
+        "areas_and_disk_ends",
+        [](const Surfels& surfels, const py::object& progress) {
+            const Progress report = to_progress(progress);
+            Surfels out = surfels;
+            const std::vector<double> areas = without_gil([&] { return find_areas_and_ends(out, report); });
+            return py::make_tuple(to_array(areas), std::move(out));
+        },
+        py::arg("surfels"), py::arg("progress") = py::none());
     module.def("has_disks", [](const Surfels& surfels) {
         const std::vector<bool> is_disk = disks_among(surfels);
         return std::find(is_disk.begin(), is_disk.end(), true) != is_disk.end();

@@ -12,69 +12,79 @@ namespace {
 
 // Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall.
 struct Field {
-    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const py::object& scene)
-        : nodes(surfels.positions, surfels.normals, to_vector(objects)) {
+    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in,
+          const py::object& progress)
+        : nodes(surfels.positions, surfels.normals, to_vector(objects)), scene(in) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
-        const Scene* in = scene.is_none() ? nullptr : scene.cast<const Scene*>();
+        const Progress report = to_progress(progress);
         without_gil([&] {
-            if (in) {
-                tracer = std::make_unique<Tracer>(*in);
+            if (scene) {
+                tracer = std::make_unique<Tracer>(*scene);
                 sight = std::make_unique<Sight>(*tracer);
             }
             light.assign(nodes.size(), 0.0);
             for (const std::vector<Rgb>& field : known) {
                 for (std::size_t k = 0; k < field.size(); ++k) light[k] += luminance(field[k]);
-                fields.push_back(nodes.fit(field, sight.get()));
+                fields.push_back(nodes.fit(field, sight.get(), report));
             }
             return 0;
         });
     }
 
-    py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals) const {
+    py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals,
+                           const py::object& progress) const {
         require(field < fields.size(), "field: there are ", fields.size());
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         std::vector<Rgb> out(places.size());
+        const Progress report = to_progress(progress);
         without_gil([&] {
-            parallel_blocks(places.size(), 64, [&](std::size_t begin, std::size_t end) {
-                std::vector<Interpolation::Weight> near;
-                for (std::size_t k = begin; k < end; ++k) {
-                    nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
-                    if (sight)
-                        sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
-                    out[k] = nodes.at(fields[field], places[k], facing[k], near);
-                }
-            });
+            parallel_blocks(
+                places.size(), 64,
+                [&](std::size_t begin, std::size_t end) {
+                    std::vector<Interpolation::Weight> near;
+                    for (std::size_t k = begin; k < end; ++k) {
+                        nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
+                        if (sight)
+                            sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
+                        out[k] = nodes.at(fields[field], places[k], facing[k], near);
+                    }
+                },
+                report);
             return 0;
         });
         return to_array(out);
     }
 
+    // Light from lights and Environments, traced anew.
+    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
+                                  std::uint64_t seed, const py::object& progress) const {
+        require(scene, "scene: wanted one to trace rays in");
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const Progress report = to_progress(progress);
+        return to_array(without_gil([&] {
+            return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed, report);
+        }));
+    }
+
     NodalField nodes;
+    const Scene* scene;  // or none
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Sight> sight;
     std::vector<NodalField::Values> fields;
     std::vector<double> light;
 };
 
-py::array_t<double> direct_at_points(const Scene& scene, const Doubles& points, const Doubles& normals, int probes,
-                                     int shadow_rays, int rays, std::uint64_t seed) {
-    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-    return to_array(without_gil([&] {
-        const Tracer tracer(scene);
-        return direct_at(scene, tracer, places, facing, {probes, shadow_rays}, rays, seed);
-    }));
-}
-
 }  // namespace
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const py::object&>(),
-             py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"))
-        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"));
-    module.def("direct_at", &direct_at_points, py::arg("scene"), py::arg("points"), py::arg("normals"),
-               py::arg("probes"), py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"));
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*, const py::object&>(),
+             py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
+             py::keep_alive<1, 5>())
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
+        .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
+             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

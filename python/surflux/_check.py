@@ -116,6 +116,16 @@ def rgb(name, value, low=0.0, high=math.inf, *, high_open=False):
     return in_range(name, array, low, high, high_open=high_open)
 
 
+def sides(name, value):
+    """two_sided of a mesh: a bool or "sheets"."""
+    if isinstance(value, str) and value == "sheets":
+        return value
+    try:
+        return flag(name, value)
+    except ValueError:
+        raise ValueError(f'{name}: wanted True, False or "sheets", got {value!r}') from None
+
+
 def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, what="surfel"):
     """(n, 3) from a number, RGB (3,), one number each (n,) or one RGB each (n, 3). With n = 3, (3,) is one RGB."""
     array = numeric(name, value)

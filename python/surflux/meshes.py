@@ -25,6 +25,13 @@ class Mesh(NamedTuple):
     indices: np.ndarray  # (k,) int64
     reflectance: np.ndarray | None  # (v, 3) float64
 
+    def face_reflectance(self):
+        """(f, 3): for each face the mean of what its corners have; 0.5 where the mesh has no colours."""
+        if self.reflectance is None:
+            return np.full((len(self.offsets) - 1, 3), 0.5)
+        corners = np.diff(self.offsets)[:, None]
+        return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+
 
 @contextmanager
 def file_named(mesh):

@@ -92,22 +92,21 @@ class Scene:
         objects, lights = counted(len(self._objects), "object"), counted(len(self._lights), "light")
         return f"Scene({title}{objects}, {counted(total, 'surfel')}, {lights})"
 
-    def _to_core(self, *, threads=None, progress=False):
+    def _to_core(self, *, progress=False):
         """The compiled scene, with effective areas for every object; the objects stay as they are."""
-        from surflux.areas import effective_areas
-
         cores = []
         with stage_callback(progress) as show:  # one stage, however many objects
-            callback = False if show is None else partial(show, "areas")
+            callback = None if show is None else partial(show, "areas")
             for index, s in enumerate(self._objects):
                 areas = s.areas
                 if areas is None:
                     if index not in self._computed_areas:
-                        found = effective_areas(s, threads=threads, progress=callback)
+                        # Disks end where the area that they count does: found together.
+                        found, self._ended[index] = _core.areas_and_disk_ends(s._core, callback)
                         # What others cover altogether has no area; a little keeps it in the scene.
                         self._computed_areas[index] = np.maximum(found, 1e-9 * np.pi * s.radii**2)
                     areas = self._computed_areas[index]
-                core = self._with_ends(index, callback or None)
+                core = self._with_ends(index, callback)
                 # What is kept has the areas of then; they can be set.
                 cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
         return _core.Scene(cores, [light._to_core() for light in self._lights])

@@ -51,9 +51,10 @@ def load_scene(path, *, surfels=None):
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
       in degrees (counter-clockwise seen from the tip of the axis), then moved.
-    - reflectance (0.5; for files what the file says): a number or RGB in [0, 1), linear; or a pattern.
+    - reflectance (0.5; for files what they say, by colours too): a number or RGB in [0, 1), linear; or a pattern.
     - emission (0): exitance of the surfels themselves in W/m2, a number or RGB, at least 0.
-    - two_sided (false): true adds a copy of every surfel that faces the other way.
+    - two_sided (false): true adds a copy of every surfel that faces the other way; with kind "mesh" "sheets" of those
+      alone that belong to open sheets, such as leaves (see Surfels.from_mesh).
 
     file: the path of points (PLY), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others, see
     Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment.
@@ -176,7 +177,10 @@ def _objects(tables, surfels):
     with ThreadPoolExecutor(max_workers=2) as pool:
         sources = list(pool.map(open_object, tables))
         counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
-        return list(pool.map(lambda source, n: source.make(n), sources, counts))
+        # The most work first, or one thread has nothing to do while the other ends with it.
+        order = sorted(range(len(sources)), key=lambda k: -counts[k])
+        made = {k: pool.submit(sources[k].make, counts[k]) for k in order}
+        return [made[k].result() for k in range(len(sources))]
 
 
 class Table:

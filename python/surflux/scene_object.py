@@ -8,8 +8,9 @@ import numpy as np
 
 from surflux import _check, _core, patterns, shapes
 from surflux.estimates import estimated_radii
+from surflux.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.orientation import inward_patches
-from surflux.surfels import Surfels, only_so_many, sampled_surfels, surfels_of_patches
+from surflux.surfels import Surfels, only_so_many
 from surflux.transform import make_transform
 
 _MESHES = {"box": shapes.box, "room": shapes.box, "rectangle": shapes.rectangle}
@@ -48,12 +49,13 @@ def open_object(table):
     shape = None if file is not None else table.choice("shape", SHAPES)
     kind = table.choice("kind", ("surfels", "mesh"), "mesh" if shape in _MESHES else "surfels")
     orient = table.call(_check.flag, "orient", table.get("orient", False))
-    two_sided = table.call(_check.flag, "two_sided", table.get("two_sided", False))
+    two_sided = table.call(_check.sides if kind == "mesh" else _check.flag, "two_sided", table.get("two_sided", False))
     thin = table.get("thin")
     for key in ("reflectance", "emission", *(("walls",) if shape in ("box", "room") else ())):
         table.get(key)
 
-    count, fewest, most, create = _created(table, transform, shape, file, kind, seed)
+    sheets, two_sided = two_sided == "sheets", two_sided is True
+    count, fewest, most, create = _created(table, transform, shape, file, kind, seed, sheets)
     table.no_more_keys()
 
     thinned = create
@@ -82,7 +84,7 @@ def open_object(table):
     return Source(count, min(fewest, count), most, 2 if two_sided else 1, make)
 
 
-def _created(table, transform, shape, file, kind, seed):
+def _created(table, transform, shape, file, kind, seed, sheets):
     """(count, fewest, most, n -> (Surfels in place, side of each or None)) of an object before it is thinned."""
     if shape in _POINTS and kind == "surfels":
         function = _POINTS[shape]
@@ -99,11 +101,11 @@ def _created(table, transform, shape, file, kind, seed):
     if mesh is None:
         surfels = transform.surfels(_read(table, file))
         return len(surfels), len(surfels), len(surfels), lambda _: (surfels, None)
-    polygons = (transform.points(mesh[0]), *mesh[1:])
+    polygons = mesh._replace(vertices=transform.points(mesh.vertices))
     if kind == "surfels":
         points = table.call(_check.count, "points", table.get("points"), 2, shapes.MOST_SURFELS)
         return points, 2, shapes.MOST_SURFELS, lambda n: (_sampled(table, polygons, n, seed), None)
-    patches = _patches(table, polygons, side)
+    patches = _patches(table, polygons, side, sheets)
     return len(patches[0]), len(patches[0]), len(patches[0]), lambda _: patches
 
 
@@ -121,16 +123,16 @@ def _shape_arguments(table, function, seed):
 
 
 def _mesh(table, shape, file, kind):
-    """((vertices, offsets, indices), side of each face or None); (None, None) for a file of points."""
+    """(Mesh, side of each face or None); (None, None) for a file of points."""
     from surflux.files import read_mesh
 
     if shape in ("box", "room"):
         arguments = _shape_arguments(table, shapes.box, 0)
         vertices, faces, side = table.call(shapes.box, inward=shape == "room", **arguments)
-        return read_mesh((vertices, faces))[:3], side
+        return read_mesh((vertices, faces)), side
     if shape == "rectangle":
         rectangle = table.call(shapes.rectangle, **_shape_arguments(table, shapes.rectangle, 0))
-        return read_mesh(rectangle)[:3], None
+        return read_mesh(rectangle), None
     if shape is not None:
         if shape != "sphere":
             raise table.error("kind", f'a {shape} comes as "surfels" alone')
@@ -140,10 +142,10 @@ def _mesh(table, shape, file, kind):
             raise table.error("points", f"wanted 10 * 4^k + 2 corners (12, 42, 162, 642, ...) for a mesh, got {points}")
         radius = table.call(_check.length, "radius", table.get("radius", 1.0))
         corners, faces = shapes.icosphere(level)
-        return read_mesh((radius * corners, faces))[:3], None
+        return read_mesh((radius * corners, faces)), None
     if kind == "surfels" and "points" not in table:
         return None, None
-    return table.call(read_mesh, file)[:3], None
+    return table.call(read_mesh, file), None
 
 
 def _read(table, file):
@@ -154,18 +156,16 @@ def _read(table, file):
 
 def _sampled(table, polygons, n, seed):
     """Points on polygons."""
-    half, dark = np.full((n, 3), 0.5), np.zeros((n, 3))
-    return table.call(sampled_surfels, polygons, n, seed, half, dark)
+    return table.call(sampled_surfels, polygons, n, seed, None, np.zeros((n, 3)))
 
 
-def _patches(table, polygons, side):
-    """Patches of polygons, and the side that each lies on where the faces have one."""
+def _patches(table, polygons, side, sheets):
+    """Patches of polygons, those of sheets with backs if asked, and the side of each where the faces have one."""
     patch_area = table.get("patch_area")
     if patch_area is not None:
         patch_area = table.call(_check.number, "patch_area", patch_area, 0.0, low_open=True)
-    faces = len(polygons[1]) - 1
-    half, dark = np.full((faces, 3), 0.5), np.zeros((faces, 3))
-    surfels, face = table.call(surfels_of_patches, polygons, patch_area, half, dark)
+    rho = polygons.face_reflectance()
+    surfels, face = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), sheets)
     return surfels, None if side is None else side[face]
 
 

@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from surflux import _check, _core
-from surflux._passes import thread_limit
+from surflux._passes import progress_callback, thread_limit
 from surflux.camera import Camera, framing
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
@@ -76,7 +76,7 @@ class Solution:
         surfels, seconds = _check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
         return f"Solution({surfels}, error {self.error:.2g}, {seconds:.3g} s)"
 
-    def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None):
+    def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
         """Irradiance H at any points of the surface.
 
         Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
@@ -90,12 +90,14 @@ class Solution:
                 shadows everywhere. Needs the scene, which a file does not hold.
             seed: of the rays.
             threads: at most this many; None for all.
+            progress: True for bars on stderr, or a callback (done, total) -> bool, where False cancels.
 
         Returns:
             (m, 3) float64, in the unit of the lights (W/m2).
 
         Raises:
             ValueError: an argument, by name; "traced" of a solution that was loaded from a file.
+            Cancelled: the callback returned False.
 
         >>> import surflux as sf
         >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
@@ -109,7 +111,7 @@ class Solution:
         if direct == "traced" and self._scene is None:
             raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
         seed = _check.seed("seed", seed)
-        with thread_limit(threads):
+        with thread_limit(threads), progress_callback(progress, "irradiance") as callback:
             if self._field is None:
                 # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
                 # bounces, nothing else is black.
@@ -117,12 +119,11 @@ class Solution:
                 groups = (2 * self.objects + buried).astype(np.uint32)
                 fields = [self.irradiance - self.direct, self.direct]
                 scene = None if self._scene is None else self._scene._to_core_without_areas()
-                self._field = _core.Field(self.surfels._core, groups, fields, scene)
-            others = self._field.at(0, points, normals)
+                self._field = _core.Field(self.surfels._core, groups, fields, scene, callback)
+            others = self._field.at(0, points, normals, callback)
             if direct == "interpolated":
-                return np.asarray(others + self._field.at(1, points, normals))
-            core = self._scene._to_core_without_areas()
-            return np.asarray(others + _core.direct_at(core, points, normals, 16, 64, 256, seed))
+                return np.asarray(others + self._field.at(1, points, normals, callback))
+            return np.asarray(others + self._field.direct_at(points, normals, 16, 64, 256, seed, callback))
 
     def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.

@@ -98,9 +98,12 @@ class Surfels:
             patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
                 make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
                 cells, triangles into k^2 congruent ones.
-            reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3).
+            reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
+                mesh's own colours, sRGB at its vertices, made linear (white at .98), the mean of a face's; else 0.5.
             emission: exitance, at least 0; the same shapes.
-            two_sided: True appends a copy of every patch that faces the other way.
+            two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
+                belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
+                areas add up to more than half their area (0 where a piece is closed, all of it where it is flat).
 
         Faces without area are dropped, with a warning that says how many.
 
@@ -119,18 +122,20 @@ class Surfels:
         >>> sf.Surfels.from_mesh(square, patch_area=0.01)
         Surfels(400 surfels, 400 of them patches, area 4)
         """
+        from surflux.mesh_surfels import surfels_of_patches
         from surflux.meshes import file_named, read_mesh
 
         if patch_area is not None:
             patch_area = _check.number("patch_area", patch_area, 0.0, low_open=True)
-        two_sided = _check.flag("two_sided", two_sided)
-        polygons = read_mesh(mesh)[:3]
-        faces = len(polygons[1]) - 1
+        two_sided = _check.sides("two_sided", two_sided)
+        polygons = read_mesh(mesh)
+        faces = len(polygons.offsets) - 1
+        reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = _check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
         emission = _check.per_surfel_rgb("emission", emission, faces, what="face")
         with file_named(mesh):
-            core = surfels_of_patches(polygons, patch_area, reflectance, emission)[0]._core
-        return cls._from_core(core.two_sided() if two_sided else core)
+            surfels, _ = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
+        return cls._from_core(surfels._core.two_sided()) if two_sided is True else surfels
 
     @classmethod
     def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0):
@@ -142,7 +147,7 @@ class Surfels:
             mesh: as from_mesh takes it.
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
-            reflectance, emission: as Surfels takes them, for n surfels.
+            reflectance, emission: as Surfels takes them, for n surfels; reflectance may be None, as for from_mesh.
 
         Returns:
             Surfels, n of them, with estimated radii, no areas and no triangles.
@@ -151,14 +156,16 @@ class Surfels:
             ValueError: an argument, by name; a mesh without any face that has an area.
             FileError: a mesh file that cannot be read.
         """
+        from surflux.mesh_surfels import sampled_surfels
         from surflux.meshes import file_named, read_mesh
 
         n = _check.count("n", n, 2)
         seed = _check.seed("seed", seed)
-        reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        if reflectance is not None:
+            reflectance = _check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = _check.per_surfel_rgb("emission", emission, n)
         with file_named(mesh):
-            return sampled_surfels(read_mesh(mesh)[:3], n, seed, reflectance, emission)
+            return sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission)
 
     @property
     def points(self):
@@ -357,38 +364,6 @@ def only_so_many(there, n):
     """Why n surfels cannot be kept of those that are there."""
     verb = "is" if there == 1 else "are"
     return f"wanted at most {there}, for there {verb} only {_check.counted(there, 'surfel')}; got {n}"
-
-
-def surfels_of_patches(polygons, patch_area, reflectance, emission):
-    """Surfels of checked polygons with reflectance and emission (f, 3) per face, and the face of each surfel."""
-    from surflux.patches import make_patches
-
-    patches = make_patches(*polygons, patch_area, np.hstack([reflectance, emission]))
-    core = _make_core(
-        patches.centroids,
-        patches.normals,
-        patches.radii,
-        patches.areas,
-        reflectance[patches.faces],
-        emission[patches.faces],
-        patches.triangles,
-        patches.triangle_patch,
-    )
-    return Surfels._from_core(core), patches.faces
-
-
-def sampled_surfels(polygons, n, seed, reflectance, emission):
-    """n blue-noise surfels on checked polygons, with reflectance and emission (n, 3)."""
-    from surflux.patches import make_patches
-
-    patches = make_patches(*polygons, paired=False)
-    points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
-    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
-    points = np.ascontiguousarray(points[kept])
-    normals = patches.normals[patches.triangle_patch[triangle[kept]]]
-    return Surfels._from_core(
-        _make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission)
-    )
 
 
 def _make_core(points, normals, radii, areas, reflectance, emission, triangles=None, triangle_surfel=None):

@@ -21,7 +21,7 @@ struct Refined {
     Refined(Scene of, std::size_t most, double least_share = 0.0)
         : scene(std::move(of)),
           tree(scene, build_hierarchy(scene.surfels, scene.object, {}), most),
-          insertion(scene, tree, {least_share * scene.surfels.radii[0]}) {}
+          insertion(tree, {least_share * scene.surfels.radii[0]}) {}
 
     template <class Field>
     int refine(const Field& field, double wanted, int rounds) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "surflux/core/sampling.h"
 #include "surflux/solution/nodal_field.h"
@@ -34,6 +35,28 @@ NodalField plane_of(const std::vector<Vec3>& at, const F& f, std::vector<Rgb>& v
     return NodalField(at, std::vector<Vec3>(at.size(), up), std::vector<std::uint32_t>(at.size(), 0));
 }
 
+// RMS error of the first channel at `count` places; `draw` makes one, and its normal, of random numbers.
+template <class F, class Draw>
+double rms_error(const NodalField& field, const Values& fit, const F& f, int count, std::uint64_t seed,
+                 const Draw& draw) {
+    Random random(seed, 0);
+    double squared = 0.0;
+    for (int k = 0; k < count; ++k) {
+        const auto [p, normal] = draw(random);
+        const double off = value_at(field, fit, p, normal).x - f(p).x;
+        squared += off * off / count;
+    }
+    return std::sqrt(squared);
+}
+
+// Places of the unit square, but for a margin.
+auto inside(double margin) {
+    return [margin](Random& random) {
+        const double x = random.uniform(), y = random.uniform(), inner = 1.0 - 2.0 * margin;
+        return std::pair<Vec3, Vec3>({margin + inner * x, margin + inner * y, 0.0}, up);
+    };
+}
+
 TEST(NodalField, IsExactAtNodesAndForConstants) {
     const std::vector<Vec3> at = square(12, 0.7);
     std::vector<Rgb> values;
@@ -53,15 +76,8 @@ TEST(NodalField, LinearFieldsComeOutNearlyLinear) {
     const auto f = [](const Vec3& p) { return Rgb{5 + 3 * p.x - 2 * p.y, 5 - p.x, 5 + p.y}; };
     const NodalField field = plane_of(square(n, 0.7), f, values);
     const Values fit = field.fit(values);
-    Random random(1, 0);
-    double squared = 0.0;
-    for (int k = 0; k < 1000; ++k) {
-        const Vec3 p{0.1 + 0.8 * random.uniform(), 0.1 + 0.8 * random.uniform(), 0.0};
-        const double off = value_at(field, fit, p, up).x - f(p).x;
-        squared += off * off / 1000;
-    }
     const double step = std::sqrt(13.0) / static_cast<double>(n);
-    EXPECT_LT(std::sqrt(squared), 0.03 * step);
+    EXPECT_LT(rms_error(field, fit, f, 1000, 1, inside(0.1)), 0.03 * step);
 }
 
 template <class Error>
@@ -74,15 +90,7 @@ TEST(NodalField, ConvergesOnAPlane) {
         std::vector<Rgb> values;
         const auto f = [](const Vec3& p) { return Rgb{2 + std::sin(4 * p.x) * std::cos(3 * p.y), 1, 1}; };
         const NodalField field = plane_of(square(n, 0.7), f, values);
-        const Values fit = field.fit(values);
-        Random random(4, 0);
-        double squared = 0.0;
-        for (int k = 0; k < 2000; ++k) {
-            const Vec3 p{0.15 + 0.7 * random.uniform(), 0.15 + 0.7 * random.uniform(), 0.0};
-            const double off = value_at(field, fit, p, up).x - f(p).x;
-            squared += off * off / 2000;
-        }
-        return std::sqrt(squared);
+        return rms_error(field, field.fit(values), f, 2000, 4, inside(0.15));
     };
     EXPECT_GT(order(error, 16, 64), 1.2);
     EXPECT_LT(error(64), 1e-3);
@@ -105,16 +113,12 @@ TEST(NodalField, ConvergesOnASphere) {
         std::vector<Rgb> values;
         for (const Vec3& p : at) values.push_back(f(p));
         const NodalField field(at, at, std::vector<std::uint32_t>(at.size(), 0));
-        const Values fit = field.fit(values);
-        Random random(4, 0);
-        double squared = 0.0;
-        for (int k = 0; k < 2000; ++k) {
+        const auto on_sphere = [](Random& random) {
             const double z = 2 * random.uniform() - 1, phi = 2 * pi * random.uniform(), r = std::sqrt(1 - z * z);
             const Vec3 p{r * std::cos(phi), r * std::sin(phi), z};
-            const double off = value_at(field, fit, p, p).x - f(p).x;
-            squared += off * off / 2000;
-        }
-        return std::sqrt(squared);
+            return std::make_pair(p, p);
+        };
+        return rms_error(field, field.fit(values), f, 2000, 4, on_sphere);
     };
     EXPECT_GT(order(error, 16, 64), 1.2);
     EXPECT_LT(error(64), 1e-3);

@@ -136,6 +136,18 @@ def test_shapes_and_refusals(solved):
         solved.irradiance_at(*good, threads=0)
 
 
+def test_a_field_without_a_scene_traces_nothing():
+    floor = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.0, 0.0, 0.01)
+    objects = np.zeros(len(floor), dtype=np.uint32)
+    field = sf._core.Field(floor._core, objects, [np.ones((len(floor), 3))], None, None)
+    at, normals = np.array([[0.5, 0.5, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(field.at(0, at, normals, None), 1.0)
+    with pytest.raises(ValueError, match=r"^scene: "):
+        field.direct_at(at, normals, 1, 1, 1, 0, None)
+    with pytest.raises(ValueError, match=r"^field: there are 1"):
+        field.at(1, at, normals, None)
+
+
 @pytest.mark.parametrize("transport", ["pairs", "rays"])
 def test_inserted_surfels_come_back_from_a_file(transport, tmp_path):
     scene = floor_and_ball()
@@ -231,3 +243,15 @@ def test_insertion_sharpens_a_shadow(transport):
 def test_refusals(options, message):
     with pytest.raises(ValueError, match=message):
         sf.solve(floor_and_ball(), **options)
+
+
+@pytest.mark.parametrize("direct", ["interpolated", "traced"])
+def test_it_reports_and_can_be_cancelled(direct):
+    solution = solve_own(floor_and_ball())
+    at = on_the_floor(300)
+    calls = []
+    found = solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: calls.append((done, total)))
+    assert calls and all(0 < done <= total for done, total in calls)
+    np.testing.assert_array_equal(found, solution.irradiance_at(at, up(at), direct=direct))
+    with pytest.raises(sf.Cancelled):
+        solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: False)

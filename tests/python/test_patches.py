@@ -95,6 +95,43 @@ def test_pairs_of_different_colour_stay_apart():
     assert len(sf.Surfels.from_mesh(SPLIT, reflectance=[0.2, 0.2])) == 1
 
 
+def colored_split(tmp_path, *colors):
+    lines = [f"v {x} {y} {z} {color} 0 0" for (x, y, z), color in zip(SPLIT[0], colors, strict=True)]
+    path = tmp_path / "colored.obj"
+    path.write_text("\n".join([*lines, "f 1 2 3", "f 1 3 4", ""]))
+    return path
+
+
+def test_a_mesh_has_the_colours_of_its_corners(tmp_path):
+    """sRGB .7353570 is .5, half of white, which is .98."""
+    path = colored_split(tmp_path, 1, 0.7353570, 0, 0)
+    s = sf.Surfels.from_mesh(path, reflectance=None)
+    assert s.reflectance == pytest.approx(np.array([[0.49, 0, 0], [0.98 / 3, 0, 0]]), abs=1e-6)
+    cut = sf.Surfels.from_mesh(path, 0.3, None)
+    first = cut.points[:, 0] > cut.points[:, 1]
+    assert np.all(cut.reflectance[first, 0] == s.reflectance[0, 0])
+    assert np.all(cut.reflectance[~first, 0] == s.reflectance[1, 0])
+    # Points of the mesh have the colours of their faces.
+    points = sf.Surfels.sample_mesh(path, 200, reflectance=None)
+    assert np.all(points.reflectance[:, 0] == np.where(points.points[:, 0] > points.points[:, 1], *s.reflectance[:, 0]))
+    # Only when asked for; alike on both triangles they are one quadrilateral; a mesh without has .5.
+    assert np.all(sf.Surfels.from_mesh(path).reflectance == 0.5)
+    assert len(sf.Surfels.from_mesh(colored_split(tmp_path, 0.5, 0.5, 0.5, 0.5), reflectance=None)) == 1
+    assert np.all(sf.Surfels.from_mesh(SPLIT, reflectance=None).reflectance == 0.5)
+    assert np.all(sf.Surfels.sample_mesh(SPLIT, 20, reflectance=None).reflectance == 0.5)
+
+
+def test_a_scene_file_takes_the_colours_of_a_mesh(tmp_path):
+    colored_split(tmp_path, 1, 1, 1, 0)
+    scene = tmp_path / "scene.toml"
+    for kind in ('kind = "mesh"', "points = 100"):
+        scene.write_text(f'[[object]]\nfile = "colored.obj"\nscale = 2\n{kind}\n')
+        red = sf.load_scene(scene).surfels.reflectance[:, 0]
+        assert np.unique(red) == pytest.approx([0.98 * 2 / 3, 0.98])
+        scene.write_text(scene.read_text() + "reflectance = 0.25")
+        assert np.all(sf.load_scene(scene).surfels.reflectance == 0.25)
+
+
 @pytest.mark.parametrize("faces", [SQUARE[1], SPLIT[1]])
 def test_patch_area_makes_a_grid(faces):
     s = sf.Surfels.from_mesh((SQUARE[0], faces), patch_area=0.01)

@@ -1,5 +1,6 @@
 #include "surflux/area/disk_ends.h"
 
+#include "surflux/area/disk_integrator.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/core/parallel.h"
 
@@ -11,37 +12,82 @@ namespace {
 // too small to matter.
 constexpr double crease_overlap = 0.02;
 
+// Where disks end, taken one by one; on many threads, as long as each takes others.
+class DiskEnds {
+public:
+    explicit DiskEnds(const Surfels& surfels)
+        : surfels_(surfels), of_surfel_(surfels.size()), alone_(surfels.size(), 0) {}
+
+    void take(std::uint32_t i, const Neighborhood& around) {
+        alone_[i] = around.surface.size() == 1 && around.crease.empty() && around.ends.empty();
+        for (std::size_t e = 0; e < around.ends.size(); ++e) {
+            const HalfPlane& side = around.ends[e];
+            const auto kind = e < around.crease_ends ? DiskEnd::crease : DiskEnd::border;
+            const double overlap = kind == DiskEnd::crease ? crease_overlap * surfels_.radii[i] : 0.0;
+            const double limit = side.limit * around.radius + overlap;
+            if (limit < surfels_.radii[i])
+                of_surfel_[i].push_back({side.x * around.frame.u + side.y * around.frame.v, limit, i, kind});
+        }
+    }
+
+    void write(Surfels& to) const {
+        to.ends.clear();
+        to.alone.clear();
+        for (std::uint32_t i = 0; i < of_surfel_.size(); ++i) {
+            to.ends.insert(to.ends.end(), of_surfel_[i].begin(), of_surfel_[i].end());
+            if (alone_[i]) to.alone.push_back(i);
+        }
+    }
+
+private:
+    const Surfels& surfels_;
+    std::vector<std::vector<DiskEnd>> of_surfel_;
+    std::vector<char> alone_;
+};
+
+// Calls visit(surfel, neighbourhood) for every disk; what makes `state` is called once for each block of them.
+template <class MakeState, class Visit>
+void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, const Visit& visit,
+               const Progress& progress) {
+    parallel_blocks(
+        finder.size(), 16,  // few: where radii are so large that all disks reach all, each takes long
+        [&](std::size_t begin, std::size_t end) {
+            auto state = make_state();
+            Neighborhood around;
+            for (std::size_t k = begin; k < end; ++k) {
+                finder.find(k, true, around);
+                visit(state, finder.surfel(k), around);
+            }
+        },
+        progress);
+}
+
 }  // namespace
 
 void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) {
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
-    std::vector<std::vector<DiskEnd>> of_surfel(surfels.size());
-    std::vector<char> alone(surfels.size(), 0);
-    parallel_blocks(
-        finder.size(), 16,
-        [&](std::size_t begin, std::size_t end) {
-            Neighborhood around;
-            for (std::size_t k = begin; k < end; ++k) {
-                finder.find(k, true, around);
-                const std::uint32_t i = finder.surfel(k);
-                alone[i] = around.surface.size() == 1 && around.crease.empty() && around.ends.empty();
-                for (std::size_t e = 0; e < around.ends.size(); ++e) {
-                    const HalfPlane& side = around.ends[e];
-                    const auto kind = e < around.crease_ends ? DiskEnd::crease : DiskEnd::border;
-                    const double overlap = kind == DiskEnd::crease ? crease_overlap * surfels.radii[i] : 0.0;
-                    const double limit = side.limit * around.radius + overlap;
-                    if (limit < surfels.radii[i])
-                        of_surfel[i].push_back({side.x * around.frame.u + side.y * around.frame.v, limit, i, kind});
-                }
-            }
+    DiskEnds ends(surfels);
+    for_disks(
+        finder, [] { return 0; }, [&](int, std::uint32_t i, const Neighborhood& around) { ends.take(i, around); },
+        progress);
+    ends.write(surfels);
+}
+
+std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progress) {
+    const AreaOptions options;
+    const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    const PolarGrid grid(options.resolution);
+    DiskEnds ends(surfels);
+    std::vector<double> areas = patch_areas(surfels);
+    for_disks(
+        finder, [&] { return DiskIntegrator(options, grid); },
+        [&](DiskIntegrator& integrator, std::uint32_t i, const Neighborhood& around) {
+            ends.take(i, around);
+            areas[i] = integrator.area(around);
         },
         progress);
-    surfels.ends.clear();
-    surfels.alone.clear();
-    for (std::uint32_t i = 0; i < surfels.size(); ++i) {
-        surfels.ends.insert(surfels.ends.end(), of_surfel[i].begin(), of_surfel[i].end());
-        if (alone[i]) surfels.alone.push_back(i);
-    }
+    ends.write(surfels);
+    return areas;
 }
 
 }  // namespace surflux

@@ -38,10 +38,15 @@ std::vector<bool> disks_among(const Surfels& surfels) {
     return is_disk;
 }
 
-std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
-    check(options);
+std::vector<double> patch_areas(const Surfels& surfels) {
     std::vector<double> areas(surfels.size(), 0.0);
     for (const Triangle& t : surfels.triangles) areas[t.surfel] += area_of(t);
+    return areas;
+}
+
+std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
+    check(options);
+    std::vector<double> areas = patch_areas(surfels);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
     if (takes_gl(finder.size(), options)) {
         const std::vector<double> drawn = atlas_areas(finder, options, progress);

@@ -29,6 +29,9 @@ void check(const AreaOptions& options);
 // Which surfels are disks, and not patches of a mesh.
 std::vector<bool> disks_among(const Surfels& surfels);
 
+// Of patches, by their triangles; 0 of disks.
+std::vector<double> patch_areas(const Surfels& surfels);
+
 // Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
 // take no part in the others' disks.
 //

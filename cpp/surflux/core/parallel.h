@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "surflux/core/progress.h"
 
@@ -24,6 +26,20 @@ void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
     parallel_blocks(count, grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) body(i);
     });
+}
+
+// The sum of what body(i, sum) adds up for all i: of each block by itself, then of the blocks in their order, so that
+// it too is the same for any number of threads. A Sum starts as Sum{} and has +=.
+template <class Sum, class Body>
+Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
+    grain = std::max<std::size_t>(grain, 1);
+    std::vector<Sum> parts((count + grain - 1) / grain, Sum{});
+    parallel_blocks(count, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i, parts[begin / grain]);
+    });
+    Sum all{};
+    for (const Sum& part : parts) all += part;
+    return all;
 }
 
 // While it lives, passes of this process use at most this many threads (0: all).

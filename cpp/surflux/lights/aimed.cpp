@@ -24,7 +24,6 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
         [&](std::size_t begin, std::size_t end) {
             std::vector<Ray> rays;
             std::vector<LightRay> light;
-            std::vector<char> free;
             std::vector<Hit> hits;
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
-#include "surflux/core/sampling.h"
 #include "surflux/lights/aimed.h"
 
 namespace surflux {
@@ -36,18 +35,11 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
             std::vector<Hit> hits;
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                const Frame frame = frame_around(place.normal);
-                EvenPoints even(2, seed + sky_stream, stream_of(place));
-                cosine.clear();
-                for (int r = 0; r < rays; ++r) {
-                    const double* u = even.next();
-                    cosine.push_back({{place.position, place.normal, place.surfel},
-                                      frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
-                }
+                cosine_rays(points_of, place, rays, seed + sky_stream, cosine);
                 tracer.closest(cosine, hits);
                 Rgb found;
                 for (std::size_t r = 0; r < cosine.size(); ++r)
-                    if (!hits[r]) found += skies.found(place.position, frame.n, cosine[r].direction, hits[r]);
+                    if (!hits[r]) found += skies.found(place.position, place.normal, cosine[r].direction, hits[r]);
                 out[k] += aimed[k] + found / rays;
             }
         },

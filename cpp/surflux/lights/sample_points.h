@@ -5,6 +5,7 @@
 
 #include "surflux/core/vec.h"
 #include "surflux/scene/surfels.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux {
 
@@ -59,5 +60,8 @@ private:
     std::vector<double> inset_;
     std::vector<double> reach_;  // radius of the disk of its area, where it stands alone; else 0
 };
+
+// Rays from all of a place over its hemisphere, cosine-distributed, evenest by powers of 2: the same for the same seed.
+void cosine_rays(const SurfelPoints& points, const Place& place, int count, std::uint64_t seed, std::vector<Ray>& out);
 
 }  // namespace surflux

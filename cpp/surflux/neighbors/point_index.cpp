@@ -27,26 +27,32 @@ double strict_bound(double radius) { return std::nextafter(radius * radius, std:
 class NearestSet final : public flann::ResultSet<double> {
 public:
     NearestSet(std::size_t k, double radius, std::vector<Neighbor>& out)
-        : k_(k), bound_(strict_bound(radius)), out_(out) {
-        out_.clear();
+        : k_(k), worst_(strict_bound(radius)), out_(out) {
+        out_.resize(k);
     }
-    bool full() const override { return out_.size() == k_; }
-    double worstDist() const override { return full() ? out_.back().distance : bound_; }
+    bool full() const override { return count_ == k_; }
+    double worstDist() const override { return worst_; }
     void addPoint(double squared, std::size_t index) override {
         const Neighbor found{static_cast<std::uint32_t>(index), squared};
         const auto before = [](const Neighbor& a, const Neighbor& b) {
             return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
         };
-        if (full()) {
-            if (!before(found, out_.back())) return;
-            out_.pop_back();
-        }
-        out_.insert(std::upper_bound(out_.begin(), out_.end(), found, before), found);
+        if (full() && !before(found, out_.back())) return;
+        // Moved up from the back: most that come are far, and a search by halves would guess wrong at each step.
+        std::size_t place = full() ? k_ - 1 : count_++;
+        for (; place > 0 && before(found, out_[place - 1]); --place) out_[place] = out_[place - 1];
+        out_[place] = found;
+        if (full()) worst_ = out_.back().distance;
+    }
+    // Actual distances, of as many as there are.
+    void finish() {
+        out_.resize(count_);
+        for (Neighbor& n : out_) n.distance = std::sqrt(n.distance);
     }
 
 private:
-    std::size_t k_;
-    double bound_;
+    std::size_t k_, count_ = 0;
+    double worst_;
     std::vector<Neighbor>& out_;
 };
 
@@ -106,7 +112,7 @@ void PointIndex::nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>
     impl_->query(query, q);
     NearestSet set(std::min(k, size()), radius, out);
     impl_->tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
-    for (Neighbor& n : out) n.distance = std::sqrt(n.distance);
+    set.finish();
 }
 
 void PointIndex::within(const Vec3& query, double radius, std::vector<Neighbor>& out) const {

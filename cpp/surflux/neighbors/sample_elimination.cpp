@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <queue>
-#include <tuple>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
@@ -203,19 +201,39 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
         for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
     });
 
-    // Crowding only ever falls: an entry holds at least the candidate's present one, and goes back in where it is less.
-    using Entry = std::tuple<double, std::uint64_t, std::uint32_t>;
-    std::vector<Entry> entries(n);
-    for (std::uint32_t i = 0; i < n; ++i) entries[i] = {crowding[i], lots[stand[i]], i};
-    std::priority_queue<Entry> heap(std::less<Entry>(), std::move(entries));
+    // Crowding only ever falls: an entry holds at least the candidate's present one, and sinks where that is less.
+    struct Entry {
+        double crowding;
+        std::uint32_t candidate;
+    };
+    const auto below = [&](const Entry& a, const Entry& b) {
+        if (a.crowding != b.crowding) return a.crowding < b.crowding;
+        const std::uint64_t lot_a = lots[stand[a.candidate]], lot_b = lots[stand[b.candidate]];
+        return lot_a != lot_b ? lot_a < lot_b : a.candidate < b.candidate;
+    };
+    std::vector<Entry> heap(n);
+    for (std::uint32_t i = 0; i < n; ++i) heap[i] = {crowding[i], i};
+    std::make_heap(heap.begin(), heap.end(), below);
+    // Puts an entry in place of the first.
+    const auto replace_first = [&](const Entry& entry) {
+        std::size_t at = 0;
+        for (std::size_t child = 1; child < heap.size(); at = child, child = 2 * at + 1) {
+            if (child + 1 < heap.size() && below(heap[child], heap[child + 1])) ++child;
+            if (!below(entry, heap[child])) break;
+            heap[at] = heap[child];
+        }
+        heap[at] = entry;
+    };
     std::vector<bool> gone(n, false);
     for (std::size_t step = 0; step < steps;) {
-        const auto [w, lot, i] = heap.top();
-        heap.pop();
+        const auto [w, i] = heap.front();
         if (w != crowding[i]) {
-            heap.push({crowding[i], lot, i});
+            replace_first({crowding[i], i});
             continue;
         }
+        const Entry last = heap.back();
+        heap.pop_back();
+        if (!heap.empty()) replace_first(last);
         gone[i] = true;
         for (std::uint32_t j : crowd[i])
             if (!gone[j]) crowding[j] -= weight(i, j);

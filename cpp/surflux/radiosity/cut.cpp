@@ -25,16 +25,18 @@ NodePlaces::NodePlaces(const SurfelTree& tree, const Cut& cut) {
 
 void Cut::find_places(const SurfelTree& tree) {
     place_of.assign(tree.points(), SurfelTree::none);
-    std::vector<std::uint32_t> stack;
-    for (std::uint32_t k = 0; k < nodes.size(); ++k) {
-        stack.push_back(nodes[k]);
-        while (!stack.empty()) {
-            const std::uint32_t node = stack.back();
-            stack.pop_back();
-            if (tree.is_point(node)) place_of[node] = k;
-            tree.for_members(node, [&](std::uint32_t member) { stack.push_back(member); });
+    parallel_blocks(nodes.size(), std::max<std::size_t>(1, nodes.size() / 256), [&](std::size_t from, std::size_t to) {
+        std::vector<std::uint32_t> stack;
+        for (std::size_t k = from; k < to; ++k) {
+            stack.push_back(nodes[k]);
+            while (!stack.empty()) {
+                const std::uint32_t node = stack.back();
+                stack.pop_back();
+                if (tree.is_point(node)) place_of[node] = static_cast<std::uint32_t>(k);
+                tree.for_members(node, [&](std::uint32_t member) { stack.push_back(member); });
+            }
         }
-    }
+    });
 }
 
 std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
@@ -59,21 +61,24 @@ std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen
     return count;
 }
 
-std::vector<char> Cut::unbalanced(const SurfelTree& tree) const {
+std::vector<char> Cut::unbalanced(const SurfelTree& tree, const Progress& progress) const {
     const NodePlaces at(tree, *this);
     const Interpolation sites(at.positions, at.normals, at.objects);
     std::vector<char> out(nodes.size(), 0);
-    parallel_blocks(nodes.size(), 64, [&](std::size_t from, std::size_t to) {
-        std::vector<Interpolation::Weight> near;
-        for (std::size_t k = from; k < to; ++k) {
-            if (tree.is_leaf(nodes[k])) continue;
-            sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
-            const double least = tree.area(nodes[k]) / most_unlike;
-            out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
-                return tree.area(nodes[other.site]) < least;
-            });
-        }
-    });
+    parallel_blocks(
+        nodes.size(), 64,
+        [&](std::size_t from, std::size_t to) {
+            std::vector<Interpolation::Weight> near;
+            for (std::size_t k = from; k < to; ++k) {
+                if (tree.is_leaf(nodes[k])) continue;
+                sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+                const double least = tree.area(nodes[k]) / most_unlike;
+                out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
+                    return tree.area(nodes[other.site]) < least;
+                });
+            }
+        },
+        progress);
     return out;
 }
 

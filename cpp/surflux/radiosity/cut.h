@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/radiosity/surfel_tree.h"
 
 namespace surflux {
@@ -20,7 +21,7 @@ struct Cut {
                         std::size_t channels);
     // Groups, and points that were split, with a node beside them of less than a 32nd of their area: between the two
     // the finer side would have all the say.
-    std::vector<char> unbalanced(const SurfelTree& tree) const;
+    std::vector<char> unbalanced(const SurfelTree& tree, const Progress& progress = {}) const;
 };
 
 // Where the nodes are: at the points that stand for them.

@@ -15,7 +15,6 @@ constexpr std::size_t neighbors = 9;  // the node itself among them
 constexpr int probe_rays = 32;
 constexpr double closeness_weight = 1.5;  // errors against seconds are best from 1 to 3
 constexpr double probe_error = 0.08;      // of what they find, at least
-constexpr double sure = 2.0;              // standard errors that a difference must be beyond
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
                   const std::vector<double>& sent, double& mean) {
@@ -90,35 +89,39 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
         seen += luminance(probes_.lamps()[row].value + probes_.sky()[row].value);
-        return std::abs(seen - said) - sure * std::max(0.5 * std::abs(halves), probe_error * seen);
+        return std::abs(seen - said) - significance * std::max(0.5 * std::abs(halves), probe_error * seen);
     };
 
     Result out;
     out.refine.assign(count, 0);
     std::vector<double> squared(count, 0.0);
-    parallel_blocks(count, 64, [&](std::size_t from, std::size_t to) {
-        std::vector<Interpolation::Weight> near;
-        for (std::size_t k = from; k < to; ++k) {
-            const std::uint32_t node = cut.nodes[k];
-            if (passed_[node] >= 0.0f) continue;
-            const double spread = noise(cut.rows[k], system, sent);
-            double left = 0.0;
-            if (!tree_.is_leaf(node)) {
-                const double around = said_by_others(k, near);
-                const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
-                const double close_by =
-                    closeness_weight * gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
-                const double off = std::max(std::abs(value[k] - around), off_at_probe(k, near)) - sure * spread;
-                // The error of all has less of a small node's: half way to where all have the same part in it.
-                const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
-                out.refine[k] = std::max(close_by, off) > wanted * small;
-                const double most = std::min(std::max(close_by, off), value[k] + around);
-                left = 0.25 * std::max(0.0, out.refine[k] ? most : off);  // with nodes on all sides
+    parallel_blocks(
+        count, 64,
+        [&](std::size_t from, std::size_t to) {
+            std::vector<Interpolation::Weight> near;
+            for (std::size_t k = from; k < to; ++k) {
+                const std::uint32_t node = cut.nodes[k];
+                if (passed_[node] >= 0.0f) continue;
+                const double spread = noise(cut.rows[k], system, sent);
+                double left = 0.0;
+                if (!tree_.is_leaf(node)) {
+                    const double around = said_by_others(k, near);
+                    const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
+                    const double close_by =
+                        closeness_weight * gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
+                    const double off =
+                        std::max(std::abs(value[k] - around), off_at_probe(k, near)) - significance * spread;
+                    // The error of all has less of a small node's: half way to where all have the same part in it.
+                    const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
+                    out.refine[k] = std::max(close_by, off) > wanted * small;
+                    const double most = std::min(std::max(close_by, off), value[k] + around);
+                    left = 0.25 * std::max(0.0, out.refine[k] ? most : off);  // with nodes on all sides
+                }
+                squared[k] = spread * spread + left * left;
+                if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
             }
-            squared[k] = spread * spread + left * left;
-            if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
-        }
-    });
+        },
+        progress);
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const double area = tree_.area(cut.nodes[k]);

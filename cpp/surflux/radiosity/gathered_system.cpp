@@ -21,7 +21,8 @@ void GatheredSystem::take_by_nodes(const Cut& cut) {
 }
 
 void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
-                                 const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted) {
+                                 const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted,
+                                 const Progress& progress) {
     cut_ = &cut;
     std::vector<double> light(cut.rows.size());
     for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
@@ -29,23 +30,26 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
     const std::size_t n = tree_.points();
     std::vector<std::vector<Interpolation::Weight>> blocks((n + grain - 1) / grain);
     begin_.assign(n + 1, 0);
-    parallel_blocks(n, grain, [&](std::size_t from, std::size_t to) {
-        std::vector<Interpolation::Weight> near;
-        auto& block = blocks[from / grain];
-        for (std::size_t k = from; k < to; ++k) {
-            const auto p = static_cast<std::uint32_t>(k);
-            if (!tree_.is_leaf(p)) continue;
-            if (!wanted.empty() && !wanted[p]) {
-                begin_[k + 1] = 1;
-                block.push_back({cut.place_of[p], 1.0});
-                continue;
+    parallel_blocks(
+        n, grain,
+        [&](std::size_t from, std::size_t to) {
+            std::vector<Interpolation::Weight> near;
+            auto& block = blocks[from / grain];
+            for (std::size_t k = from; k < to; ++k) {
+                const auto p = static_cast<std::uint32_t>(k);
+                if (!tree_.is_leaf(p)) continue;
+                if (!wanted.empty() && !wanted[p]) {
+                    begin_[k + 1] = 1;
+                    block.push_back({cut.place_of[p], 1.0});
+                    continue;
+                }
+                nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
+                sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.positions(), nodes.normals(), light, near);
+                begin_[k + 1] = near.size();
+                block.insert(block.end(), near.begin(), near.end());
             }
-            nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
-            sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.positions(), nodes.normals(), light, near);
-            begin_[k + 1] = near.size();
-            block.insert(block.end(), near.begin(), near.end());
-        }
-    });
+        },
+        progress);
     weights_.clear();
     for (std::size_t p = 0; p < n; ++p) begin_[p + 1] += begin_[p];
     weights_.reserve(begin_[n]);
@@ -106,29 +110,24 @@ double GatheredSystem::balance(const std::vector<double>& x) {
     const double gain = std::exchange(gain_, 1.0);
     gather(arriving);
     gain_ = gain;
-    constexpr std::size_t grain = 4096;
     struct Flux {
         double sent = 0.0, received = 0.0;
+        void operator+=(const Flux& other) { sent += other.sent, received += other.received; }
     };
-    std::vector<Flux> parts((tree_.points() + grain - 1) / grain);
-    parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
-        Flux& flux = parts[begin / grain];
-        for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
-            if (!tree_.is_leaf(p)) continue;
-            double left = 0.0, received = 0.0;
-            for (std::size_t w = begin_[p]; w < begin_[p + 1]; ++w) {
-                const Gathering::Row& row = gathering_.row(cut_->rows[weights_[w].site]);
-                left += weights_[w].weight * static_cast<double>(row.escape + row.absorbed);
-                for (std::size_t c = 0; c < channels_; ++c)
-                    received += weights_[w].weight * arriving[weights_[w].site * channels_ + c];
-            }
+    const Flux all = parallel_sum<Flux>(tree_.points(), 4096, [&](std::size_t k, Flux& flux) {
+        const auto p = static_cast<std::uint32_t>(k);
+        if (!tree_.is_leaf(p)) return;
+        double left = 0.0, received = 0.0;
+        for (std::size_t w = begin_[p]; w < begin_[p + 1]; ++w) {
+            const Gathering::Row& row = gathering_.row(cut_->rows[weights_[w].site]);
+            left += weights_[w].weight * static_cast<double>(row.escape + row.absorbed);
             for (std::size_t c = 0; c < channels_; ++c)
-                flux.sent += tree_.area(p) * (1.0 - left) * sent_[p * channels_ + c];
-            flux.received += tree_.area(p) * received;
+                received += weights_[w].weight * arriving[weights_[w].site * channels_ + c];
         }
+        for (std::size_t c = 0; c < channels_; ++c)
+            flux.sent += tree_.area(p) * (1.0 - left) * sent_[p * channels_ + c];
+        flux.received += tree_.area(p) * received;
     });
-    Flux all;
-    for (const Flux& part : parts) all.sent += part.sent, all.received += part.received;
     return all.received > 0.0 ? all.sent / all.received : 1.0;
 }
 

@@ -26,7 +26,8 @@ public:
     // Objects by point; `x` as it is, for nodes of which the light differs are asked whether they see each other.
     // Leaves that are not `wanted` take the values of their nodes; none given: all are.
     void interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
-                     const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted = {});
+                     const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted = {},
+                     const Progress& progress = {});
 
     // What surfaces send each other, less what escapes and what backs absorb, over what the rows give them of it: 1 but
     // for the noise of the rays and what interpolation cuts off; for what all nodes send with x.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
-#include "surflux/core/sampling.h"
+#include "surflux/lights/hemisphere.h"
 
 namespace surflux {
 
@@ -43,17 +43,8 @@ Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree&
       contact_(contact_distance(bounds_of(scene.surfels))) {}
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
-    const Surfels& s = scene_.surfels;
     const Frame frame = frame_around(receiver.normal);
-    const bool extends = points_.extends(receiver);
-    EvenPoints even(extends ? 4 : 2, seed_ + ray_stream, stream_of(receiver));
-    out.rays.clear();
-    for (int k = 0; k < count; ++k) {
-        const double* u = even.next();
-        const Vec3 from = points_.at(receiver, u[2], u[3]);
-        out.rays.push_back(
-            {{from, receiver.normal, receiver.surfel}, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
-    }
+    cosine_rays(points_, receiver, count, seed_ + ray_stream, out.rays);
     tracer_.closest(out.rays, out.hits);
 
     out.links.clear();
@@ -79,9 +70,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
             continue;
         }
         closeness += 1.0 / std::max(hit.distance, contact_);
-        // What faces it and touches it covers it; the foot of a wall is as near, but faces elsewhere.
-        const bool covered = hit.distance <= contact_ && dot(frame.n, s.normals[hit.surfel]) < -0.5;
-        if (!hit.front || covered) {
+        if (absorbs(hit, frame.n, scene_.surfels, contact_)) {
             ++absorbed;
             continue;
         }

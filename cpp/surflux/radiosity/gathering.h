@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/lights/environment.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/surfel_tree.h"

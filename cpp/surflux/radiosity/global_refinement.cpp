@@ -10,6 +10,7 @@
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -18,24 +19,18 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
-constexpr int most_iterations = 16, most_applications = 100, most_insertions = 6;
+constexpr int most_iterations = 16, most_applications = 100;
 constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
 constexpr double most_gain = 1.05;
-constexpr double sure = 2.0;  // standard errors that a difference must be beyond
-
-bool is_grey(const std::vector<Rgb>& values) {
-    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
 
 class GlobalRefinement {
 public:
     GlobalRefinement(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
                      const StageProgress& progress, Solution& out)
         : scene_(scene),
-          tracer_(tracer),
           options_(options),
           progress_(progress),
           out_(out),
@@ -49,7 +44,7 @@ public:
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
           sight_(tracer),
-          insertion_(scene, tree_, {smallest_radius(scene.surfels)}),
+          insertion_(tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
@@ -133,7 +128,6 @@ private:
         report(
             system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")),
             refined);
-        watch_.lap("solve");
     }
 
     bool grey_skies() const {
@@ -146,37 +140,32 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        constexpr std::size_t grain = 4096;
         struct Part {
             Rgb entered, absorbed, escaped, backs;
             double squared = 0.0, area = 0.0;
-        };
-        std::vector<Part> parts((tree_.points() + grain - 1) / grain);
-        parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
-            Part& part = parts[begin / grain];
-            for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
-                if (!tree_.is_leaf(p)) continue;
-                const double area = tree_.area(p);
-                const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
-                const Rgb b = tree_.emission(p) + rho * h;
-                const std::uint32_t row = cut_.rows[cut_.place_of[p]];
-                part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
-                part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
-                part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
-                part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
-                part.squared += area * luminance(h) * luminance(h);
-                part.area += area;
+            void operator+=(const Part& other) {
+                entered += other.entered;
+                absorbed += other.absorbed;
+                escaped += other.escaped;
+                backs += other.backs;
+                squared += other.squared;
+                area += other.area;
             }
+        };
+        const Part all = parallel_sum<Part>(tree_.points(), 4096, [&](std::size_t k, Part& part) {
+            const auto p = static_cast<std::uint32_t>(k);
+            if (!tree_.is_leaf(p)) return;
+            const double area = tree_.area(p);
+            const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
+            const Rgb b = tree_.emission(p) + rho * h;
+            const std::uint32_t row = cut_.rows[cut_.place_of[p]];
+            part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
+            part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
+            part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
+            part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
+            part.squared += area * luminance(h) * luminance(h);
+            part.area += area;
         });
-        Part all;
-        for (const Part& part : parts) {
-            all.entered += part.entered;
-            all.absorbed += part.absorbed;
-            all.escaped += part.escaped;
-            all.backs += part.backs;
-            all.squared += part.squared;
-            all.area += part.area;
-        }
         reference_ = std::sqrt(all.squared / all.area);
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
@@ -203,8 +192,11 @@ private:
     // Borders of shadows, from what needs no solving.
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
-        const auto wanted = [&](std::uint32_t p) { return options_.zeta * reference_ + sure * sources_.noise(p); };
-        for (int round = 0; round < most_insertions && insertion_.refine(source, wanted); ++round)
+        const auto wanted = [&](std::uint32_t p) {
+            return options_.zeta * reference_ + significance * sources_.noise(p);
+        };
+        for (int round = 0; round < Insertion::most_rounds && insertion_.refine(source, wanted, stage("insertion"));
+             ++round)
             sources_.update(stage("insertion"));
         cut_.find_places(tree_);
         watch_.lap("insertion");
@@ -216,12 +208,13 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return options_.zeta * reference_ +
-                   sure * std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+                   significance *
+                       std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
-        if (!insertion_.refine(all, wanted)) return false;
+        if (!insertion_.refine(all, wanted, stage("insertion"))) return false;
         sources_.update(stage("insertion"));
+        cut_.find_places(tree_);
         for (bool any = true; any;) {
-            cut_.find_places(tree_);
             std::vector<char> opened(cut_.nodes.size(), 0);
             for (std::uint32_t point = first; point < tree_.points(); ++point) {
                 const std::uint32_t k = cut_.place_of[point];
@@ -238,7 +231,7 @@ private:
     }
 
     void balance() {
-        while (replace(cut_.unbalanced(tree_)) > 0) {
+        while (replace(cut_.unbalanced(tree_, stage("refinement"))) > 0) {
         }
         watch_.lap("refinement");
     }
@@ -259,7 +252,7 @@ private:
         }
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
                                               std::move(nodes.objects));
-        system_->interpolate(cut_, *field_, objects, values_, sight_, asked);
+        system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
         watch_.lap("interpolation");
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
         if (asked.empty()) {
@@ -273,13 +266,11 @@ private:
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less
-        watch_.lap("solve");
     }
 
     void write();
 
     const Scene& scene_;
-    const Tracer& tracer_;
     const RefinementOptions& options_;
     const StageProgress& progress_;
     Solution& out_;
@@ -303,7 +294,6 @@ private:
     std::unique_ptr<NodalField> field_;
 };
 
-// Of the leaves, each surfel's together.
 void GlobalRefinement::write() {
     std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
@@ -316,27 +306,13 @@ void GlobalRefinement::write() {
         light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
-    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_),
-                             sky = field_->fit(std::move(from_sky), &sight_);
-
-    std::vector<std::uint32_t> leaves;
-    tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-    out_.surfels = tree_.surfels_at(leaves);
-    const std::size_t n = leaves.size();
-    out_.parents.resize(n);
-    out_.direct.resize(n);
-    out_.irradiance.resize(n);
-    out_.radiosity.resize(n);
-    parallel_blocks(n, 256, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t p = leaves[k];
-            const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
-            const Span<Interpolation::Weight> near = system_->weights(p);
-            out_.parents[k] = tree_.surfel(p);
-            out_.direct[k] = sources_.from_lights(p) + field_->at(sky, at, normal, near);
-            out_.irradiance[k] = out_.direct[k] + sources_.from_emitters(p) + field_->at(indirect, at, normal, near);
-            out_.radiosity[k] = tree_.emission(p) + tree_.reflectance(p) * out_.irradiance[k];
-        }
+    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_, stage("interpolation")),
+                             sky = field_->fit(std::move(from_sky), &sight_, stage("interpolation"));
+    write_leaves(tree_, out_, [&](std::uint32_t p) {
+        const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
+        const Span<Interpolation::Weight> near = system_->weights(p);
+        const Rgb direct = sources_.from_lights(p) + field_->at(sky, at, normal, near);
+        return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near)};
     });
     watch_.lap("interpolation");
 }

@@ -6,6 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/solution/interpolation.h"
+#include "surflux/solution/slope_fit.h"
 
 namespace surflux {
 
@@ -60,8 +61,7 @@ struct Insertion::Neighborhood {
     std::vector<Interpolation::Weight> near;
 };
 
-Insertion::Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options)
-    : scene_(scene), tree_(tree), options_(options) {}
+Insertion::Insertion(SurfelTree& tree, const InsertionOptions& options) : tree_(tree), options_(options) {}
 
 bool Insertion::can_split(std::uint32_t leaf) const {
     return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;
@@ -87,21 +87,17 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     leaves.sites->nearest(leaves.positions[place], leaves.normals[place], leaves.objects[place], neighbor_count,
                           out.near);
     const Frame frame = frame_around(leaves.normals[place]);
-    double uu = 0.0, uv = 0.0, vv = 0.0, u = 0.0, v = 0.0;
+    SlopeFit<double> fit;
     for (const Interpolation::Weight& other : out.near) {
         const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
         const double x = dot(d, frame.u), y = dot(d, frame.v), squared = length_squared(d);
         if (!(squared > 0.0)) continue;
-        const double difference = values[leaves.points[other.site]] - values[i], w = 1.0 / squared;
+        const double difference = values[leaves.points[other.site]] - values[i];
         out.error += (difference / std::sqrt(squared)) * d;
-        uu += w * x * x, uv += w * x * y, vv += w * y * y;
-        u += w * x * difference, v += w * y * difference;
+        fit.add(x, y, 1.0 / squared, difference);
     }
-    const double ridge = 0.05 * (uu + vv);
-    uu += ridge, vv += ridge;
-    const double determinant = uu * vv - uv * uv;
-    if (!(determinant > 0.0)) return;
-    const double a = (vv * u - uv * v) / determinant, b = (uu * v - uv * u) / determinant;
+    double a, b;
+    if (!fit.solve(a, b)) return;
     for (const Interpolation::Weight& other : out.near) {
         const Vec3 d = leaves.positions[other.site] - leaves.positions[place];
         const double rise = a * dot(d, frame.u) + b * dot(d, frame.v);
@@ -110,19 +106,22 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
     }
 }
 
-bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
+bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progress& progress) {
     const Leaves leaves(*this);
     std::vector<double> values(tree_.points(), 0.0);
     parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
-    parallel_blocks(leaves.points.size(), 128, [&](std::size_t begin, std::size_t end) {
-        Neighborhood around;
-        for (std::size_t k = begin; k < end; ++k) {
-            if (!can_split(leaves.points[k])) continue;
-            measure(leaves, static_cast<std::uint32_t>(k), values, around);
-            off[k] = around.off;
-        }
-    });
+    parallel_blocks(
+        leaves.points.size(), 128,
+        [&](std::size_t begin, std::size_t end) {
+            Neighborhood around;
+            for (std::size_t k = begin; k < end; ++k) {
+                if (!can_split(leaves.points[k])) continue;
+                measure(leaves, static_cast<std::uint32_t>(k), values, around);
+                off[k] = around.off;
+            }
+        },
+        progress);
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k)
         if (off[k] * tree_.area(leaves.points[k]) > 0.0 && off[k] > wanted(leaves.points[k])) chosen.push_back(k);
@@ -139,7 +138,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted) {
     while (kept < chosen.size() && weights[kept] > least) ++kept;
     const std::size_t wanting = chosen.size(), before = tree_.points();
     if (kept > 0) chosen.resize(kept);  // else they are all alike: as many as there is room for
-    const bool any = split(chosen, values);
+    const bool any = split(leaves, chosen, values);
     left_out_ = wanting - (tree_.points() - before) / SurfelTree::children;
     return any;
 }
@@ -167,10 +166,10 @@ double Insertion::least_weight(const std::vector<std::uint32_t>& leaves, const s
     return std::exp(high);
 }
 
-bool Insertion::split(const std::vector<std::uint32_t>& chosen, const std::vector<double>& values) {
+bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen,
+                      const std::vector<double>& values) {
     const auto first = static_cast<std::uint32_t>(tree_.points());
     if (chosen.empty() || !tree_.has_room()) return false;
-    const Leaves leaves(*this);
     std::vector<std::uint32_t> place(tree_.points(), SurfelTree::none);
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k) place[leaves.points[k]] = k;
     struct Family {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/radiosity/surfel_tree.h"
 
 namespace surflux {
@@ -25,13 +26,15 @@ std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 // surface or their parent.
 class Insertion {
 public:
-    Insertion(const Scene& scene, SurfelTree& tree, const InsertionOptions& options);
+    static constexpr int most_rounds = 6;  // that a field is refined in
+
+    Insertion(SurfelTree& tree, const InsertionOptions& options);
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
     // (eq. 11); where the tree has no room for all of them down to their end, those alone that matter most. Were there
     // any?
     using OfPoint = std::function<double(std::uint32_t leaf)>;
-    bool refine(const OfPoint& value, const OfPoint& wanted);
+    bool refine(const OfPoint& value, const OfPoint& wanted, const Progress& progress = {});
     // How many leaves the last round would have split and did not, for want of room.
     std::size_t left_out() const { return left_out_; }
     // Which points refine() asks for a value: those of objects in which any may be split.
@@ -39,15 +42,14 @@ public:
 
 private:
     bool can_split(std::uint32_t leaf) const;
-    bool split(const std::vector<std::uint32_t>& leaves, const std::vector<double>& values);
     struct Leaves;
+    bool split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen, const std::vector<double>& values);
     struct Neighborhood;
     void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values, Neighborhood& out) const;
     double least_weight(const std::vector<std::uint32_t>& leaves, const std::vector<double>& weights) const;
     void repel(std::uint32_t first);
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 
-    const Scene& scene_;
     SurfelTree& tree_;
     InsertionOptions options_;
     std::size_t left_out_ = 0;

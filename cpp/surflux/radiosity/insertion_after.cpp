@@ -5,25 +5,20 @@
 #include "surflux/core/parallel.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
 
-namespace {
-
-constexpr int most_rounds = 6;
-constexpr double sure = 2.0;  // standard errors that a difference must be beyond
-
-}  // namespace
-
-void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options, Solution& solution) {
+void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options,
+                  const Progress& progress, Solution& solution) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     Stopwatch watch(solution.timings);
     SurfelTree tree(scene, {}, leaves_allowed(scene, true, options.max_surfels));
     LitPoints lit(scene, tracer, tree, nullptr, nullptr, options.direct, 0, options.seed);
-    lit.update();
+    lit.update(progress);
     std::vector<Rgb> sky(n), others(n);  // what is interpolated: of direct light, and of all else
     double squared = 0.0, total = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -38,45 +33,38 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     std::vector<double> light(n);
     for (std::size_t i = 0; i < n; ++i) light[i] = luminance(sky[i] + others[i]);
     const NodalField field(s.positions, s.normals, scene.object);
-    const NodalField::Values sky_field = field.fit(sky, &sight), other_field = field.fit(others, &sight);
+    const NodalField::Values sky_field = field.fit(sky, &sight, progress),
+                             other_field = field.fit(others, &sight, progress);
 
-    Insertion insertion(scene, tree, {smallest_radius(s)});
+    Insertion insertion(tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
-    const auto allowed = [&](std::uint32_t p) { return wanted + sure * lit.noise(p); };
-    for (int round = 0; round < most_rounds && insertion.refine(value, allowed); ++round) {
-        lit.update();
+    const auto allowed = [&](std::uint32_t p) { return wanted + significance * lit.noise(p); };
+    for (int round = 0; round < Insertion::most_rounds && insertion.refine(value, allowed, progress); ++round) {
+        lit.update(progress);
         const std::size_t before = sky.size();
         sky.resize(tree.points());
         others.resize(tree.points());
-        parallel_blocks(tree.points() - before, 64, [&](std::size_t begin, std::size_t end) {
-            std::vector<Interpolation::Weight> near;
-            for (std::size_t k = before + begin; k < before + end; ++k) {
-                const auto p = static_cast<std::uint32_t>(k);
-                field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
-                sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near);
-                sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
-                others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
-            }
-        });
+        parallel_blocks(
+            tree.points() - before, 64,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<Interpolation::Weight> near;
+                for (std::size_t k = before + begin; k < before + end; ++k) {
+                    const auto p = static_cast<std::uint32_t>(k);
+                    field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
+                    sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near);
+                    sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
+                    others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);
+                }
+            },
+            progress);
     }
     if (tree.points() > n) {
-        std::vector<std::uint32_t> leaves;
-        tree.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-        solution.surfels = tree.surfels_at(leaves);
-        const std::size_t count = leaves.size();
-        solution.parents.resize(count);
-        solution.direct.resize(count);
-        solution.irradiance.resize(count);
-        solution.radiosity.resize(count);
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint32_t p = leaves[k];
-            solution.parents[k] = tree.surfel(p);
-            solution.direct[k] = lit.from_lights(p) + sky[p];
-            solution.irradiance[k] = solution.direct[k] + others[p];
-            solution.radiosity[k] = tree.emission(p) + tree.reflectance(p) * solution.irradiance[k];
-        }
+        write_leaves(tree, solution, [&](std::uint32_t p) {
+            const Rgb direct = lit.from_lights(p) + sky[p];
+            return LeafLight{direct, direct + others[p]};
+        });
         for (auto& [name, figure] : solution.history.back()) {
-            if (name == "surfels") figure = static_cast<double>(count);
+            if (name == "surfels") figure = static_cast<double>(tree.leaves());
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);
         }
     }

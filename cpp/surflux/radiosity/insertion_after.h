@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/solution.h"
@@ -19,6 +20,7 @@ struct InsertionAfterOptions {
 
 // Inserts surfels into a solution on the scene's own, where its field asks for them (D04 7.2). What comes to them from
 // lights is computed, all else interpolated.
-void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options, Solution& solution);
+void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options,
+                  const Progress& progress, Solution& solution);
 
 }  // namespace surflux

@@ -6,14 +6,6 @@
 
 namespace surflux {
 
-namespace {
-
-bool all_grey(const std::vector<Rgb>& values) {
-    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
-
-}  // namespace
-
 LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
                      const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed)
     : scene_(scene),
@@ -57,6 +49,8 @@ void LitPoints::update(const Progress& progress) {
     aim(sampled_skies_, seed_ + 1, sky_);
 }
 
-bool LitPoints::is_grey() const { return all_grey(lights_) && all_grey(emitters_) && all_grey(sky_); }
+bool LitPoints::is_grey() const {
+    return surflux::is_grey(lights_) && surflux::is_grey(emitters_) && surflux::is_grey(sky_);
+}
 
 }  // namespace surflux

@@ -12,6 +12,9 @@
 
 namespace surflux {
 
+// Standard errors beyond which a difference is taken to be one of the light, and not of the rays that found it.
+constexpr double significance = 2.0;
+
 // Irradiance of the points of a tree that needs no solving: from lights, and by rays aimed at emitters and at images of
 // the sky. By point; those that were split have what they had.
 class LitPoints {

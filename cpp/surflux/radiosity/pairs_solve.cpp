@@ -15,10 +15,6 @@ namespace {
 
 constexpr int max_applications = 1000;
 
-bool is_grey(const std::vector<Rgb>& values) {
-    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
-}
-
 // One channel where the scene is grey: nothing is computed three times to be the same.
 struct Channels {
     explicit Channels(bool grey) : count(grey ? 1 : 3) {}

@@ -44,7 +44,8 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
         solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},
                        progress, out);
         if (options.insert)
-            insert_after(scene, tracer, {options.zeta, options.max_surfels, options.direct, options.seed}, out);
+            insert_after(scene, tracer, {options.zeta, options.max_surfels, options.direct, options.seed},
+                         progress ? progress("insertion") : Progress{}, out);
     } else {
         RefinementOptions refinement;
         refinement.zeta = options.zeta;
@@ -60,7 +61,8 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
         rays = rays_of_rays;
     }
     Stopwatch last(out.timings);
-    const SelfCheck check = gathering_error(scene, tracer, out, checked, rays, options.seed);
+    const SelfCheck check = gathering_error(scene, tracer, out, checked, rays, options.seed,
+                                            progress ? progress("self-check") : Progress{});
     last.lap("self-check");
     out.error = check.error;
 

@@ -47,14 +47,6 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
     if (!hierarchy.levels.empty()) find_neighbors();
 }
 
-double SurfelTree::area(std::uint32_t node) const {
-    return is_point(node) ? of(scene_.surfels.areas, inserted_.areas, node) : groups_[node - first_group_].area;
-}
-
-std::uint32_t SurfelTree::representative(std::uint32_t node) const {
-    return is_point(node) ? node : groups_[node - first_group_].representative;
-}
-
 std::pair<std::uint32_t, std::uint32_t> SurfelTree::level_of_at_least(std::size_t count) const {
     for (std::size_t l = levels_.size() - 1; l-- > 0;)
         if (levels_[l + 1] - levels_[l] >= count) return {first_group_ + levels_[l], first_group_ + levels_[l + 1]};

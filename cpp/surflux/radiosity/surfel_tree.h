@@ -25,8 +25,8 @@ public:
     std::size_t size() const { return first_group_ + groups_.size(); }  // of arrays by node; some stay unused
     std::size_t points() const { return surfels_ + inserted_.size(); }  // surfels and inserted ones
     std::size_t leaves() const { return leaves_; }
-    bool has_room() const { return leaves_ + children - 1 <= most_leaves_; }
     std::size_t room() const { return most_leaves_ - leaves_; }
+    bool has_room() const { return room() >= children - 1; }  // for a split
 
     bool is_point(std::uint32_t node) const { return node < first_group_; }
     bool is_leaf(std::uint32_t node) const { return is_point(node) && child_[node] == none; }
@@ -42,8 +42,13 @@ public:
     std::uint32_t object(std::uint32_t p) const { return scene_.object[surfel(p)]; }
     std::uint32_t first_child(std::uint32_t p) const { return child_[p]; }
     // Of any node.
-    double area(std::uint32_t node) const;
-    std::uint32_t representative(std::uint32_t node) const;  // a point
+    double area(std::uint32_t node) const {
+        return is_point(node) ? of(scene_.surfels.areas, inserted_.areas, node) : groups_[node - first_group_].area;
+    }
+    // A point.
+    std::uint32_t representative(std::uint32_t node) const {
+        return is_point(node) ? node : groups_[node - first_group_].representative;
+    }
     template <class Visit>
     void for_members(std::uint32_t node, const Visit& visit) const {
         if (is_point(node)) {

@@ -57,6 +57,10 @@ Surfels two_sided(const Surfels& surfels) {
     return out;
 }
 
+bool is_grey(const std::vector<Rgb>& values) {
+    return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
+}
+
 Box bounds_of(const Surfels& surfels) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     Box box{{inf, inf, inf}, {-inf, -inf, -inf}};

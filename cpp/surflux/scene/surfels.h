@@ -61,6 +61,9 @@ Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices
 // The surfels followed by a copy of each that faces the other way: a sheet seen from both sides.
 Surfels two_sided(const Surfels& surfels);
 
+// Is each the same in all three channels?
+bool is_grey(const std::vector<Rgb>& values);
+
 struct Box {
     Vec3 low, high;
     Vec3 center() const { return 0.5 * (low + high); }

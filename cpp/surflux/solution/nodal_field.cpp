@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/solution/slope_fit.h"
 
 namespace surflux {
 
@@ -12,7 +13,6 @@ namespace {
 constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
 constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
-constexpr double stiffness = 0.1;     // of the fit, against slopes that neighbours on one line do not give
 
 double brightness(const NodalField::Values& field, std::size_t k) {
     const Rgb& c = field.values[k].value;
@@ -39,53 +39,46 @@ Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal)
     return out;
 }
 
-NodalField::Values NodalField::fit(std::vector<TiltedRgb> values, const Sight* sight) const {
+NodalField::Values NodalField::fit(std::vector<TiltedRgb> values, const Sight* sight, const Progress& progress) const {
     Values out{std::move(values), {}, true};
-    fit_slopes(out, sight);
+    fit_slopes(out, sight, progress);
     return out;
 }
 
-NodalField::Values NodalField::fit(const std::vector<Rgb>& values, const Sight* sight) const {
+NodalField::Values NodalField::fit(const std::vector<Rgb>& values, const Sight* sight, const Progress& progress) const {
     Values out{std::vector<TiltedRgb>(size()), {}, false};
     for (std::size_t k = 0; k < values.size(); ++k) out.values[k].value = values[k];
-    fit_slopes(out, sight);
+    fit_slopes(out, sight, progress);
     return out;
 }
 
-void NodalField::fit_slopes(Values& out, const Sight* sight) const {
+void NodalField::fit_slopes(Values& out, const Sight* sight, const Progress& progress) const {
     out.slopes.assign(size(), {});
-    parallel_blocks(size(), 64, [&](std::size_t begin, std::size_t end) {
-        std::vector<Interpolation::Weight> near;
-        for (std::size_t k = begin; k < end; ++k) {
-            const auto i = static_cast<std::uint32_t>(k);
-            interpolation_->nearest(positions_[i], normals_[i], objects_[i], slope_neighbors, near);
-            if (near.size() < 4) continue;
-            const double h = near.back().weight;
-            double uu = 0.0, uv = 0.0, vv = 0.0;
-            Rgb u, v;
-            for (const Interpolation::Weight& other : near) {
-                if (other.site == i || !(other.weight > 0.0)) continue;
-                if (sight && differ_much(brightness(out, other.site), brightness(out, i)) &&
-                    !sight->joined(positions_[i], normals_[i], positions_[other.site], normals_[other.site]))
-                    continue;
-                const Vec3 d = positions_[other.site] - positions_[i];
-                const double x = dot(d, frames_[i].u), y = dot(d, frames_[i].v);
-                const double w = 1.0 / (length_squared(d) + 0.01 * h * h);
-                const Rgb rise = turned(out, other.site, normals_[i]) - out.values[i].value;
-                uu += w * x * x;
-                uv += w * x * y;
-                vv += w * y * y;
-                u += (w * x) * rise;
-                v += (w * y) * rise;
+    parallel_blocks(
+        size(), 64,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Interpolation::Weight> near;
+            for (std::size_t k = begin; k < end; ++k) {
+                const auto i = static_cast<std::uint32_t>(k);
+                interpolation_->nearest(positions_[i], normals_[i], objects_[i], slope_neighbors, near);
+                if (near.size() < 4) continue;
+                const double h = near.back().weight;
+                SlopeFit<Rgb> fit;
+                for (const Interpolation::Weight& other : near) {
+                    if (other.site == i || !(other.weight > 0.0)) continue;
+                    if (sight && differ_much(brightness(out, other.site), brightness(out, i)) &&
+                        !sight->joined(positions_[i], normals_[i], positions_[other.site], normals_[other.site]))
+                        continue;
+                    const Vec3 d = positions_[other.site] - positions_[i];
+                    const double x = dot(d, frames_[i].u), y = dot(d, frames_[i].v);
+                    const double w = 1.0 / (length_squared(d) + 0.01 * h * h);
+                    const Rgb rise = turned(out, other.site, normals_[i]) - out.values[i].value;
+                    fit.add(x, y, w, rise);
+                }
+                fit.solve(out.slopes[i].u, out.slopes[i].v);  // else it stays 0
             }
-            const double ridge = stiffness * 0.5 * (uu + vv);
-            uu += ridge;
-            vv += ridge;
-            const double determinant = uu * vv - uv * uv;
-            if (!(determinant > 0.0)) continue;
-            out.slopes[i] = {(vv * u - uv * v) / determinant, (uu * v - uv * u) / determinant};
-        }
-    });
+        },
+        progress);
 }
 
 Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/span.h"
 #include "surflux/core/vec.h"
 #include "surflux/solution/interpolation.h"
@@ -39,13 +40,13 @@ public:
     const std::vector<Vec3>& positions() const { return positions_; }
     const std::vector<Vec3>& normals() const { return normals_; }
     // Slopes of a node come from those that it is joined with, as far as `sight` is given.
-    Values fit(std::vector<TiltedRgb> values, const Sight* sight = nullptr) const;
+    Values fit(std::vector<TiltedRgb> values, const Sight* sight = nullptr, const Progress& progress = {}) const;
     // Of values that do not say how they turn.
-    Values fit(const std::vector<Rgb>& values, const Sight* sight = nullptr) const;
+    Values fit(const std::vector<Rgb>& values, const Sight* sight = nullptr, const Progress& progress = {}) const;
     Rgb at(const Values& field, const Vec3& point, const Vec3& normal, Span<Interpolation::Weight> weights) const;
 
 private:
-    void fit_slopes(Values& field, const Sight* sight) const;
+    void fit_slopes(Values& field, const Sight* sight, const Progress& progress) const;
     Rgb turned(const Values& field, std::uint32_t k, const Vec3& normal) const;
 
     std::vector<Vec3> positions_, normals_;

@@ -118,10 +118,6 @@ private:
     std::vector<Hit> hits_;
 };
 
-}  // namespace
-
-namespace {
-
 // What a solution says of the scene's own surfels: means over those inserted below each, by area.
 struct OwnSurfels {
     std::vector<Rgb> irradiance, direct;
@@ -154,7 +150,7 @@ std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, st
 }  // namespace
 
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
-                          std::uint64_t seed) {
+                          std::uint64_t seed, const Progress& progress) {
     const Surfels& s = scene.surfels;
     const OwnSurfels own(s, solution);
     const std::vector<std::uint32_t> drawn = drawn_by_area(s, static_cast<std::size_t>(surfels), seed);
@@ -162,16 +158,19 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     std::vector<double> squared(checked), reference(checked);
     const SecondGather::Sources sources(scene);
     std::atomic<std::size_t> traced{0};
-    parallel_blocks(checked, 8, [&](std::size_t begin, std::size_t end) {
-        SecondGather gather(scene, tracer, own.irradiance, sources);
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t i = drawn[k];
-            const Rgb off = own.direct[i] - own.irradiance[i];
-            squared[k] = dot(off + gather(i, rays, seed, 2 * k), off + gather(i, rays, seed, 2 * k + 1));
-            reference[k] = dot(own.irradiance[i], own.irradiance[i]);
-        }
-        traced += gather.rays + 2 * (end - begin) * static_cast<std::size_t>(rays);
-    });
+    parallel_blocks(
+        checked, 8,
+        [&](std::size_t begin, std::size_t end) {
+            SecondGather gather(scene, tracer, own.irradiance, sources);
+            for (std::size_t k = begin; k < end; ++k) {
+                const std::uint32_t i = drawn[k];
+                const Rgb off = own.direct[i] - own.irradiance[i];
+                squared[k] = dot(off + gather(i, rays, seed, 2 * k), off + gather(i, rays, seed, 2 * k + 1));
+                reference[k] = dot(own.irradiance[i], own.irradiance[i]);
+            }
+            traced += gather.rays + 2 * (end - begin) * static_cast<std::size_t>(rays);
+        },
+        progress);
     double off = 0.0, all = 0.0, spread = 0.0;
     for (std::size_t k = 0; k < checked; ++k) off += squared[k], all += reference[k], spread += squared[k] * squared[k];
     // Below the standard error of the sum nothing is known: that is the least it claims.

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "surflux/core/progress.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/tracer.h"
@@ -21,6 +22,6 @@ struct SelfCheck {
 // independent halves H' and H'' give sqrt(sum (H' - H).(H'' - H) / sum |H|^2), whose mean the rays' noise has no part
 // in. Of a surfel that was split the mean is checked.
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
-                          std::uint64_t seed);
+                          std::uint64_t seed, const Progress& progress = {});
 
 }  // namespace surflux

@@ -1,0 +1,172 @@
+#include "surflux/meshless/multilevel_basis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "surflux/core/error.h"
+#include "surflux/core/morton.h"
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t grain = 512;
+constexpr std::size_t large = 50000;  // functions
+
+double magnitude(double value) { return std::abs(value); }
+double magnitude(const Rgb& value) { return std::max({std::abs(value.x), std::abs(value.y), std::abs(value.z)}); }
+
+// Leaves what is joined, of sum 1. Where nothing is, the heaviest or nothing.
+void keep_joined(std::vector<BasisWeight>& weights, bool heaviest_stays, const Vec3& point, const Vec3& normal,
+                 const Joined& joined) {
+    if (weights.empty()) return;
+    const BasisWeight heaviest = *std::max_element(
+        weights.begin(), weights.end(), [](const BasisWeight& a, const BasisWeight& b) { return a.weight < b.weight; });
+    const std::size_t before = weights.size();
+    weights.erase(std::remove_if(weights.begin(), weights.end(),
+                                 [&](const BasisWeight& w) { return !joined(point, normal, w.function); }),
+                  weights.end());
+    if (weights.size() == before) return;
+    if (weights.empty()) {
+        if (heaviest_stays) weights.assign(1, {heaviest.function, 1.0});
+        return;
+    }
+    double sum = 0.0;
+    for (const BasisWeight& w : weights) sum += w.weight;
+    for (BasisWeight& w : weights) w.weight /= sum;
+}
+
+}  // namespace
+
+void MultilevelBasis::add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                                const std::vector<std::uint32_t>& objects, const SupportOptions& options) {
+    require(positions.size() < std::numeric_limits<std::uint32_t>::max() - positions_.size(), "positions: there are ",
+            positions.size(), " besides ", positions_.size(), " on coarser levels, wanted fewer than 2^32 in all");
+    levels_.emplace_back(positions, normals, objects, options);
+    positions_.insert(positions_.end(), positions.begin(), positions.end());
+    normals_.insert(normals_.end(), normals.begin(), normals.end());
+    objects_.insert(objects_.end(), objects.begin(), objects.end());
+    first_.push_back(static_cast<std::uint32_t>(positions_.size()));
+}
+
+std::size_t MultilevelBasis::level_of(std::uint32_t function) const {
+    return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), function) - first_.begin()) - 1;
+}
+
+double MultilevelBasis::radius(std::uint32_t function) const {
+    const std::size_t level = level_of(function);
+    return levels_[level].radius(function - first_[level]);
+}
+
+void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
+                               std::vector<BasisWeight>& out, const Joined& joined) const {
+    const auto coarsest = [&] {
+        for (std::size_t above = 0; above < level; ++above)
+            if (levels_[above].has(object)) return false;
+        return true;
+    };
+    const bool falls_back = coarsest();
+    if (falls_back)
+        levels_[level].at_or_nearest(point, normal, object, out);
+    else
+        levels_[level].at(point, normal, object, out);
+    for (BasisWeight& w : out) w.function += first_[level];
+    if (joined) keep_joined(out, falls_back, point, normal, joined);
+}
+
+template <class Value>
+Value MultilevelBasis::evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object,
+                                const std::vector<Value>& coefficients, std::size_t up_to, const Joined& joined) const {
+    require(coefficients.size() == size(), "coefficients: there are ", coefficients.size(), ", wanted ", size());
+    thread_local std::vector<BasisWeight> weights;
+    Value value{};
+    for (std::size_t level = 0; level < levels() && level <= up_to; ++level) {
+        at_level(level, point, normal, object, weights, joined);
+        for (const BasisWeight& w : weights) value += w.weight * coefficients[w.function];
+    }
+    return value;
+}
+
+template <class Value>
+std::vector<Value> MultilevelBasis::evaluate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
+                                             const std::vector<std::uint32_t>& objects,
+                                             const std::vector<Value>& coefficients, std::size_t up_to,
+                                             const Joined& joined) const {
+    require(normals.size() == points.size(), "normals: there are ", normals.size(), ", wanted one for each of ",
+            points.size(), " points");
+    require(objects.size() == points.size(), "objects: there are ", objects.size(), ", wanted one for each of ",
+            points.size(), " points");
+    require(coefficients.size() == size(), "coefficients: there are ", coefficients.size(), ", wanted ", size());
+    std::vector<Value> out(points.size());
+    // One near the other: of a large basis little is in the caches, and points at random cost five times as much.
+    std::vector<std::uint32_t> along;
+    if (size() > large) along = morton_order(points);
+    parallel_for(points.size(), grain, [&](std::size_t k) {
+        const std::size_t i = along.empty() ? k : along[k];
+        out[i] = evaluate(points[i], normals[i], objects[i], coefficients, up_to, joined);
+    });
+    return out;
+}
+
+template <class Value>
+Value MultilevelBasis::coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients,
+                                   const Joined& joined) const {
+    const std::size_t level = level_of(function);
+    if (level == 0) return value;
+    return value -
+           evaluate(positions_[function], normals_[function], objects_[function], coefficients, level - 1, joined);
+}
+
+template <class Value>
+std::vector<Value> MultilevelBasis::project(const std::vector<Value>& values, const std::vector<char>& active,
+                                            const Joined& joined) const {
+    require(values.size() == size(), "values: there are ", values.size(), ", wanted ", size());
+    require(active.empty() || active.size() == size(), "active: there are ", active.size(), ", wanted ", size(),
+            " or none");
+    std::vector<Value> coefficients(size());
+    for (std::size_t level = 0; level < levels(); ++level)
+        parallel_for(first_[level + 1] - first_[level], grain, [&](std::size_t k) {
+            const auto j = static_cast<std::uint32_t>(first_[level] + k);
+            if (active.empty() || active[j]) coefficients[j] = coefficient(j, values[j], coefficients, joined);
+        });
+    return coefficients;
+}
+
+template <class Value>
+MultilevelBasis::Dropped MultilevelBasis::drop(std::vector<Value>& coefficients, double threshold) const {
+    require(coefficients.size() == size(), "coefficients: there are ", coefficients.size(), ", wanted ", size());
+    require(threshold >= 0.0, "threshold: got ", threshold, ", wanted at least 0");
+    Dropped dropped{0, 0.0};
+    for (std::size_t level = 0; level < levels(); ++level) {
+        double largest = 0.0;
+        for (std::uint32_t j = first_[level]; j < first_[level + 1]; ++j) {
+            const double size_of = magnitude(coefficients[j]);
+            if (!(size_of < threshold) || size_of == 0.0) continue;
+            largest = std::max(largest, size_of);
+            coefficients[j] = Value{};
+            ++dropped.count;
+        }
+        dropped.bound += largest;
+    }
+    return dropped;
+}
+
+#define SURFLUX_BASIS_OF(Value)                                                                                        \
+    template Value MultilevelBasis::evaluate(const Vec3&, const Vec3&, std::uint32_t, const std::vector<Value>&,       \
+                                             std::size_t, const Joined&) const;                                        \
+    template std::vector<Value> MultilevelBasis::evaluate(                                                             \
+        const std::vector<Vec3>&, const std::vector<Vec3>&, const std::vector<std::uint32_t>&,                         \
+        const std::vector<Value>&, std::size_t, const Joined&) const;                                                  \
+    template std::vector<Value> MultilevelBasis::project(const std::vector<Value>&, const std::vector<char>&,          \
+                                                         const Joined&) const;                                         \
+    template Value MultilevelBasis::coefficient(std::uint32_t, const Value&, const std::vector<Value>&, const Joined&) \
+        const;                                                                                                         \
+    template MultilevelBasis::Dropped MultilevelBasis::drop(std::vector<Value>&, double) const;
+
+SURFLUX_BASIS_OF(double)
+SURFLUX_BASIS_OF(Rgb)
+#undef SURFLUX_BASIS_OF
+
+}  // namespace surflux

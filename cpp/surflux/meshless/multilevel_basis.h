@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "surflux/core/vec.h"
+#include "surflux/meshless/basis_weight.h"
+#include "surflux/meshless/shepard_level.h"
+
+namespace surflux {
+
+// Asked for functions that are not zero at a point: does it count there? A caller says no where a wall stands between
+// the function's point and this one (solution/sight.h), and so keeps light from leaking through, which L07 names as its
+// limit. Such a function is left out of numerator and denominator alike: the rest still sum to 1. The field is then no
+// longer continuous where the answer changes, which is where a shadow of the wall would begin, and only there.
+using Joined = std::function<bool(const Vec3& point, const Vec3& normal, std::uint32_t function)>;
+
+// L07's basis (sec. 4.1): levels of ever denser points on surfaces, each level's Shepard functions correcting what the
+// levels above it leave. Functions are numbered through, coarse levels first. A value is a double, or an Rgb where
+// there are three channels. Queries are const and may run on many threads at once.
+class MultilevelBasis {
+public:
+    static constexpr std::size_t all_levels = static_cast<std::size_t>(-1);
+
+    // The next finer level; its points are those that coarser levels do not have.
+    void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                   const std::vector<std::uint32_t>& objects, const SupportOptions& options = {});
+
+    std::size_t levels() const { return levels_.size(); }
+    std::size_t size() const { return positions_.size(); }
+    // The functions of a level are those from first(level) up to first(level + 1).
+    std::uint32_t first(std::size_t level) const { return first_[level]; }
+    std::size_t level_of(std::uint32_t function) const;
+    const Vec3& position(std::uint32_t function) const { return positions_[function]; }
+    const Vec3& normal(std::uint32_t function) const { return normals_[function]; }
+    std::uint32_t object(std::uint32_t function) const { return objects_[function]; }
+    double radius(std::uint32_t function) const;
+
+    // Replaces `out` by the functions of one level that are not zero at a point: positive, of sum 1. Where none is,
+    // there are none, but on the coarsest level that the object has: there the nearest that faces a compatible way
+    // speaks alone (ShepardLevel::at_or_nearest). Of functions that are not joined the heaviest stays there if none
+    // is. At the place of a function on a coarser level these are its children, on a finer level its parents (L07 6.3).
+    void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
+                  std::vector<BasisWeight>& out, const Joined& joined = {}) const;
+
+    // L07 eq. 9, up to and including a level.
+    template <class Value>
+    Value evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object, const std::vector<Value>& coefficients,
+                   std::size_t up_to = all_levels, const Joined& joined = {}) const;
+    // At many points, on all threads.
+    template <class Value>
+    std::vector<Value> evaluate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
+                                const std::vector<std::uint32_t>& objects, const std::vector<Value>& coefficients,
+                                std::size_t up_to = all_levels, const Joined& joined = {}) const;
+
+    // L07 eq. 10: coefficients from the values f_j at all functions' points. Those for which `active` is 0 (none, where
+    // it is empty) have coefficient 0, their values do not matter, and they count in the sums of weights all the same:
+    // what is known fades out towards where nothing is.
+    template <class Value>
+    std::vector<Value> project(const std::vector<Value>& values, const std::vector<char>& active = {},
+                               const Joined& joined = {}) const;
+    // The same for one function, from coefficients of coarser levels that are known.
+    template <class Value>
+    Value coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients,
+                      const Joined& joined = {}) const;
+
+    struct Dropped {
+        std::size_t count;  // that were not 0 and are now
+        double bound;       // nowhere does any channel change by more
+    };
+    // Sets to 0 the coefficients of which no channel reaches the threshold. A level's functions are positive and sum to
+    // 1 or nothing, so that it changes nowhere by more than the largest that it loses: the bound is their sum over
+    // levels.
+    template <class Value>
+    Dropped drop(std::vector<Value>& coefficients, double threshold) const;
+
+private:
+    std::vector<ShepardLevel> levels_;
+    std::vector<std::uint32_t> first_{0};
+    std::vector<Vec3> positions_, normals_;
+    std::vector<std::uint32_t> objects_;
+};
+
+}  // namespace surflux

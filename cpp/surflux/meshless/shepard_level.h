@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/vec.h"
+#include "surflux/meshless/basis_weight.h"
+#include "surflux/meshless/support_radii.h"
+#include "surflux/meshless/support_tree.h"
+
+namespace surflux {
+
+// One level of L07's basis (sec. 4.1, 4.2): Shepard's functions B_j(p) = w_j(p) / sum_k w_k(p) of points on surfaces,
+// w_j(p) = K(|x - x_j| / r_j) max(0, n . n_j), K(t) = 2 t^3 - 3 t^2 + 1 up to t = 1. Functions of an object are zero on
+// others. Queries are const and may run on many threads at once.
+class ShepardLevel {
+public:
+    ShepardLevel(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                 const std::vector<std::uint32_t>& objects, const SupportOptions& options = {});
+
+    std::size_t size() const { return radii_.size(); }
+    double radius(std::uint32_t function) const { return radii_[function]; }
+    bool has(std::uint32_t object) const { return tree_of(object) != nullptr; }
+
+    // Replaces `out` by all functions that are not zero at a point of an object. They are positive and sum to 1; where
+    // nothing covers the point there are none. `normal` is of unit length.
+    void at(const Vec3& point, const Vec3& normal, std::uint32_t object, std::vector<BasisWeight>& out) const;
+    // The same, but where nothing covers the point the function whose point is nearest speaks alone: of those that face
+    // a compatible way, n . n_j > 0, else of all of the object. Empty only where the object has none.
+    void at_or_nearest(const Vec3& point, const Vec3& normal, std::uint32_t object,
+                       std::vector<BasisWeight>& out) const;
+
+private:
+    const SupportTree* tree_of(std::uint32_t object) const;
+
+    std::vector<double> radii_;
+    std::vector<std::uint32_t> objects_;  // ascending
+    std::vector<SupportTree> trees_;
+};
+
+}  // namespace surflux

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "surflux/radiosity/surfel_tree.h"
+#include "surflux/solution/solution.h"
+
+namespace surflux {
+
+struct LeafLight {
+    Rgb direct, irradiance;  // of all light, direct light with it
+};
+
+// Fills in surfels, parents, direct, irradiance and radiosity of `out`: those of the leaves, each surfel's together.
+// `light_of` is asked on many threads at once.
+void write_leaves(const SurfelTree& tree, Solution& out, const std::function<LeafLight(std::uint32_t leaf)>& light_of);
+
+}  // namespace surflux

@@ -1,0 +1,42 @@
+"""Surfels of a mesh that has been read and checked: one per patch, or points spread over it."""
+
+import numpy as np
+
+from surflux import _core
+from surflux.estimates import estimated_radii
+from surflux.patches import make_patches
+from surflux.sheets import sheet_faces, with_backs
+from surflux.surfels import Surfels
+
+
+def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=False):
+    """Surfels of a Mesh with reflectance and emission (f, 3) per face, and the face of each surfel."""
+    patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]))
+    core = _core.Surfels(
+        patches.centroids,
+        patches.normals,
+        patches.radii,
+        patches.areas,
+        reflectance[patches.faces],
+        emission[patches.faces],
+        patches.triangles,
+        patches.triangle_patch,
+    )
+    if not back_of_sheets:
+        return Surfels._from_core(core), patches.faces
+    sheet = sheet_faces(mesh)[patches.faces]
+    return Surfels._from_core(with_backs(core, sheet)), np.concatenate([patches.faces, patches.faces[sheet]])
+
+
+def sampled_surfels(mesh, n, seed, reflectance, emission):
+    """n blue-noise surfels on a Mesh, with reflectance (n, 3), or the mesh's own for None, and emission (n, 3)."""
+    patches = make_patches(*mesh[:3], paired=False)
+    points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
+    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
+    points = np.ascontiguousarray(points[kept])
+    patch = patches.triangle_patch[triangle[kept]]
+    normals = patches.normals[patch]
+    if reflectance is None:
+        reflectance = mesh.face_reflectance()[patches.faces[patch]]
+    radii, none = estimated_radii(points, normals), (np.zeros((0, 3, 3)), np.zeros(0, np.uint32))
+    return Surfels._from_core(_core.Surfels(points, normals, radii, None, reflectance, emission, *none))
