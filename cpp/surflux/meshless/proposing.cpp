@@ -9,7 +9,7 @@ namespace surflux {
 
 namespace {
 
-constexpr double usual_extent = 0.67;  // in R, of a part from its centre: two thirds of a median at most
+constexpr double usual_extent = 0.95;  // in R, of a part from its centre: two thirds of a median at most
 constexpr double even = 0.125;         // in R: what is smaller is wanted as its centre is
 
 // Looks at parts one after the other, in one window.
@@ -25,7 +25,7 @@ public:
           random_(seed),
           out_(out) {}
 
-    // In the first window: cuts into parts no longer than R.
+    // In the first window: cuts into parts no longer than 1.4 R.
     void begin(const Part& part) {
         if (part.path == 0) return again(part);
         enter(part.piece);
@@ -57,7 +57,7 @@ private:
             if (!any) return;
             ask = false;
         }
-        if (extent <= r2 || path >> 31) return search(t, path);
+        if (extent <= 2.0 * r2 || path >> 31) return search(t, path);
         Corners first, second;
         bisect(t, first, second);
         cut(first, 2 * path, ask);

@@ -52,7 +52,7 @@ struct Proposed {
 };
 
 // Proposes places on the parts, `density` to a unit of area, where the points in `grid` let them; in the first window
-// it cuts the parts into such as are no longer than R.
+// it cuts the parts into such as are no longer than 1.4 R.
 Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
                  std::uint64_t seed, bool first);
 
