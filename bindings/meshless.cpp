@@ -33,7 +33,7 @@ py::dict place_points(const Scene& scene, int levels, double radius, std::uint64
     out["normals"] = to_array(points.normals);
     out["surfels"] = to_array(points.surfels);
     out["objects"] = to_array(points.objects);
-    out["level_begin"] = to_array(points.level_begin);
+    out["level_begin"] = to_array(std::vector<std::int64_t>(points.level_begin.begin(), points.level_begin.end()));
     out["radii"] = to_array(points.first_radius);
     return out;
 }

@@ -5,24 +5,13 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/meshless/point_grid.h"
-#include "surflux/meshless/point_placement.h"
+#include "surflux/meshless/proposing.h"
 
 namespace surflux {
 
 struct FilledPoint {
     Vec3 position;
     std::uint32_t surfel;
-};
-
-struct Fill {
-    const Scene& scene;
-    const Tracer& tracer;
-    const SurfacePieces& pieces;
-    std::size_t object;
-    double radius;
-    int rejections;
-    std::uint64_t seed;  // of this object and level
-    const Wanted& wanted;
 };
 
 // Fills an object with points no closer to each other, and to those in `grid`, than radius max(0, n . n'). They go into

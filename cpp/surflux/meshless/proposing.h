@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/meshless/point_grid.h"
+#include "surflux/meshless/point_placement.h"
+
+namespace surflux {
+
+// What is filled with points, and how.
+struct Fill {
+    const Scene& scene;
+    const Tracer& tracer;
+    const SurfacePieces& pieces;
+    std::size_t object;
+    double radius;
+    int rejections;
+    std::uint64_t seed;  // of this object and level
+    const Wanted& wanted;
+};
+
+// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk small enough to stand
+// for its centre.
+struct Part {
+    std::uint32_t piece, path;
+};
+
+// Is the disk small enough for that?
+inline bool is_spot(const Fill& fill, std::uint32_t piece) {
+    return fill.pieces.is_disk(piece) && fill.pieces.diagonal(piece) <= 0.25 * fill.radius;
+}
+
+struct Proposal {
+    Vec3 position;
+    std::uint64_t lot;  // the lower, the earlier
+    std::uint32_t surfel;
+    std::uint32_t part;  // its index among those that stay
+};
+
+// The disk around a point that others keep out of.
+struct KeptDisk {
+    Vec3 center;
+    double radius;
+    bool holds(const Vec3& p) const { return length_squared(p - center) < radius * radius; }
+};
+
+struct Proposed {
+    std::vector<Part> parts;  // that stay: what disks cover is left out
+    std::vector<Proposal> proposals;
+};
+
+// Proposes places on the parts, `density` to a unit of area, where the points in `grid` let them; in the first window
+// it cuts the parts into such as are no longer than 1.4 R.
+Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
+                 std::uint64_t seed, bool first);
+
+}  // namespace surflux

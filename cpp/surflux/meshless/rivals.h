@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/span.h"
+#include "surflux/meshless/proposing.h"
+
+namespace surflux {
+
+// Which proposals of a window stand in each other's way, and the order in which they came.
+struct Rivals {
+    // `grid` is one that suits the radius.
+    Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid);
+
+    // Those that came before it and stand in its way.
+    Span<std::uint32_t> earlier(std::uint32_t k) const {
+        const std::uint32_t* list = lists_[k / block].data();
+        return {list + begin_[k], list + end_[k]};
+    }
+
+    std::vector<std::uint32_t> order;
+
+private:
+    static constexpr std::size_t block = 512;
+
+    std::vector<std::vector<std::uint32_t>> lists_;  // of each block of proposals
+    std::vector<std::uint32_t> begin_, end_;
+};
+
+}  // namespace surflux
