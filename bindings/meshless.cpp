@@ -3,6 +3,7 @@
 #include "solution_dict.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
+#include "surflux/meshless/inside.h"
 #include "surflux/meshless/meshless_solve.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/neighbors/point_index.h"
@@ -53,8 +54,13 @@ public:
             parallel_blocks(
                 places.size(), 64,
                 [&](std::size_t begin, std::size_t end) {
+                    std::vector<Departure> from;
+                    for (std::size_t k = begin; k < end; ++k)
+                        from.push_back({places[k], facing[k], tracer_.departure(places[k], facing[k]).surfel});
+                    const std::vector<char> inside = inside_geometry(scene_, tracer_, from, 0);
                     for (std::size_t k = begin; k < end; ++k) {
-                        const MeshlessField::At found = field_->at(places[k], facing[k], object(places[k], facing[k]));
+                        if (inside[k - begin]) continue;
+                        const MeshlessField::At found = field_->at(places[k], facing[k], object(from[k - begin]));
                         all[k] = found.all;
                         direct[k] = found.direct;
                     }
@@ -102,11 +108,10 @@ public:
 
 private:
     // That of the surface there; off all surfaces, that of the nearest surfel.
-    std::uint32_t object(const Vec3& point, const Vec3& normal) const {
-        const std::uint32_t surfel = tracer_.departure(point, normal).surfel;
-        if (surfel != Hit::none) return scene_.object[surfel];
+    std::uint32_t object(const Departure& place) const {
+        if (place.surfel != Hit::none) return scene_.object[place.surfel];
         thread_local std::vector<Neighbor> near;
-        surfels_.nearest(point, 1, near);
+        surfels_.nearest(place.position, 1, near);
         return scene_.object[near[0].index];
     }
 

@@ -6,6 +6,7 @@
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/inside.h"
 #include "surflux/meshless/point_grid.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
@@ -336,6 +337,7 @@ void MeshlessRadiosity::write() {
     parallel_blocks(
         n, 256,
         [&](std::size_t begin, std::size_t end) {
+            std::vector<Departure> places;
             for (std::size_t k = begin; k < end; ++k) {
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[i];
@@ -343,12 +345,19 @@ void MeshlessRadiosity::write() {
                 const double across = 2.0 * s.radii[i] / std::max(1e-300, at_level(first[object], finest));
                 if (light_.points().is_patch(i))
                     while (count < 256 && count < across * across) count *= 4;
-                MeshlessField::At mean;
                 EvenPoints even(2, options_.seed, i);
+                places.clear();
                 for (int p = 0; p < count; ++p) {
                     const double* u = even.next();
-                    const Vec3 at = count == 1 ? s.positions[i] : light_.points().at(i, u[0], u[1]);
-                    const MeshlessField::At found = field_->at(at, s.normals[i], object);
+                    places.push_back(
+                        {count == 1 ? s.positions[i] : light_.points().at(i, u[0], u[1]), s.normals[i], i});
+                }
+                // Inside geometry, where no points are, is no light (L07 6.1).
+                const std::vector<char> inside = inside_geometry(scene_, tracer_, places, options_.seed);
+                MeshlessField::At mean;
+                for (std::size_t p = 0; p < places.size(); ++p) {
+                    if (inside[p]) continue;
+                    const MeshlessField::At found = field_->at(places[p].position, s.normals[i], object);
                     mean.all += (1.0 / count) * found.all;
                     mean.direct += (1.0 / count) * found.direct;
                 }

@@ -12,18 +12,18 @@ namespace surflux {
 
 namespace {
 
-constexpr double usual_points = 256.0, least_points = 48.0;
+constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
 constexpr double cell_side = 2.0;  // in R
 
 std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
     std::vector<double> out(pieces.objects(), 0.0);
-    double largest = 0.0;
-    for (std::size_t o = 0; o < out.size(); ++o) largest = std::max(largest, pieces.area_of(o));
+    double total = 0.0;
+    for (std::size_t o = 0; o < out.size(); ++o) total += pieces.area_of(o);
     for (std::size_t o = 0; o < out.size(); ++o) {
         const double area = pieces.area_of(o);
-        const double points = std::max(least_points, usual_points * area / largest);
+        const double points = std::max(least_points, usual_points * area / total);
         if (area > 0.0) out[o] = given > 0.0 ? given : std::sqrt(packing * area / points);
     }
     return out;

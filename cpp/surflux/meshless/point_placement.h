@@ -13,8 +13,8 @@
 namespace surflux {
 
 struct PlacementOptions {
-    // Least distance of two points of the first level on a plane. 0: each object has its own, such that the largest has
-    // about 256 points there, others in proportion to their areas, but about 48 at least.
+    // Least distance of two points of the first level on a plane. 0: each object has its own, such that all have about
+    // 400 points there, in proportion to their areas, but each about 32 at least.
     double radius = 0.0;
     int rejections = 1000;  // a level is at least as full as if proposals were made until so many fail in a row
     std::uint64_t seed = 0;
