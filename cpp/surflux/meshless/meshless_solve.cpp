@@ -27,6 +27,10 @@ constexpr int most_applications = 100;
 constexpr double placed_reach = 4.4;
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
+// A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
+constexpr int least_rays = 128;
+// And it may be off by more, half way to where all have the same part in the error: areas are 4^-level.
+double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double>(level)); }
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
@@ -47,8 +51,7 @@ public:
           tracer_(scene),
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
           placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
-          gather_(scene, tracer_, light_, field_->basis,
-                  {options.rays, options.epsilon_omega, !options.indirect_only, options.seed}),
+          gather_(scene, tracer_, light_, field_->basis, {options.epsilon_omega, !options.indirect_only, options.seed}),
           receivers_(field_->basis) {
         watch_.lap("direct");
         out.field = field_;
@@ -127,9 +130,13 @@ private:
         const PlacedPoints& points = placement_.points();
         const std::vector<std::uint32_t> fresh = receivers_.add(functions, stage("gathering"));
         std::vector<Place> places;
-        for (const std::uint32_t j : fresh)
+        std::vector<int> counts;
+        for (const std::uint32_t j : fresh) {
             places.push_back({points.positions[j], points.normals[j], points.surfels[j], Place::point});
-        gather_.add(places, stage("gathering"));
+            counts.push_back(
+                std::max(std::min(options_.rays, least_rays), options_.rays >> (field_->basis.level_of(j) / 2)));
+        }
+        gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
         SurfaceLight::At lit;
         if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
@@ -206,46 +213,51 @@ private:
                                 {"seconds", seconds}});
     }
 
-    // RMS over the surface of the luminance of what is solved for.
-    double reference() const {
+    // RMS over the surface of a luminance by row.
+    template <class Value>
+    double rms(const Value& of_row) const {
         const MultilevelBasis& basis = field_->basis;
-        std::vector<double> squared(placement_.points().first_radius.size(), 0.0), count(squared.size(), 0.0);
-        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
-            const double l = luminance(values_[receivers_.row(j)]);
-            squared[basis.object(j)] += l * l;
-            count[basis.object(j)] += 1.0;
-        }
-        // A level's points are as dense all over an object.
+        const std::vector<double>& first = placement_.points().first_radius;
         double sum = 0.0, total = 0.0;
-        for (std::size_t o = 0; o < squared.size(); ++o) {
-            const double r = placement_.points().first_radius[o];
-            sum += r * r * squared[o];
-            total += r * r * count[o];
+        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
+            // A level's points are as dense all over an object.
+            const double l = of_row(receivers_.row(j)), r = first[basis.object(j)];
+            sum += r * r * l * l;
+            total += r * r;
         }
         return total > 0.0 ? std::sqrt(sum / total) : 0.0;
     }
 
-    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for.
+    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for. What surfaces send is
+    // measured by its own RMS, beside all that is in the basis: a bright sky on the outside hides no room.
     std::vector<std::uint32_t> oracle(std::size_t level) const {
         const MultilevelBasis& basis = field_->basis;
         const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
-        const double wanted = options_.epsilon_e * reference();
+        const auto all = [&](std::uint32_t row) { return luminance(values_[row]); };
+        const auto sent = [&](std::uint32_t row) { return luminance(values_[row] - direct_[row]); };
+        const double wanted = options_.epsilon_e * allowed_at(level);
+        const double wanted_of_all = wanted * rms(all), wanted_of_sent = wanted * rms(sent);
         std::vector<char> chosen(to - from, 0);
         parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
             std::vector<BasisWeight> near;
             for (std::size_t k = begin; k < end; ++k) {
                 const auto j = static_cast<std::uint32_t>(from + k);
                 if (!receivers_.has(j)) continue;
-                double off = 0.0;
+                const std::uint32_t row = receivers_.row(j);
+                double off = 0.0, off_sent = 0.0;
                 if (level > 0) {
                     off = std::abs(luminance(field_->coefficients[j]));
+                    off_sent = std::abs(luminance(field_->coefficients[j] - field_->direct[j]));
                 } else {
-                    const double own = luminance(values_[receivers_.row(j)]);
                     basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
-                    for (const BasisWeight& w : near)
-                        off = std::max(off, std::abs(luminance(values_[receivers_.row(w.function)]) - own));
+                    for (const BasisWeight& w : near) {
+                        const std::uint32_t other = receivers_.row(w.function);
+                        off = std::max(off, std::abs(all(other) - all(row)));
+                        off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
+                    }
                 }
-                chosen[k] = off > wanted + significance * gather_[receivers_.row(j)].noise;
+                const double noise = significance * gather_[row].noise;
+                chosen[k] = off > wanted_of_all + noise || off_sent > wanted_of_sent + noise;
             }
         });
         std::vector<std::uint32_t> out;
