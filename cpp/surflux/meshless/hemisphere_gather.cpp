@@ -89,9 +89,8 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
     return true;
 }
 
-void HemisphereGather::shoot(const Place& place, Sums& sums, Gathered& out) const {
+void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
     const Surfels& s = scene_.surfels;
-    const int count = options_.rays;
     const double each = 1.0 / count;
     sums.reserve(basis_.size());
     cosine_rays(light_.points(), place, count, options_.seed + gather_stream, sums.rays);
@@ -109,6 +108,7 @@ void HemisphereGather::shoot(const Place& place, Sums& sums, Gathered& out) cons
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
+        if (!hit || absorbs(hit, place.normal, s, contact_)) out.row.left += each;
         if (!hit) {
             take(out.row.sky, found(light_.skies()));
             continue;
@@ -152,7 +152,7 @@ void HemisphereGather::shoot(const Place& place, Sums& sums, Gathered& out) cons
     sums.take(out.links);
 }
 
-void HemisphereGather::add(const std::vector<Place>& places, const Progress& progress) {
+void HemisphereGather::add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress) {
     const std::size_t before = rows_.size();
     rows_.resize(before + places.size());
     levels_ = basis_.levels();
@@ -160,11 +160,11 @@ void HemisphereGather::add(const std::vector<Place>& places, const Progress& pro
         places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
             thread_local Sums sums;
-            for (std::size_t k = begin; k < end; ++k) shoot(places[k], sums, rows_[before + k]);
+            for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
         },
         progress);
     for (std::size_t row = before; row < rows_.size(); ++row) links_ += rows_[row].links.size();
-    rays_ += places.size() * static_cast<std::size_t>(options_.rays);
+    for (const int count : counts) rays_ += static_cast<std::size_t>(count);
 }
 
 void HemisphereGather::extend(const Progress& progress) {

@@ -10,7 +10,6 @@
 namespace surflux {
 
 struct GatherOptions {
-    int rays = 512;
     double epsilon_omega = 0.314;  // solid angle of a sender's support, below which no finer level is looked at
     bool direct_in_basis = false;  // else what lights bring to senders is taken where rays meet them
     std::uint64_t seed = 0;
@@ -30,14 +29,15 @@ public:
         Rgb emitted;         // from emissive surfels, as far as rays find it
         Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
         double noise = 0.0;  // standard error of all that, of its luminance
+        double left = 0.0;   // share of the hemisphere that leaves the scene, or meets backs
     };
 
     // Of what is gathered `basis` may have more levels later on: see extend().
     HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light, const MultilevelBasis& basis,
                      const GatherOptions& options);
 
-    // Appends a row for each place.
-    void add(const std::vector<Place>& places, const Progress& progress);
+    // Appends a row for each place, with as many rays as `counts` says.
+    void add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress);
     // Where rays would have gone on to a level that was not there yet, the links to it, now that it is.
     void extend(const Progress& progress);
 
@@ -62,7 +62,7 @@ private:
         std::vector<OpenEnd> open;
     };
     class Sums;
-    void shoot(const Place& place, Sums& sums, Gathered& out) const;
+    void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
 
     const Scene& scene_;

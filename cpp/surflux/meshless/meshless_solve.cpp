@@ -21,12 +21,18 @@ namespace surflux {
 namespace {
 
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
+constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
+constexpr double most_gain = 1.1;
 constexpr int most_applications = 100;
 // Points of a level are placed within this many of its Poisson radii of a receiver that is refined: its children, of
 // which the supports reach it, lie within about 2.1, and whose supports reach theirs hold them down to 0 at the rim.
 constexpr double placed_reach = 4.4;
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
+// A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
+constexpr int least_rays = 128;
+// And it may be off by more, half way to where all have the same part in the error: areas are 4^-level.
+double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double>(level)); }
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
@@ -47,9 +53,12 @@ public:
           tracer_(scene),
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
           placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
-          gather_(scene, tracer_, light_, field_->basis,
-                  {options.rays, options.epsilon_omega, !options.indirect_only, options.seed}),
+          gather_(scene, tracer_, light_, field_->basis, {options.epsilon_omega, !options.indirect_only, options.seed}),
           receivers_(field_->basis) {
+        std::vector<Departure> centers;
+        for (std::uint32_t i = 0; i < scene.surfels.size(); ++i)
+            centers.push_back({scene.surfels.positions[i], scene.surfels.normals[i], i});
+        inside_ = inside_geometry(scene, tracer_, centers, options.seed);
         watch_.lap("direct");
         out.field = field_;
     }
@@ -127,22 +136,27 @@ private:
         const PlacedPoints& points = placement_.points();
         const std::vector<std::uint32_t> fresh = receivers_.add(functions, stage("gathering"));
         std::vector<Place> places;
-        for (const std::uint32_t j : fresh)
+        std::vector<int> counts;
+        for (const std::uint32_t j : fresh) {
             places.push_back({points.positions[j], points.normals[j], points.surfels[j], Place::point});
-        gather_.add(places, stage("gathering"));
+            counts.push_back(
+                std::max(std::min(options_.rays, least_rays), options_.rays >> (field_->basis.level_of(j) / 2)));
+        }
+        gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
         SurfaceLight::At lit;
         if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
         for (std::size_t k = 0; k < fresh.size(); ++k) {
-            const HemisphereGather::Row& row = gather_[constant_.size()];
+            const HemisphereGather::Row& row = gather_[unbounced_.size()];
             Rgb direct = row.sky, emitted = row.emitted;
             if (!options_.indirect_only) {
                 direct += lit.lights[k] + lit.sky[k];
                 emitted += lit.emitters[k];
             }
             direct_.push_back(direct);
-            constant_.push_back(direct + emitted + row.first);
             unbounced_.push_back(direct + emitted);
+            first_.push_back(row.first);
+            left_.push_back({row.left, row.left, row.left});
         }
         watch_.lap("direct");
     }
@@ -151,20 +165,21 @@ private:
     std::vector<Rgb> bounce(const std::vector<Rgb>& x) {
         receivers_.coefficients(x, field_->coefficients);
         std::vector<Rgb> out(x.size());
-        parallel_for(x.size(), 16, [&](std::size_t row) { out[row] = gather_.gather(row, field_->coefficients); });
+        parallel_for(x.size(), 16,
+                     [&](std::size_t row) { out[row] = gain_ * gather_.gather(row, field_->coefficients); });
         return out;
     }
 
     void solve(double tolerance, std::size_t refined) {
-        const std::size_t known = values_.size();
-        values_.resize(constant_.size());
-        for (std::size_t row = known; row < values_.size(); ++row) values_[row] = constant_[row];
+        std::vector<Rgb> constant(unbounced_.size());
+        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = unbounced_[row] + gain_ * first_[row];
+        values_.insert(values_.end(), constant.begin() + static_cast<std::ptrdiff_t>(values_.size()), constant.end());
         LinearReport linear;
         if (options_.bounces >= 0) {
             values_ = unbounced_;
             for (; linear.applications < options_.bounces; ++linear.applications) {
                 const std::vector<Rgb> arrived = bounce(values_);
-                for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant_[row] + arrived[row];
+                for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant[row] + arrived[row];
             }
         } else {
             const auto pack = [](const std::vector<Rgb>& values) {
@@ -183,7 +198,7 @@ private:
                 to = pack(bounce(unpack(of)));
                 for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
             };
-            linear = gmres(apply, pack(constant_), 3, tolerance, most_applications, x, stage("solve"));
+            linear = gmres(apply, pack(constant), 3, tolerance, most_applications, x, stage("solve"));
             values_ = unpack(x);
         }
         receivers_.coefficients(values_, field_->coefficients);
@@ -203,49 +218,55 @@ private:
                                 {"rays", static_cast<double>(gather_.rays())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
+                                {"gain", gain_},
                                 {"seconds", seconds}});
     }
 
-    // RMS over the surface of the luminance of what is solved for.
-    double reference() const {
+    // RMS over the surface of a luminance by row.
+    template <class Value>
+    double rms(const Value& of_row) const {
         const MultilevelBasis& basis = field_->basis;
-        std::vector<double> squared(placement_.points().first_radius.size(), 0.0), count(squared.size(), 0.0);
-        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
-            const double l = luminance(values_[receivers_.row(j)]);
-            squared[basis.object(j)] += l * l;
-            count[basis.object(j)] += 1.0;
-        }
-        // A level's points are as dense all over an object.
+        const std::vector<double>& first = placement_.points().first_radius;
         double sum = 0.0, total = 0.0;
-        for (std::size_t o = 0; o < squared.size(); ++o) {
-            const double r = placement_.points().first_radius[o];
-            sum += r * r * squared[o];
-            total += r * r * count[o];
+        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
+            // A level's points are as dense all over an object.
+            const double l = of_row(receivers_.row(j)), r = first[basis.object(j)];
+            sum += r * r * l * l;
+            total += r * r;
         }
         return total > 0.0 ? std::sqrt(sum / total) : 0.0;
     }
 
-    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for.
+    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for. What surfaces send is
+    // measured by its own RMS, beside all that is in the basis: a bright sky on the outside hides no room.
     std::vector<std::uint32_t> oracle(std::size_t level) const {
         const MultilevelBasis& basis = field_->basis;
         const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
-        const double wanted = options_.epsilon_e * reference();
+        const auto all = [&](std::uint32_t row) { return luminance(values_[row]); };
+        const auto sent = [&](std::uint32_t row) { return luminance(values_[row] - direct_[row]); };
+        const double wanted = options_.epsilon_e * allowed_at(level);
+        const double wanted_of_all = wanted * rms(all), wanted_of_sent = wanted * rms(sent);
         std::vector<char> chosen(to - from, 0);
         parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
             std::vector<BasisWeight> near;
             for (std::size_t k = begin; k < end; ++k) {
                 const auto j = static_cast<std::uint32_t>(from + k);
                 if (!receivers_.has(j)) continue;
-                double off = 0.0;
+                const std::uint32_t row = receivers_.row(j);
+                double off = 0.0, off_sent = 0.0;
                 if (level > 0) {
                     off = std::abs(luminance(field_->coefficients[j]));
+                    off_sent = std::abs(luminance(field_->coefficients[j] - field_->direct[j]));
                 } else {
-                    const double own = luminance(values_[receivers_.row(j)]);
                     basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
-                    for (const BasisWeight& w : near)
-                        off = std::max(off, std::abs(luminance(values_[receivers_.row(w.function)]) - own));
+                    for (const BasisWeight& w : near) {
+                        const std::uint32_t other = receivers_.row(w.function);
+                        off = std::max(off, std::abs(all(other) - all(row)));
+                        off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
+                    }
                 }
-                chosen[k] = off > wanted + significance * gather_[receivers_.row(j)].noise;
+                const double noise = significance * gather_[row].noise;
+                chosen[k] = off > wanted_of_all + noise || off_sent > wanted_of_sent + noise;
             }
         });
         std::vector<std::uint32_t> out;
@@ -270,7 +291,47 @@ private:
         return out;
     }
 
+    // What surfels reflect of the light that the basis says they have, less what leaves the scene or meets backs, over
+    // what of it arrives: Shepard's weights do not carry on what rises towards an edge, and so lose a little.
+    void balance() {
+        const Surfels& s = scene_.surfels;
+        const MultilevelBasis& basis = field_->basis;
+        std::vector<Rgb> bounced(values_.size()), bounced_coefficients, left;
+        for (std::size_t row = 0; row < bounced.size(); ++row) bounced[row] = values_[row] - unbounced_[row];
+        receivers_.coefficients(bounced, bounced_coefficients);
+        receivers_.coefficients(left_, left);
+        struct Flux {
+            double sent = 0.0, received = 0.0;
+            void operator+=(const Flux& other) { sent += other.sent, received += other.received; }
+        };
+        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
+        const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
+            if (inside_[i]) return;
+            thread_local std::vector<BasisWeight> near;
+            Rgb all = options_.indirect_only ? light_.at_surfel(i) : Rgb{}, arrived;
+            double away = 0.0;
+            for (std::size_t level = 0; level < basis.levels(); ++level) {
+                basis.at_level(level, s.positions[i], s.normals[i], scene_.object[i], near);
+                for (const BasisWeight& w : near) {
+                    all += w.weight * field_->coefficients[w.function];
+                    arrived += w.weight * bounced_coefficients[w.function];
+                    away += w.weight * left[w.function].x;
+                }
+            }
+            to.sent += s.areas[i] * (1.0 - std::clamp(away, 0.0, 1.0)) * sum(s.reflectance[i] * all);
+            to.received += s.areas[i] * sum(arrived);
+        });
+        if (flux.received > 0.0) gain_ = std::clamp(gain_ * flux.sent / flux.received, 1.0 / most_gain, most_gain);
+        watch_.lap("solve");
+    }
+
     void finish() {
+        if (options_.bounces < 0) {
+            for (int round = 0; round < 2; ++round) {
+                solve(std::max(options_.tolerance, balanced_tolerance), 0);
+                balance();
+            }
+        }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
         for (std::uint32_t j = 0; j < field_->gathered.size(); ++j) field_->gathered[j] = receivers_.has(j);
@@ -312,9 +373,11 @@ private:
     PointPlacement placement_;
     HemisphereGather gather_;
     Receivers receivers_;
-    // Of each row: what it has without what surfaces reflect of it, with the first bounce of what lights bring, what
-    // of it is direct light, and the solution.
-    std::vector<Rgb> unbounced_, constant_, direct_, values_;
+    std::vector<char> inside_;  // of each surfel: in the middle, is it inside geometry?
+    double gain_ = 1.0;         // of what is reflected
+    // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
+    // hemisphere that is lost, and the solution.
+    std::vector<Rgb> direct_, unbounced_, first_, left_, values_;
 };
 
 // At the surfels of the scene: at the centre of disks, the mean over patches.
@@ -344,7 +407,7 @@ void MeshlessRadiosity::write() {
                 int count = 1;
                 const double across = 2.0 * s.radii[i] / std::max(1e-300, at_level(first[object], finest));
                 if (light_.points().is_patch(i))
-                    while (count < 256 && count < across * across) count *= 4;
+                    while (count < 16 && count < across * across) count *= 4;
                 EvenPoints even(2, options_.seed, i);
                 places.clear();
                 for (int p = 0; p < count; ++p) {
@@ -353,7 +416,8 @@ void MeshlessRadiosity::write() {
                         {count == 1 ? s.positions[i] : light_.points().at(i, u[0], u[1]), s.normals[i], i});
                 }
                 // Inside geometry, where no points are, is no light (L07 6.1).
-                const std::vector<char> inside = inside_geometry(scene_, tracer_, places, options_.seed);
+                const std::vector<char> inside = count == 1 ? std::vector<char>(1, inside_[i])
+                                                            : inside_geometry(scene_, tracer_, places, options_.seed);
                 MeshlessField::At mean;
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if (inside[p]) continue;
