@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/render/meshless_shaders.h"
+#include "surflux/render/seen_tiles.h"
 #include "surflux/render/surface_pass.h"
 
 namespace surflux {
@@ -16,16 +18,18 @@ namespace {
 
 // As the shaders read it (std430).
 struct Function {
-    float center[3], radius;
+    float center[3], shrink;  // 1 / r^2
     float normal[3], object;
-    float all[3], unused;
-    float direct[3], unused_too;
+    float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
+    float direct[3], unused;
+    float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
 };
 
 // What the passes leave.
 struct Raw {
     std::vector<float> surface;  // depth, normal in the camera's frame
     std::vector<float> place;    // relative to the origin, and object
+    std::vector<float> normal;   // in the camera's frame
     std::vector<std::int32_t> index;
     std::vector<float> all, direct;  // 4 per pixel
 };
@@ -47,27 +51,56 @@ Vec3 origin_of(const Surfels& surfels, const CameraFrame& frame) {
     return nearest;
 }
 
-// The functions of a level whose supports reach into the view.
+// Bounds of x / z over a circle around (x, z), in pixels of `count`: all of them for one that reaches the plane of the
+// eye.
+std::pair<int, int> bounds(double x, double z, double radius, double near, double tan_half, int count) {
+    if (z - radius <= near) return {0, count};
+    const double tangent = std::sqrt(std::max(0.0, x * x + z * z - radius * radius));
+    const double scale = 1.0 / ((z - radius) * (z + radius) * tan_half);
+    const auto pixel = [&](double slope) { return 0.5 * count * (std::clamp(slope * scale, -1.0, 1.0) + 1.0); };
+    return {static_cast<int>(std::floor(pixel(x * z - radius * tangent))),
+            static_cast<int>(std::ceil(pixel(x * z + radius * tangent)))};
+}
+
+// The functions of a level that may speak where a pixel sees something, and where that is.
 std::vector<Function> in_view(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
-                              const CameraFrame& frame, const Vec3& origin, const DrawnView& view) {
+                              const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
+                              const SeenTiles& tiles) {
     const MultilevelBasis& basis = field.basis;
-    const double tan_x = static_cast<double>(view.tan_x), tan_y = static_cast<double>(view.tan_y);
-    const double slant_x = std::sqrt(1.0 + tan_x * tan_x), slant_y = std::sqrt(1.0 + tan_y * tan_y);
-    std::vector<Function> out;
-    for (const std::uint32_t j : functions) {
+    const auto near = static_cast<double>(view.near_depth), far = static_cast<double>(view.far_depth);
+    std::vector<Function> out(functions.size());
+    std::vector<char> seen(functions.size(), 0);
+    parallel_for(functions.size(), 1024, [&](std::size_t k) {
+        const std::uint32_t j = functions[k];
         const Vec3 center = frame.to_camera(basis.position(j));
         const double radius = basis.radius(j), reach = 1.0001 * radius;
-        if (center.z + reach <= 0.0 || std::abs(center.x) - tan_x * center.z > slant_x * reach ||
-            std::abs(center.y) - tan_y * center.z > slant_y * reach)
-            continue;
-        Function& f = out.emplace_back();
+        if (center.z + reach <= 0.0) return;
+        const auto [left, right] = bounds(center.x, center.z, reach, near, static_cast<double>(view.tan_x), view.width);
+        const auto [top, bottom] =
+            bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
+        Function& f = out[k];
         store(f.center, center - origin);
-        f.radius = static_cast<float>(radius);
         store(f.normal, frame.turn(basis.normal(j)));
         f.object = static_cast<float>(basis.object(j));
+        const SeenTiles::Rectangle part =
+            tiles.part({left, top, right, bottom}, f.center, static_cast<float>(reach), f.normal, f.object);
+        if (part.empty()) return;
+        seen[k] = 1;
+        const auto square = static_cast<float>(radius * radius);
+        f.shrink = std::min(1.0f / square, std::numeric_limits<float>::max());
         store(f.all, field.coefficients[j]);
         store(f.direct, field.direct[j]);
-    }
+        f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
+        const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+        f.corners[0] = 2.0f * static_cast<float>(part.left) / width - 1.0f;
+        f.corners[1] = 2.0f * static_cast<float>(part.top) / height - 1.0f;
+        f.corners[2] = 2.0f * static_cast<float>(part.right) / width - 1.0f;
+        f.corners[3] = 2.0f * static_cast<float>(part.bottom) / height - 1.0f;
+    });
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < out.size(); ++k)
+        if (seen[k]) out[count++] = out[k];
+    out.resize(count);
     return out;
 }
 
@@ -101,7 +134,7 @@ struct Passes {
     void whole_image() const { gl.DrawArrays(GL_TRIANGLES, 0, 3); }
 
     void add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
-                    const gl::Framebuffer& image) const {
+                    const SeenTiles& tiles, const gl::Framebuffer& image) const {
         const gl::Texture sum(gl, GL_RGBA32F, view.width, view.height), direct_sum = direct_texture();
         const gl::Framebuffer sums = target(sum, direct_sum, &visibility.depth);
         const gl::Program function_program =
@@ -112,7 +145,7 @@ struct Passes {
         const gl::Buffer coarsest_buffer(gl, coarsest);
         const float zero[4] = {0, 0, 0, 0};
         for (std::size_t level = 0; level < functions.levels.size(); ++level) {
-            const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view);
+            const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view, tiles);
             if (seen.empty()) continue;
             const DrawBatches<Function> batches(gl, seen);
             sums.bind();
@@ -161,6 +194,17 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     passes.use(place_program);
     passes.whole_image();
 
+    Raw raw;
+    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    const auto read = [&](const gl::Framebuffer& from, GLuint attachment) {
+        std::vector<float> out(4 * pixels);
+        from.read(attachment, width, height, GL_RGBA, GL_FLOAT, out.data());
+        return out;
+    };
+    raw.place = read(seen, 0);
+    raw.normal = read(seen, 1);
+    const SeenTiles tiles(raw.place, raw.normal, width, height);
+
     const gl::Texture all(gl, GL_RGBA32F, width, height), direct = passes.direct_texture();
     const gl::Framebuffer image = passes.target(all, direct);
     const float zero[4] = {0, 0, 0, 0};
@@ -170,17 +214,8 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     gl.Enable(GL_BLEND);
     gl.BlendFunc(GL_ONE, GL_ONE);
     gl.DepthMask(GL_FALSE);
-    passes.add_levels(visibility, place, facing, image);
-
-    Raw raw;
-    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const auto read = [&](const gl::Framebuffer& from, GLuint attachment) {
-        std::vector<float> out(4 * pixels);
-        from.read(attachment, width, height, GL_RGBA, GL_FLOAT, out.data());
-        return out;
-    };
+    passes.add_levels(visibility, place, facing, tiles, image);
     raw.surface = read(visibility.target, 0);
-    raw.place = read(seen, 0);
     raw.all = read(image, 0);
     if (functions.direct) raw.direct = read(image, 1);
     raw.index.resize(pixels);

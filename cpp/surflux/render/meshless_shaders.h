@@ -32,16 +32,12 @@ void main() {
 }
 )";
 
-// A rectangle of the image around the sphere in which a function is not 0, as near as the sphere's nearest point: what
-// is seen before that is not on it, and early depth tests leave it out.
+// A function's rectangle of the image, as near as the nearest point of the sphere around its support: what is seen
+// before that is not on it, and early depth tests leave it out.
 constexpr const char* function_vertex = R"(
-struct Function { vec4 center_radius; vec4 normal_object; vec4 all; vec4 direct; };
+struct Function { vec4 center_shrink; vec4 normal_object; vec4 all_nearest; vec4 direct; vec4 corners; };
 layout(std430, binding = 0) readonly buffer Functions { Function functions[]; };
 const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
-uniform vec2 scale;
-uniform float near_depth;
-uniform float far_depth;
-uniform vec4 origin;
 flat out vec4 center_shrink;
 flat out vec4 normal_object;
 flat out vec3 all;
@@ -49,27 +45,15 @@ flat out vec3 all;
 flat out vec3 direct;
 #endif
 
-// Bounds of x / z over a circle around (x, z): the whole image for one that reaches the plane of the eye.
-vec2 bounds(float x, float z, float radius) {
-    if (z - radius <= near_depth) return vec2(-1e6, 1e6);
-    float tangent = sqrt(x * x + z * z - radius * radius), below = (z - radius) * (z + radius);
-    return vec2(x * z - radius * tangent, x * z + radius * tangent) / below;
-}
-
 void main() {
     Function f = functions[gl_VertexID / 6];
-    center_shrink = vec4(f.center_radius.xyz, 1.0 / (f.center_radius.w * f.center_radius.w));
+    center_shrink = f.center_shrink;
     normal_object = f.normal_object;
-    all = f.all.xyz;
+    all = f.all_nearest.xyz;
 #ifdef DIRECT
     direct = f.direct.xyz;
 #endif
-    vec3 c = f.center_radius.xyz + origin.xyz;
-    float radius = f.center_radius.w + 1e-6 * length(c);
-    vec2 x = clamp(scale.x * bounds(c.x, c.z, radius), -1.0, 1.0);
-    vec2 y = clamp(scale.y * bounds(c.y, c.z, radius), -1.0, 1.0);
-    float nearest = clamp((c.z - radius) / far_depth - 1e-6, 0.0, 1.0);
-    gl_Position = vec4(mix(vec2(x.x, y.x), vec2(x.y, y.y), quad[gl_VertexID % 6]), 2.0 * nearest - 1.0, 1);
+    gl_Position = vec4(mix(f.corners.xy, f.corners.zw, quad[gl_VertexID % 6]), 2.0 * f.all_nearest.w - 1.0, 1);
 }
 )";
 
