@@ -5,6 +5,7 @@ import inspect
 from surflux.bench_solvers import SOLVERS
 
 COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown", "tab:olive", "tab:cyan")
+COLORS += ("tab:pink", "gold", "navy", "darkgreen", "black", "salmon")  # no two curves alike
 PANELS = (("error", "error of H, %"), ("indirect", "error of its indirect part, %"))
 
 

@@ -60,6 +60,14 @@ SOLVERS = {
             "tolerance": [{"tolerance": 1e-1}, {"tolerance": 1e-2}, {"tolerance": 1e-6}],
         },
     ),
+    "meshless": Solver(
+        sf.solve_meshless,
+        {
+            "rays": [{"rays": 64}, {"rays": 128}, {"rays": 2048}],
+            "epsilon_e": [{"epsilon_e": 0.16}, {"epsilon_e": 0.08}, {"epsilon_e": 0.02}],
+            "levels": [{"levels": 2}, {"levels": 3}, {"levels": 4}],
+        },
+    ),
 }
 
 

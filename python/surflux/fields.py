@@ -37,6 +37,12 @@ class BasisField:
         self.basis, self.emitted, self.lit = basis, emitted, lit
         self._rest, self._make_rest = None, rest
 
+    def receivers(self):
+        """(points, normals) where light was gathered."""
+        functions = self.basis.functions()
+        gathered = functions["gathered"] > 0
+        return functions["positions"][gathered], functions["normals"][gathered]
+
     def irradiance(self, points, normals, direct, seed, callback):
         total, direct_in_basis = self.basis.at(points, normals, callback)
         if self._rest is None and self._make_rest is not None:

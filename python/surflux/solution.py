@@ -200,12 +200,13 @@ class Solution:
         triangles = center + grown * (s.triangles - center)
         return _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, triangles, owner)
 
-    def plot(self, color="radiosity", **options):
+    def plot(self, color="radiosity", *, receivers=False, **options):
         """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
 
         Args:
             color: "radiosity", "irradiance", "direct", "level", "reflectance", "emission", "area", "radius" or
                 "normal".
+            receivers: True marks where solve_meshless gathered light, by black dots (L07 Fig. 4).
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
             camera: Camera to look from; unless given the scene's own, or one that frames everything.
@@ -222,8 +223,13 @@ class Solution:
         """
         from surflux.viewer import plot
 
+        marks = None
+        if _check.flag("receivers", receivers):
+            if not isinstance(self._field, BasisField):
+                raise ValueError("receivers: wanted False, for only what solve_meshless found has some")
+            marks = self._field.receivers()
         options.setdefault("camera", self.camera)
-        return plot(self.surfels, color=color, values=self.values(), **options)
+        return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
 
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).

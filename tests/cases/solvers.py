@@ -63,6 +63,11 @@ def by_rays(scene, rays):
     return found
 
 
+def meshless(scene, rays):
+    """At the places of points, the means over patches, as its solution has it; no fewer rays than by default."""
+    return sf.solve_meshless(scene, levels=3, tolerance=1e-7, rays=max(512, rays)).irradiance
+
+
 def by_form_factors(scene, **quality):
     """H = F E: nothing is reflected."""
     return sf.form_factors(scene, **quality) @ scene.surfels.emission
@@ -91,5 +96,6 @@ BY_RAYS = {
 SOLVERS = {
     "solve": Solver(all_pairs),
     "solve by rays": Solver(by_rays, own_error=0.03, more_error=BY_RAYS),
+    "solve_meshless": Solver(meshless, own_error=0.03),
     "form_factors": Solver(by_form_factors, factors=True),
 }

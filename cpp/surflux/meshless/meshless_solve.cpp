@@ -11,6 +11,7 @@
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/surface_light.h"
+#include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/gmres.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
@@ -20,7 +21,7 @@ namespace surflux {
 
 namespace {
 
-constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
+constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
 constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
 constexpr double most_gain = 1.1;
 constexpr int most_applications = 100;
@@ -33,6 +34,11 @@ constexpr double widest_support = 3.0;
 constexpr int least_rays = 128;
 // And it may be off by more, half way to where all have the same part in the error: areas are 4^-level.
 double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double>(level)); }
+// In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
+// what is allowed goes by the light of one bounce, times this at most.
+constexpr double many_bounces = 4.0;
+// Where all else is dark, a lit spot may be off by this share of that, of its own light.
+constexpr double own_share = 0.5;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
@@ -125,6 +131,7 @@ private:
         basis.add_level({points.positions.begin() + from, points.positions.end()},
                         {points.normals.begin() + from, points.normals.end()},
                         {points.objects.begin() + from, points.objects.end()}, support);
+        basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
         receivers_.resize();
         watch_.lap("placement");
         if (level > 0) gather_.extend(stage("gathering"));
@@ -245,7 +252,10 @@ private:
         const auto all = [&](std::uint32_t row) { return luminance(values_[row]); };
         const auto sent = [&](std::uint32_t row) { return luminance(values_[row] - direct_[row]); };
         const double wanted = options_.epsilon_e * allowed_at(level);
-        const double wanted_of_all = wanted * rms(all), wanted_of_sent = wanted * rms(sent);
+        const auto all_first = [&](std::uint32_t row) { return luminance(unbounced_[row] + first_[row]); };
+        const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(direct_[row]); };
+        const double wanted_of_all = wanted * std::min(rms(all), many_bounces * rms(all_first)),
+                     wanted_of_sent = wanted * std::min(rms(sent), many_bounces * rms(sent_first));
         std::vector<char> chosen(to - from, 0);
         parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
             std::vector<BasisWeight> near;
@@ -265,8 +275,9 @@ private:
                         off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
                     }
                 }
-                const double noise = significance * gather_[row].noise;
-                chosen[k] = off > wanted_of_all + noise || off_sent > wanted_of_sent + noise;
+                const double noise = significance * gather_[row].noise, own = own_share * wanted;
+                chosen[k] = off > std::max(wanted_of_all, own * all(row)) + noise ||
+                            off_sent > std::max(wanted_of_sent, own * sent(row)) + noise;
             }
         });
         std::vector<std::uint32_t> out;

@@ -51,6 +51,11 @@ void MultilevelBasis::add_level(const std::vector<Vec3>& positions, const std::v
     first_.push_back(static_cast<std::uint32_t>(positions_.size()));
 }
 
+void MultilevelBasis::set_cuts(std::vector<SupportCut> cuts) {
+    for (SupportCut& cut : cuts) cut.function -= first_[levels() - 1];
+    levels_.back().set_cuts(std::move(cuts));
+}
+
 std::size_t MultilevelBasis::level_of(std::uint32_t function) const {
     return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), function) - first_.begin()) - 1;
 }

@@ -27,6 +27,10 @@ public:
     void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
                    const std::vector<std::uint32_t>& objects, const SupportOptions& options = {});
 
+    // Of the finest level; functions are numbered as in the basis.
+    void set_cuts(std::vector<SupportCut> cuts);
+    const ShepardLevel& level(std::size_t level) const { return levels_[level]; }
+
     std::size_t levels() const { return levels_.size(); }
     std::size_t size() const { return positions_.size(); }
     // The functions of a level are those from first(level) up to first(level + 1).

@@ -15,7 +15,8 @@ namespace {
 constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
-constexpr double cell_side = 2.0;  // in R
+constexpr double most_along = 400.0;  // points of the first level, along a wire
+constexpr double cell_side = 2.0;     // in R
 
 std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
     std::vector<double> out(pieces.objects(), 0.0);
@@ -24,7 +25,21 @@ std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
     for (std::size_t o = 0; o < out.size(); ++o) {
         const double area = pieces.area_of(o);
         const double points = std::max(least_points, usual_points * area / total);
-        if (area > 0.0) out[o] = given > 0.0 ? given : std::sqrt(packing * area / points);
+        if (!(area > 0.0)) continue;
+        Box box;
+        bool first = true;
+        for (const std::uint32_t piece : pieces.of_object(o)) {
+            const Corners t = pieces.corners(piece);
+            for (const Vec3* p : {&t.a, &t.b, &t.c}) {
+                if (first) box = {*p, *p};
+                first = false;
+                for (int axis = 0; axis < 3; ++axis) {
+                    box.low[axis] = std::min(box.low[axis], (*p)[axis]);
+                    box.high[axis] = std::max(box.high[axis], (*p)[axis]);
+                }
+            }
+        }
+        out[o] = given > 0.0 ? given : std::max(std::sqrt(packing * area / points), box.diagonal() / most_along);
     }
     return out;
 }

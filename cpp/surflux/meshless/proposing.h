@@ -21,16 +21,14 @@ struct Fill {
     const Wanted& wanted;
 };
 
-// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk small enough to stand
-// for its centre.
+// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk.
 struct Part {
     std::uint32_t piece, path;
 };
 
-// Is the disk small enough for that?
-inline bool is_spot(const Fill& fill, std::uint32_t piece) {
-    return fill.pieces.is_disk(piece) && fill.pieces.diagonal(piece) <= 0.25 * fill.radius;
-}
+// Disks stand for their centres: there alone they are known to touch the surface, and rays that leave elsewhere may
+// start below the next disk.
+inline bool is_spot(const Fill& fill, std::uint32_t piece) { return fill.pieces.is_disk(piece); }
 
 struct Proposal {
     Vec3 position;

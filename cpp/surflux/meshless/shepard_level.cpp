@@ -50,8 +50,33 @@ void ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t objec
                       std::vector<BasisWeight>& out) const {
     const SupportTree* tree = tree_of(object);
     if (!tree) return out.clear();
-    const double scale = 1.0 / tree->weights(point, normal, out);
-    for (BasisWeight& w : out) w.weight *= scale;
+    double sum = tree->weights(point, normal, out);
+    if (!cuts_.empty()) {
+        const std::size_t before = out.size();
+        out.erase(std::remove_if(out.begin(), out.end(),
+                                 [&](const BasisWeight& w) { return is_beyond_wall(w.function, point); }),
+                  out.end());
+        if (out.size() < before) {
+            sum = 0.0;
+            for (const BasisWeight& w : out) sum += w.weight;
+        }
+    }
+    for (BasisWeight& w : out) w.weight /= sum;
+}
+
+void ShepardLevel::set_cuts(std::vector<SupportCut> cuts) {
+    std::stable_sort(cuts.begin(), cuts.end(),
+                     [](const SupportCut& a, const SupportCut& b) { return a.function < b.function; });
+    cuts_ = std::move(cuts);
+    first_cut_.assign(size() + 1, 0);
+    for (const SupportCut& cut : cuts_) ++first_cut_[cut.function + 1];
+    std::partial_sum(first_cut_.begin(), first_cut_.end(), first_cut_.begin());
+}
+
+bool ShepardLevel::is_beyond_wall(std::uint32_t function, const Vec3& point) const {
+    for (std::uint32_t k = first_cut_[function]; k < first_cut_[function + 1]; ++k)
+        if (dot(cuts_[k].normal, point) < cuts_[k].offset) return true;
+    return false;
 }
 
 void ShepardLevel::at_or_nearest(const Vec3& point, const Vec3& normal, std::uint32_t object,

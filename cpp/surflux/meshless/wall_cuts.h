@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Where the supports of the finest level reach through walls: a floor goes on beneath a thin wall, and its light does
+// not. L07 names such leaks as its limit and leaves them to finer levels. Rays close over the surface look for planes
+// that part a function's point from all other points beyond in its support; a column, around which light gets, does
+// not. The field then is discontinuous on the plane, which the wall hides, and nowhere else.
+std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
+                                  const Progress& progress);
+
+}  // namespace surflux
