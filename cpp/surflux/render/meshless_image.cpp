@@ -23,6 +23,7 @@ struct Function {
     float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
     float direct[3], unused;
     float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
+    float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
 };
 
 // What the passes leave.
@@ -92,6 +93,16 @@ std::vector<Function> in_view(const MeshlessField& field, const std::vector<std:
         store(f.direct, field.direct[j]);
         f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
         const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+        for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
+        std::size_t cuts = 0;
+        for (const SupportCut& cut : basis.cuts(j)) {
+            // By how far the function's point is within it, which is small where coordinates are not.
+            const Vec3 normal = frame.turn(cut.normal);
+            const double within = dot(cut.normal, basis.position(j)) - cut.offset;
+            store(f.cuts[cuts], normal);
+            f.cuts[cuts++][3] = static_cast<float>(dot(normal, center - origin) - within);
+            if (cuts == 2) break;
+        }
         f.corners[0] = 2.0f * static_cast<float>(part.left) / width - 1.0f;
         f.corners[1] = 2.0f * static_cast<float>(part.top) / height - 1.0f;
         f.corners[2] = 2.0f * static_cast<float>(part.right) / width - 1.0f;

@@ -35,12 +35,14 @@ void main() {
 // A function's rectangle of the image, as near as the nearest point of the sphere around its support: what is seen
 // before that is not on it, and early depth tests leave it out.
 constexpr const char* function_vertex = R"(
-struct Function { vec4 center_shrink; vec4 normal_object; vec4 all_nearest; vec4 direct; vec4 corners; };
+struct Function { vec4 center_shrink; vec4 normal_object; vec4 all_nearest; vec4 direct; vec4 corners; vec4 cuts[2]; };
 layout(std430, binding = 0) readonly buffer Functions { Function functions[]; };
 const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
 flat out vec4 center_shrink;
 flat out vec4 normal_object;
 flat out vec3 all;
+flat out vec4 first_cut;
+flat out vec4 second_cut;
 #ifdef DIRECT
 flat out vec3 direct;
 #endif
@@ -50,6 +52,8 @@ void main() {
     center_shrink = f.center_shrink;
     normal_object = f.normal_object;
     all = f.all_nearest.xyz;
+    first_cut = f.cuts[0];
+    second_cut = f.cuts[1];
 #ifdef DIRECT
     direct = f.direct.xyz;
 #endif
@@ -65,6 +69,8 @@ layout(binding = 1) uniform sampler2D facings;
 flat in vec4 center_shrink;
 flat in vec4 normal_object;
 flat in vec3 all;
+flat in vec4 first_cut;
+flat in vec4 second_cut;
 layout(location = 0) out vec4 sum;
 #ifdef DIRECT
 flat in vec3 direct;
@@ -78,8 +84,9 @@ void main() {
     if (squared >= 1.0 || place.w != normal_object.w) discard;
     float cosine = dot(texelFetch(facings, ivec2(gl_FragCoord.xy), 0).xyz, normal_object.xyz);
     if (cosine <= 0.0) discard;
+    if (dot(place.xyz, first_cut.xyz) < first_cut.w || dot(place.xyz, second_cut.xyz) < second_cut.w) discard;
     float t = sqrt(squared);
-    float weight = (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t) * cosine;
+    float weight = (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t) * (cosine * cosine) * (cosine * cosine);
     sum = vec4(weight * all, weight);
 #ifdef DIRECT
     direct_sum = vec4(weight * direct, 0);
