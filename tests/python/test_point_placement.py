@@ -48,13 +48,10 @@ def sphere(n, sign):
 def test_points_on_a_cloud_lie_near_its_surface_and_are_as_dense_as_on_a_plane(sign):
     placed = place(sf.Scene([sphere(20000, sign)]), 4)
     assert worst_distance(placed) >= 1 - 1e-12
-    # The corners of squares of the area S = 4 pi / 20000 stand S / 4 = .00016 off the sphere.
-    off = np.abs(np.linalg.norm(placed["positions"], axis=1) - 1)
-    assert off.max() < 0.00017
-    # On the coarse levels disks are small beside R, and points are their centres.
-    assert off[: placed["level_begin"][1]].max() < 1e-6
+    # Disks touch the surface at their centres alone.
+    assert np.abs(np.linalg.norm(placed["positions"], axis=1) - 1).max() < 1e-12
     density = np.diff([0, *placed["level_begin"][1:]]).sum() * (placed["radii"][0] / 8) ** 2 / (4 * np.pi)
-    assert 0.66 < density < 0.75
+    assert 0.5 < density < 0.75  # of centres .02 apart those .03 apart: fewer than of places anywhere
 
 
 def test_a_room_loses_no_point_to_rays_and_levels_quadruple():
@@ -99,7 +96,6 @@ def test_statue_and_scan_keep_the_distance_and_lose_no_points(scans):
     placed = place(sf.Scene([bunny]), 5)
     assert worst_distance(placed) >= 1 - 1e-12
     area = bunny.areas.sum() if bunny.areas is not None else sf.effective_areas(bunny).sum()
-    # It is open below: what rays along normals meet there from behind is no reason to leave points out. (R is less
-    # than the scan's spacing, and squares of the disks' areas leave gaps: less than the .7 of a closed surface.)
-    count = placed["level_begin"][-1]
-    assert count * (placed["radii"][0] / 16) ** 2 / area > 0.65
+    # It is open below: what rays along normals meet there from behind is no reason to leave points out. R is less than
+    # the scan's spacing: all but what is crowded have one.
+    assert placed["level_begin"][-1] > 0.98 * len(bunny)

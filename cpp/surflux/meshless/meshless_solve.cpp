@@ -5,6 +5,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/meshless/energy_balance.h"
 #include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/inside.h"
 #include "surflux/meshless/oracle.h"
@@ -32,7 +33,10 @@ constexpr double widest_support = 3.0;
 constexpr int least_rays = 128;
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
-constexpr double widest_spacing = 3.0;  // of receivers, in radii of disks, at which these speak for themselves
+// A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
+// ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
+constexpr double widest_spacing = 3.0;
+constexpr int most_repeats = 2;
 
 double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
 
@@ -62,9 +66,7 @@ public:
 
     void run() {
         place({});
-        std::vector<std::uint32_t> all(field_->basis.size());
-        for (std::uint32_t j = 0; j < all.size(); ++j) all[j] = j;
-        gather(all);
+        gather(from(0));
         solve(rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
             const Oracle oracle{field_->basis,
@@ -81,11 +83,12 @@ public:
                 oracle.refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
             if (refined.empty()) break;
             place(refined);
-            std::vector<std::uint32_t> children = children_of(refined);
+            const std::vector<std::uint32_t> children = children_of(field_->basis, refined);
             if (children.empty()) break;
             gather(children);
             solve(rough_tolerance, refined.size());
         }
+        for (int k = 0; k < most_repeats; ++k) repeat();
         finish();
     }
 
@@ -107,26 +110,56 @@ private:
             for (const double r : points.first_radius) widest = std::max(widest, r);
             support.largest_radius = widest_support * at_level(widest, level);
         }
-        basis.add_level({points.positions.begin() + from, points.positions.end()},
-                        {points.normals.begin() + from, points.normals.end()},
-                        {points.objects.begin() + from, points.objects.end()}, support);
+        add_level({points.positions.begin() + from, points.positions.end()},
+                  {points.normals.begin() + from, points.normals.end()},
+                  {points.objects.begin() + from, points.objects.end()},
+                  {points.surfels.begin() + from, points.surfels.end()}, support);
+    }
+
+    void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                   const std::vector<std::uint32_t>& objects, const std::vector<std::uint32_t>& surfels,
+                   const SupportOptions& support) {
+        MultilevelBasis& basis = field_->basis;
+        basis.add_level(positions, normals, objects, support);
         basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
+        surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
         receivers_.resize();
         watch_.lap("placement");
-        if (level > 0) gather_.extend(stage("gathering"));
+        if (basis.levels() > 1) gather_.extend(stage("gathering"));
         watch_.lap("gathering");
+    }
+
+    // Once more the receivers of clouds around which there are no finer ones.
+    void repeat() {
+        const PlacedPoints& points = placement_.points();
+        std::vector<Vec3> positions, normals;
+        std::vector<std::uint32_t> objects, surfels;
+        for (std::uint32_t j = 0; j < points.size(); ++j) {
+            const std::uint32_t i = points.surfels[j], o = points.objects[j];
+            if (light_.points().is_patch(i) || !receivers_.has(j)) continue;
+            const double spacing = at_level(points.first_radius[o], field_->basis.level_of(j));
+            if (spacing > widest_spacing * scene_.surfels.radii[i]) continue;
+            positions.push_back(points.positions[j]);
+            normals.push_back(points.normals[j]);
+            objects.push_back(o);
+            surfels.push_back(i);
+        }
+        if (positions.empty()) return;
+        const auto first = static_cast<std::uint32_t>(field_->basis.size());
+        add_level(positions, normals, objects, surfels, {});
+        gather(from(first));
+        solve(rough_tolerance, 0);
     }
 
     // Makes functions receivers, and those that theirs are the differences from.
     void gather(const std::vector<std::uint32_t>& functions) {
-        const PlacedPoints& points = placement_.points();
+        const MultilevelBasis& basis = field_->basis;
         const std::vector<std::uint32_t> fresh = receivers_.add(functions, stage("gathering"));
         std::vector<Place> places;
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
-            places.push_back({points.positions[j], points.normals[j], points.surfels[j], Place::point});
-            counts.push_back(
-                std::max(std::min(options_.rays, least_rays), options_.rays >> (field_->basis.level_of(j) / 2)));
+            places.push_back({basis.position(j), basis.normal(j), surfel_[j], Place::point});
+            counts.push_back(std::max(std::min(options_.rays, least_rays), options_.rays >> (basis.level_of(j) / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
@@ -193,9 +226,13 @@ private:
         report(linear, refined);
     }
 
+    double seconds() const {
+        double sum = 0.0;
+        for (const auto& lap : out_.timings) sum += lap.second;
+        return sum;
+    }
+
     void report(const LinearReport& linear, std::size_t refined) {
-        double seconds = 0.0;
-        for (const auto& [name, value] : out_.timings) seconds += value;
         out_.history.push_back({{"level", static_cast<double>(field_->basis.levels() - 1)},
                                 {"points", static_cast<double>(field_->basis.size())},
                                 {"cut", static_cast<double>(values_.size())},
@@ -205,70 +242,31 @@ private:
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
                                 {"gain", gain_},
-                                {"seconds", seconds}});
+                                {"seconds", seconds()}});
     }
 
-    // Of the finest level, those that are not zero at the points of others.
-    std::vector<std::uint32_t> children_of(const std::vector<std::uint32_t>& parents) const {
-        const MultilevelBasis& basis = field_->basis;
-        const std::size_t level = basis.levels() - 1;
-        std::vector<char> is_child(basis.size() - basis.first(level), 0);
-        std::vector<BasisWeight> near;
-        for (const std::uint32_t j : parents) {
-            basis.at_level(level, basis.position(j), basis.normal(j), basis.object(j), near);
-            for (const BasisWeight& w : near) is_child[w.function - basis.first(level)] = 1;
-        }
+    // All functions from one on.
+    std::vector<std::uint32_t> from(std::uint32_t first) const {
         std::vector<std::uint32_t> out;
-        for (std::uint32_t k = 0; k < is_child.size(); ++k)
-            if (is_child[k]) out.push_back(basis.first(level) + k);
+        for (std::uint32_t j = first; j < field_->basis.size(); ++j) out.push_back(j);
         return out;
     }
 
-    // Where the basis is asked for the light of a surfel.
-    void places_on(std::uint32_t i, std::vector<Departure>& out) const {
-        const double first = placement_.points().first_radius[scene_.object[i]];
-        light_.places_on(i, at_level(first, field_->basis.levels() - 1), options_.seed, out);
+    // Of the points of the finest level, by object.
+    std::vector<double> finest_spacing() const {
+        std::vector<double> out;
+        const PlacedPoints& points = placement_.points();
+        for (const double first : points.first_radius) out.push_back(at_level(first, points.level_begin.size() - 2));
+        return out;
     }
 
-    // What surfels reflect of the light that the basis says they have, less what leaves the scene or meets backs, over
-    // what of it arrives: Shepard's weights do not carry on what rises towards an edge, and so lose a little.
     void balance() {
-        const Surfels& s = scene_.surfels;
-        const MultilevelBasis& basis = field_->basis;
         std::vector<Rgb> bounced(values_.size()), bounced_coefficients, left;
         for (std::size_t row = 0; row < bounced.size(); ++row) bounced[row] = values_[row] - unbounced_[row];
         receivers_.coefficients(bounced, bounced_coefficients);
         receivers_.coefficients(left_, left);
-        struct Flux {
-            double sent = 0.0, kept = 0.0, received = 0.0;  // kept: less what is lost
-            void operator+=(const Flux& other) { sent += other.sent, kept += other.kept, received += other.received; }
-        };
-        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
-        const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
-            if (inside_[i]) return;
-            thread_local std::vector<BasisWeight> near;
-            thread_local std::vector<Departure> places;
-            places_on(static_cast<std::uint32_t>(i), places);
-            Rgb all = options_.indirect_only ? light_.at_surfel(i) : Rgb{}, arrived;
-            double away = 0.0;
-            for (const Departure& place : places)
-                for (std::size_t level = 0; level < basis.levels(); ++level) {
-                    basis.at_level(level, place.position, place.normal, scene_.object[i], near);
-                    for (const BasisWeight& w : near) {
-                        const double share = w.weight / static_cast<double>(places.size());
-                        all += share * field_->coefficients[w.function];
-                        arrived += share * bounced_coefficients[w.function];
-                        away += share * left[w.function].x;
-                    }
-                }
-            const double sent = s.areas[i] * sum(s.reflectance[i] * all);
-            to.sent += sent;
-            to.kept += (1.0 - std::clamp(away, 0.0, 1.0)) * sent;
-            to.received += s.areas[i] * sum(arrived);
-        });
-        if (!(flux.received > 0.0) || !(flux.kept > 0.0)) return;
-        // Where most is lost, what is kept is a small difference, and no measure.
-        const double correction = std::pow(flux.kept / flux.received, flux.kept / flux.sent);
+        const double correction = energy_correction(scene_, light_, *field_, bounced_coefficients, left,
+                                                    finest_spacing(), inside_, options_.indirect_only);
         gain_ = std::clamp(gain_ * correction, 1.0 / most_gain, most_gain);
         watch_.lap("solve");
     }
@@ -282,7 +280,7 @@ private:
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
-        for (std::uint32_t j = 0; j < field_->gathered.size(); ++j) field_->gathered[j] = receivers_.has(j);
+        for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
         write();
         watch_.lap("evaluation");
         const std::size_t n = scene_.surfels.size();
@@ -291,8 +289,7 @@ private:
             gathering_error(scene_, tracer_, out_, checked, checking_rays, options_.seed, stage("self-check"));
         watch_.lap("self-check");
         out_.error = check.error;
-        double seconds = 0.0, entered = 0.0, absorbed = 0.0;
-        for (const auto& [name, value] : out_.timings) seconds += value;
+        double entered = 0.0, absorbed = 0.0;
         const Surfels& s = scene_.surfels;
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         for (std::size_t i = 0; i < n; ++i) {
@@ -301,7 +298,7 @@ private:
         }
         for (auto& [name, value] : out_.history.back()) {
             if (name == "rays") value += static_cast<double>(check.rays);
-            if (name == "seconds") value = seconds;
+            if (name == "seconds") value = seconds();
         }
         for (const auto& figure : Figures{{"error", check.error}, {"power_in", entered}, {"power_absorbed", absorbed}})
             out_.history.back().push_back(figure);
@@ -321,8 +318,9 @@ private:
     PointPlacement placement_;
     HemisphereGather gather_;
     Receivers receivers_;
-    std::vector<char> inside_;  // of each surfel: in the middle, is it inside geometry?
-    double gain_ = 1.0;         // of what is reflected
+    std::vector<std::uint32_t> surfel_;  // of the scene, that each function's point lies on
+    std::vector<char> inside_;           // of each surfel: in the middle, is it inside geometry?
+    double gain_ = 1.0;                  // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
     std::vector<Rgb> direct_, unbounced_, first_, left_, values_;
@@ -332,6 +330,7 @@ private:
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
+    const std::vector<double> spacing = finest_spacing();
     out_.surfels = s;
     if (options_.indirect_only) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -343,14 +342,6 @@ void MeshlessRadiosity::write() {
     out_.direct.resize(n);
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
-    std::vector<std::uint32_t> own_row(n, Receivers::none);
-    const PlacedPoints& points = placement_.points();
-    for (std::uint32_t j = 0; j < points.size(); ++j) {
-        const std::uint32_t i = points.surfels[j];
-        if (light_.points().is_patch(i) || !receivers_.has(j)) continue;
-        if (at_level(points.first_radius[points.objects[j]], field_->basis.level_of(j)) <= widest_spacing * s.radii[i])
-            own_row[i] = receivers_.row(j);
-    }
     parallel_blocks(
         n, 256,
         [&](std::size_t begin, std::size_t end) {
@@ -358,7 +349,7 @@ void MeshlessRadiosity::write() {
             for (std::size_t k = begin; k < end; ++k) {
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[i];
-                places_on(i, places);
+                light_.places_on(i, spacing[object], options_.seed, places);
                 // Inside geometry, where no points are, is no light (L07 6.1).
                 const std::vector<char> inside = places.size() == 1
                                                      ? std::vector<char>(1, inside_[i])
@@ -371,8 +362,6 @@ void MeshlessRadiosity::write() {
                     mean.all += share * found.all;
                     mean.direct += share * found.direct;
                 }
-                // A disk as large as the spacing of receivers, with one at its centre, has no finer ones around it.
-                if (own_row[i] != Receivers::none) mean = {values_[own_row[i]], direct_[own_row[i]]};
                 if (options_.indirect_only) {
                     mean.all += light_.at_surfel(i);
                     mean.direct += light_.direct_at_surfel(i);

@@ -46,4 +46,18 @@ Wanted wanted_around(const MultilevelBasis& basis, const std::vector<std::uint32
     };
 }
 
+std::vector<std::uint32_t> children_of(const MultilevelBasis& basis, const std::vector<std::uint32_t>& parents) {
+    const std::size_t level = basis.levels() - 1;
+    std::vector<char> is_child(basis.size() - basis.first(level), 0);
+    std::vector<BasisWeight> near;
+    for (const std::uint32_t j : parents) {
+        basis.at_level(level, basis.position(j), basis.normal(j), basis.object(j), near);
+        for (const BasisWeight& w : near) is_child[w.function - basis.first(level)] = 1;
+    }
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t k = 0; k < is_child.size(); ++k)
+        if (is_child[k]) out.push_back(basis.first(level) + k);
+    return out;
+}
+
 }  // namespace surflux

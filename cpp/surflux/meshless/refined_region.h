@@ -13,4 +13,7 @@ namespace surflux {
 Wanted wanted_around(const MultilevelBasis& basis, const std::vector<std::uint32_t>& functions,
                      const std::vector<double>& first_radius);
 
+// Functions of the finest level that are not zero at the points of others.
+std::vector<std::uint32_t> children_of(const MultilevelBasis& basis, const std::vector<std::uint32_t>& parents);
+
 }  // namespace surflux
