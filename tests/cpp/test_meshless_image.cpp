@@ -183,6 +183,24 @@ TEST_P(MeshlessPicture, ObjectsKeepTheirLight) {
     EXPECT_GT(seen[1], 1000u);
 }
 
+// The supports of the finest level end at a wall across the square.
+TEST_P(MeshlessPicture, SupportsEndAtTheirCuts) {
+    const Scene scene = ball_and_square();
+    const MeshlessField whole = random_field(2);
+    MeshlessField field = random_field(2);
+    std::vector<SupportCut> cuts;
+    for (std::uint32_t j = field.basis.first(1); j < field.basis.first(2); ++j) {
+        const Vec3& p = field.basis.position(j);
+        if (p.x < -1.0 && p.y > 0.2) cuts.push_back({j, {0, 1, 0}, 0.2});
+        if (p.x < -1.0) cuts.push_back({j, {-1, 0, 0}, 1.0});
+    }
+    ASSERT_GT(cuts.size(), 20u);
+    field.basis.set_cuts(cuts);
+    const MeshlessImage image = drawn(field, scene, front, GetParam());
+    EXPECT_GT(decibels(image, field, scene), 100.0);
+    EXPECT_LT(decibels(image, whole, scene), 70.0);
+}
+
 TEST_P(MeshlessPicture, WhereNothingReachesTheNearestSpeaks) {
     const Scene scene = ball_and_square();
     const MeshlessField field = random_field(2, {}, 0.25);
@@ -269,6 +287,12 @@ TEST(MeshlessPictureArguments, AreRefusedByName) {
     EXPECT_NE(with(scene, front, 0).find("size: wanted 1 to 65536 pixels"), std::string::npos);
     EXPECT_NE(with(scene, front, 65536).find("size: this GL device draws at most"), std::string::npos);
     EXPECT_NE(with(scene, {{0, 0, 0}, {0, 0, 0}}, 8).find("target: wanted a point"), std::string::npos);
+    MeshlessField cut = field;
+    cut.basis.set_cuts(std::vector<SupportCut>(8, {3, {0, 0, 1}, -9.0}));
+    EXPECT_NE(refusal([&] {
+                  drawn(cut, scene, front, gl::requested_api());
+              }).find("cuts: wanted fewer than 8 of one function, got 8"),
+              std::string::npos);
     Scene without = scene;
     without.object.clear();
     EXPECT_NE(with(without, front, 8).find("scene: wanted one object for each of 409 surfels, got 0"),

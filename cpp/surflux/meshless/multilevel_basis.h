@@ -29,6 +29,8 @@ public:
 
     // Of the finest level; functions are numbered as in the basis.
     void set_cuts(std::vector<SupportCut> cuts);
+    // Those of a level, by function, which are numbered from 0 in each.
+    const std::vector<SupportCut>& cuts(std::size_t level) const { return levels_[level].cuts(); }
     const ShepardLevel& level(std::size_t level) const { return levels_[level]; }
 
     std::size_t levels() const { return levels_.size(); }
