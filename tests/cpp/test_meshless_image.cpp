@@ -287,12 +287,6 @@ TEST(MeshlessPictureArguments, AreRefusedByName) {
     EXPECT_NE(with(scene, front, 0).find("size: wanted 1 to 65536 pixels"), std::string::npos);
     EXPECT_NE(with(scene, front, 65536).find("size: this GL device draws at most"), std::string::npos);
     EXPECT_NE(with(scene, {{0, 0, 0}, {0, 0, 0}}, 8).find("target: wanted a point"), std::string::npos);
-    MeshlessField cut = field;
-    cut.basis.set_cuts(std::vector<SupportCut>(8, {3, {0, 0, 1}, -9.0}));
-    EXPECT_NE(refusal([&] {
-                  drawn(cut, scene, front, gl::requested_api());
-              }).find("cuts: wanted fewer than 8 of one function, got 8"),
-              std::string::npos);
     Scene without = scene;
     without.object.clear();
     EXPECT_NE(with(without, front, 8).find("scene: wanted one object for each of 409 surfels, got 0"),

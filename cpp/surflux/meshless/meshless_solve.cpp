@@ -38,7 +38,7 @@ double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double
 // what is allowed goes by the light of one bounce, times this at most.
 constexpr double many_bounces = 4.0;
 // Where all else is dark, a lit spot may be off by this share of that, of its own light.
-constexpr double own_share = 0.5;
+constexpr double own_share = 0.25;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;

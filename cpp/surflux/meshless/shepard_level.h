@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/span.h"
 #include "surflux/core/vec.h"
 #include "surflux/meshless/basis_weight.h"
 #include "surflux/meshless/support_radii.h"
@@ -33,7 +34,10 @@ public:
 
     // Ends supports at walls: each has its own cuts, as wall_cuts.h finds them. What lies beyond has no weight.
     void set_cuts(std::vector<SupportCut> cuts);
-    const std::vector<SupportCut>& cuts() const { return cuts_; }
+    Span<SupportCut> cuts(std::uint32_t function) const {
+        if (cuts_.empty()) return {nullptr, nullptr};
+        return {cuts_.data() + first_cut_[function], cuts_.data() + first_cut_[function + 1]};
+    }
 
     // Replaces `out` by all functions that are not zero at a point of an object. They are positive and sum to 1; where
     // nothing covers the point there are none. `normal` is of unit length. Returns what the weights summed up to

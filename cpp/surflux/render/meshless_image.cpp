@@ -21,9 +21,9 @@ struct Function {
     float center[3], shrink;  // 1 / r^2
     float normal[3], object;
     float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
-    float direct[3];
-    std::uint32_t cuts;  // 8 times the number of the first plane, plus how many there are
-    float corners[4];    // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
+    float direct[3], unused;
+    float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
+    float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
 };
 
 // What the passes leave.
@@ -63,33 +63,9 @@ std::pair<int, int> bounds(double x, double z, double radius, double near, doubl
             static_cast<int>(std::ceil(pixel(x * z + radius * tangent)))};
 }
 
-// A plane that ends a support: dot(normal, p) < offset is beyond it.
-struct Plane {
-    float normal[3], offset;
-};
-
-std::vector<Plane> planes_of(const std::vector<SupportCut>& cuts, const CameraFrame& frame, const Vec3& origin) {
-    const Vec3 there = frame.eye + origin.x * frame.right + origin.y * frame.down + origin.z * frame.forward;
-    std::vector<Plane> out(std::max<std::size_t>(cuts.size(), 1));  // the GL wants something to bind
-    for (std::size_t k = 0; k < cuts.size(); ++k) {
-        store(out[k].normal, frame.turn(cuts[k].normal));
-        out[k].offset = static_cast<float>(cuts[k].offset - dot(cuts[k].normal, there));
-    }
-    return out;
-}
-
-// As Function holds them, of the level's k-th function.
-std::uint32_t cuts_of(const std::vector<SupportCut>& cuts, std::uint32_t function) {
-    const auto before = [](const SupportCut& cut, std::uint32_t k) { return cut.function < k; };
-    const auto first = std::lower_bound(cuts.begin(), cuts.end(), function, before);
-    const auto last = std::lower_bound(first, cuts.end(), function + 1, before);
-    require(last - first < 8, "cuts: wanted fewer than 8 of one function, got ", last - first);
-    return static_cast<std::uint32_t>(8 * (first - cuts.begin()) + (last - first));
-}
-
 // The functions of a level that may speak where a pixel sees something, and where that is.
 std::vector<Function> in_view(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
-                              std::size_t level, const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
+                              const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
                               const SeenTiles& tiles) {
     const MultilevelBasis& basis = field.basis;
     const auto near = static_cast<double>(view.near_depth), far = static_cast<double>(view.far_depth);
@@ -115,9 +91,18 @@ std::vector<Function> in_view(const MeshlessField& field, const std::vector<std:
         f.shrink = std::min(1.0f / square, std::numeric_limits<float>::max());
         store(f.all, field.coefficients[j]);
         store(f.direct, field.direct[j]);
-        f.cuts = cuts_of(basis.cuts(level), j - basis.first(level));
         f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
         const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+        for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
+        std::size_t cuts = 0;
+        for (const SupportCut& cut : basis.cuts(j)) {
+            // By how far the function's point is within it, which is small where coordinates are not.
+            const Vec3 normal = frame.turn(cut.normal);
+            const double within = dot(cut.normal, basis.position(j)) - cut.offset;
+            store(f.cuts[cuts], normal);
+            f.cuts[cuts++][3] = static_cast<float>(dot(normal, center - origin) - within);
+            if (cuts == 2) break;
+        }
         f.corners[0] = 2.0f * static_cast<float>(part.left) / width - 1.0f;
         f.corners[1] = 2.0f * static_cast<float>(part.top) / height - 1.0f;
         f.corners[2] = 2.0f * static_cast<float>(part.right) / width - 1.0f;
@@ -171,18 +156,15 @@ struct Passes {
         const gl::Buffer coarsest_buffer(gl, coarsest);
         const float zero[4] = {0, 0, 0, 0};
         for (std::size_t level = 0; level < functions.levels.size(); ++level) {
-            const std::vector<Function> seen =
-                in_view(field, functions.levels[level], level, frame, origin, view, tiles);
+            const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view, tiles);
             if (seen.empty()) continue;
             const DrawBatches<Function> batches(gl, seen);
-            const gl::Buffer planes(gl, planes_of(field.basis.cuts(level), frame, origin));
             sums.bind();
             gl.ClearBufferfv(GL_COLOR, 0, zero);
             if (functions.direct) gl.ClearBufferfv(GL_COLOR, 1, zero);
             gl.Enable(GL_DEPTH_TEST);
             place.bind(0);
             facing.bind(1);
-            planes.bind(1);
             use(function_program);
             batches.draw(6);
 

@@ -35,20 +35,14 @@ void main() {
 // A function's rectangle of the image, as near as the nearest point of the sphere around its support: what is seen
 // before that is not on it, and early depth tests leave it out.
 constexpr const char* function_vertex = R"(
-struct Function {
-    vec4 center_shrink;
-    vec4 normal_object;
-    vec4 all_nearest;
-    vec3 direct;
-    uint cuts;
-    vec4 corners;
-};
+struct Function { vec4 center_shrink; vec4 normal_object; vec4 all_nearest; vec4 direct; vec4 corners; vec4 cuts[2]; };
 layout(std430, binding = 0) readonly buffer Functions { Function functions[]; };
 const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
 flat out vec4 center_shrink;
 flat out vec4 normal_object;
 flat out vec3 all;
-flat out uint cuts;
+flat out vec4 first_cut;
+flat out vec4 second_cut;
 #ifdef DIRECT
 flat out vec3 direct;
 #endif
@@ -58,25 +52,25 @@ void main() {
     center_shrink = f.center_shrink;
     normal_object = f.normal_object;
     all = f.all_nearest.xyz;
-    cuts = f.cuts;
+    first_cut = f.cuts[0];
+    second_cut = f.cuts[1];
 #ifdef DIRECT
-    direct = f.direct;
+    direct = f.direct.xyz;
 #endif
     gl_Position = vec4(mix(f.corners.xy, f.corners.zw, quad[gl_VertexID % 6]), 2.0 * f.all_nearest.w - 1.0, 1);
 }
 )";
 
-// L07 eqs. 12 and 13 as ShepardLevel has them, without the loss of digits near t = 1. A function's cuts are the planes
-// from number cuts / 8 on, cuts modulo 8 of them.
+// L07 eqs. 12 and 13, without the loss of digits near t = 1.
 constexpr const char* function_fragment = R"(
 layout(early_fragment_tests) in;
 layout(binding = 0) uniform sampler2D places;
 layout(binding = 1) uniform sampler2D facings;
 flat in vec4 center_shrink;
-layout(std430, binding = 1) readonly buffer Cuts { vec4 planes[]; };
 flat in vec4 normal_object;
 flat in vec3 all;
-flat in uint cuts;
+flat in vec4 first_cut;
+flat in vec4 second_cut;
 layout(location = 0) out vec4 sum;
 #ifdef DIRECT
 flat in vec3 direct;
@@ -90,8 +84,7 @@ void main() {
     if (squared >= 1.0 || place.w != normal_object.w) discard;
     float cosine = dot(texelFetch(facings, ivec2(gl_FragCoord.xy), 0).xyz, normal_object.xyz);
     if (cosine <= 0.0) discard;
-    for (uint k = cuts / 8u; k < cuts / 8u + cuts % 8u; ++k)
-        if (dot(planes[k].xyz, place.xyz) < planes[k].w) discard;
+    if (dot(place.xyz, first_cut.xyz) < first_cut.w || dot(place.xyz, second_cut.xyz) < second_cut.w) discard;
     float t = sqrt(squared);
     float weight = (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t) * (cosine * cosine) * (cosine * cosine);
     sum = vec4(weight * all, weight);
