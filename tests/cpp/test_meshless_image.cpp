@@ -183,6 +183,24 @@ TEST_P(MeshlessPicture, ObjectsKeepTheirLight) {
     EXPECT_GT(seen[1], 1000u);
 }
 
+// The supports of the finest level end at a wall across the square.
+TEST_P(MeshlessPicture, SupportsEndAtTheirCuts) {
+    const Scene scene = ball_and_square();
+    const MeshlessField whole = random_field(2);
+    MeshlessField field = random_field(2);
+    std::vector<SupportCut> cuts;
+    for (std::uint32_t j = field.basis.first(1); j < field.basis.first(2); ++j) {
+        const Vec3& p = field.basis.position(j);
+        if (p.x < -1.0 && p.y > 0.2) cuts.push_back({j, {0, 1, 0}, 0.2});
+        if (p.x < -1.0) cuts.push_back({j, {-1, 0, 0}, 1.0});
+    }
+    ASSERT_GT(cuts.size(), 20u);
+    field.basis.set_cuts(cuts);
+    const MeshlessImage image = drawn(field, scene, front, GetParam());
+    EXPECT_GT(decibels(image, field, scene), 100.0);
+    EXPECT_LT(decibels(image, whole, scene), 70.0);
+}
+
 TEST_P(MeshlessPicture, WhereNothingReachesTheNearestSpeaks) {
     const Scene scene = ball_and_square();
     const MeshlessField field = random_field(2, {}, 0.25);

@@ -364,5 +364,24 @@ TEST(MultilevelBasis, ConvergesWithLevelFasterThanOneLevelDoes) {
         }
 }
 
+// A correction that no other point surrounds ends without a step: from one place to the next, a thousandth of its
+// radius farther, the field changes by no more than a few thousandths of it.
+TEST(MultilevelBasis, FinerLevelsFadeOutAtTheirRims) {
+    MultilevelBasis basis;
+    const std::vector<Vec3> normals(3, {0, 0, 1});
+    basis.add_level({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, normals, {0, 0, 0}, {2, 8.0});
+    basis.add_level({{1, 1, 0}, {1.2, 1, 0}, {1, 1.3, 0}}, normals, {0, 0, 0}, {10, 1.0});
+    const std::vector<double> coefficients{1, 1, 1, 1, 1, 1};
+    double before = basis.evaluate({1, 1, 0}, {0, 0, 1}, 0, coefficients), steepest = 0.0;
+    EXPECT_NEAR(before, 2.0, 1e-6);
+    for (int k = 1; k <= 1500; ++k) {
+        const double now = basis.evaluate({1 + 0.001 * k, 1, 0}, {0, 0, 1}, 0, coefficients);
+        steepest = std::max(steepest, std::abs(now - before));
+        before = now;
+    }
+    EXPECT_NEAR(before, 1.0, 1e-6);
+    EXPECT_LT(steepest, 0.005);
+}
+
 }  // namespace
 }  // namespace surflux

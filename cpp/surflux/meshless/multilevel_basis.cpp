@@ -18,6 +18,11 @@ constexpr std::size_t large = 50000;  // functions
 double magnitude(double value) { return std::abs(value); }
 double magnitude(const Rgb& value) { return std::max({std::abs(value.x), std::abs(value.y), std::abs(value.z)}); }
 
+// By what functions of a level that corrects a coarser one are less than a partition of unity where they hardly reach:
+// a function that is alone at its rim would end in a step, of its whole coefficient (L07 has points on all of each
+// level and steps nowhere; ours are only where they are wanted). Within a level weights sum up to 2 or more.
+double at_rim(double sum) { return sum >= 1.0 ? 1.0 : sum * sum * (3.0 - 2.0 * sum); }
+
 // Leaves what is joined, of sum 1. Where nothing is, the heaviest or nothing.
 void keep_joined(std::vector<BasisWeight>& weights, bool heaviest_stays, const Vec3& point, const Vec3& normal,
                  const Joined& joined) {
@@ -70,8 +75,8 @@ void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3&
     const bool falls_back = coarsest();
     if (falls_back)
         levels_[level].at_or_nearest(point, normal, object, out);
-    else
-        levels_[level].at(point, normal, object, out);
+    else if (const double fade = at_rim(levels_[level].at(point, normal, object, out)); fade < 1.0)
+        for (BasisWeight& w : out) w.weight *= fade;
     for (BasisWeight& w : out) w.function += first_[level];
     if (joined) keep_joined(out, falls_back, point, normal, joined);
 }

@@ -48,8 +48,9 @@ public:
         return levels_[level].radius(function - first_[level]);
     }
 
-    // Replaces `out` by the functions of one level that are not zero at a point: positive, of sum 1. Where none is,
-    // there are none, but on the coarsest level that the object has: there the nearest that faces a compatible way
+    // Replaces `out` by the functions of one level that are not zero at a point: positive, of sum 1, or less at the rim
+    // of a finer level, where its weights come to less than 1 before they are made to: there it fades out. Where none
+    // is, there are none, but on the coarsest level that the object has: there the nearest that faces a compatible way
     // speaks alone (ShepardLevel::at_or_nearest). Of functions that are not joined the heaviest stays there if none
     // is. At the place of a function on a coarser level these are its children, on a finer level its parents (L07 6.3).
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,

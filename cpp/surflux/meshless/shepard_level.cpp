@@ -46,10 +46,11 @@ const SupportTree* ShepardLevel::tree_of(std::uint32_t object) const {
     return at == objects_.end() || *at != object ? nullptr : &trees_[static_cast<std::size_t>(at - objects_.begin())];
 }
 
-void ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t object,
-                      std::vector<BasisWeight>& out) const {
+double ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t object,
+                        std::vector<BasisWeight>& out) const {
+    out.clear();
     const SupportTree* tree = tree_of(object);
-    if (!tree) return out.clear();
+    if (!tree) return 0.0;
     double sum = tree->weights(point, normal, out);
     if (!cuts_.empty()) {
         const std::size_t before = out.size();
@@ -62,6 +63,7 @@ void ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t objec
         }
     }
     for (BasisWeight& w : out) w.weight /= sum;
+    return sum;
 }
 
 void ShepardLevel::set_cuts(std::vector<SupportCut> cuts) {

@@ -40,8 +40,9 @@ public:
     }
 
     // Replaces `out` by all functions that are not zero at a point of an object. They are positive and sum to 1; where
-    // nothing covers the point there are none. `normal` is of unit length.
-    void at(const Vec3& point, const Vec3& normal, std::uint32_t object, std::vector<BasisWeight>& out) const;
+    // nothing covers the point there are none. `normal` is of unit length. Returns what the weights summed up to
+    // before.
+    double at(const Vec3& point, const Vec3& normal, std::uint32_t object, std::vector<BasisWeight>& out) const;
     // The same, but where nothing covers the point the function whose point is nearest speaks alone: of those that face
     // a compatible way, n . n_j > 0, else of all of the object. Empty only where the object has none.
     void at_or_nearest(const Vec3& point, const Vec3& normal, std::uint32_t object,

@@ -110,9 +110,12 @@ void main() {
     vec4 sum = texelFetch(sums, ivec2(gl_FragCoord.xy), 0);
     if (sum.w <= 0.0) discard;
     int object = int(texelFetch(places, ivec2(gl_FragCoord.xy), 0).w);
-    all = vec4(sum.xyz / sum.w, coarsest[object] == int(level) ? 1 : 0);
+    bool is_coarsest = coarsest[object] == int(level);
+    // MultilevelBasis fades finer levels at their rims.
+    float scale = (is_coarsest ? 1.0 : smoothstep(0.0, 1.0, sum.w)) / sum.w;
+    all = vec4(scale * sum.xyz, is_coarsest ? 1 : 0);
 #ifdef DIRECT
-    direct = vec4(texelFetch(direct_sums, ivec2(gl_FragCoord.xy), 0).xyz / sum.w, 0);
+    direct = vec4(scale * texelFetch(direct_sums, ivec2(gl_FragCoord.xy), 0).xyz, 0);
 #endif
 }
 )";
