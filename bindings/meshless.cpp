@@ -1,4 +1,7 @@
+#include <mutex>
+
 #include "convert.h"
+#include "pictures.h"
 #include "rooms.h"
 #include "solution_dict.h"
 #include "surflux/core/parallel.h"
@@ -7,6 +10,7 @@
 #include "surflux/meshless/meshless_solve.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/neighbors/point_index.h"
+#include "surflux/render/meshless_image.h"
 
 namespace surflux::bindings {
 
@@ -80,6 +84,42 @@ public:
         }));
     }
 
+    // The same as `at`, of surfaces that are known, and not inside of any geometry: by surfel.
+    py::tuple at_surfels(const Doubles& points, const Doubles& normals, const Indices& surfels) const {
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const std::vector<std::uint32_t> on = to_vector(surfels);
+        std::vector<Rgb> all(places.size()), direct(places.size());
+        without_gil([&] {
+            parallel_for(places.size(), 256, [&](std::size_t k) {
+                const MeshlessField::At found = field_->at(places[k], facing[k], scene_.object.at(on.at(k)));
+                all[k] = found.all;
+                direct[k] = found.direct;
+            });
+            return 0;
+        });
+        return py::make_tuple(to_array(all), to_array(direct));
+    }
+
+    // As the camera sees it, by OpenGL.
+    py::dict image(const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
+                   std::size_t height) const {
+        const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
+        const Camera view = to_camera(camera);
+        const MeshlessImage image = without_gil([&] {
+            std::call_once(drawn_once_, [&] { drawn_ = std::make_unique<DrawnFunctions>(*field_); });
+            return meshless_image(*field_, *drawn_, scene_, lamps, view, width, height);
+        });
+        py::dict out;
+        out["all"] = to_pixels(image.all, height, width, 3);
+        out["direct"] = to_pixels(image.direct, height, width, 3);
+        out["depth"] = to_pixels(image.depth, height, width, 1);
+        out["normal"] = to_pixels(image.normal, height, width, 3);
+        out["index"] = to_pixels(image.index, height, width, 1);
+        out["position"] = to_array(image.position).attr("reshape")(height, width, 3);
+        out["fallbacks"] = image.fallbacks;
+        return out;
+    }
+
     // By function: positions, normals, radii of the supports, objects, levels, coefficients (of all and of direct
     // light), and whether light was gathered there.
     py::dict functions() const {
@@ -119,6 +159,8 @@ private:
     const Scene& scene_;
     Tracer tracer_;
     PointIndex surfels_;
+    mutable std::once_flag drawn_once_;
+    mutable std::unique_ptr<DrawnFunctions> drawn_;
 };
 
 py::dict solve_scene(const py::object& scene_object, int levels, double radius, double epsilon_e, double epsilon_omega,
@@ -154,6 +196,8 @@ void bind_meshless(py::module_& module) {
         .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))
+        .def("at_surfels", &FieldOnScene::at_surfels, py::arg("points"), py::arg("normals"), py::arg("surfels"))
+        .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"))
         .def("functions", &FieldOnScene::functions);
     module.def("solve_meshless", &solve_scene, py::arg("scene"), py::arg("levels"), py::arg("radius"),
                py::arg("epsilon_e"), py::arg("epsilon_omega"), py::arg("rays"), py::arg("bounces"),

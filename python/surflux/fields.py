@@ -32,10 +32,16 @@ class SurfelField:
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 
-    def __init__(self, basis, rest):
-        """rest: callback -> SurfelField, or None where the basis holds all."""
-        self.basis = basis
+    def __init__(self, basis, rest, emitted=None, lit=None):
+        """rest: callback -> SurfelField of emitted and lit (n, 3), by surfel, or None where the basis holds all."""
+        self.basis, self.emitted, self.lit = basis, emitted, lit
         self._rest, self._make_rest = None, rest
+
+    def receivers(self):
+        """(points, normals) where light was gathered."""
+        functions = self.basis.functions()
+        gathered = functions["gathered"] > 0
+        return functions["positions"][gathered], functions["normals"][gathered]
 
     def irradiance(self, points, normals, direct, seed, callback):
         total, direct_in_basis = self.basis.at(points, normals, callback)

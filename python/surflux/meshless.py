@@ -112,5 +112,5 @@ def solve_meshless(
         lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
         camera=scene.camera,
         scene=scene,
-        field=BasisField(result["field"], rest if indirect_only else None),
+        field=BasisField(result["field"], *((rest, result["emitted"], result["lit"]) if indirect_only else (None,))),
     )

@@ -8,9 +8,10 @@ import numpy as np
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
 from surflux.camera import Camera, framing
-from surflux.fields import SurfelField
+from surflux.fields import BasisField, SurfelField
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
+from surflux.meshless_render import basis_layers
 from surflux.saving import ply_path
 from surflux.surfels import Surfels
 
@@ -120,10 +121,12 @@ class Solution:
                 self._field = SurfelField(self.surfels, self.objects, others, self.direct, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
-    def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False):
+    def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False, direct="interpolated"):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
 
-        Drawn by OpenGL without a window (D04 step 4), in float32.
+        Drawn by OpenGL without a window (D04 step 4), in float32. A meshless solution that is not from a file is drawn
+        from its basis, which every pixel evaluates at what it sees (L07 section 6.2); what is not in the basis, and so
+        direct light unless `indirect_only=False`, is blended from the surfels.
 
         Args:
             camera: Camera; None for the scene's own, or one that has all surfels in view.
@@ -132,6 +135,8 @@ class Solution:
             samples: the picture is drawn this many times finer each way and averaged; 1 to 8.
             layers: True for a dict with "radiance", "direct" and "indirect" (h, w, 3), "depth" (h, w), along the
                 view axis and infinite where nothing is, "normal" (h, w, 3) and "index" (h, w) of the surfel, or -1.
+            direct: "traced": direct light by rays from what every pixel sees, slower and sharp; only where the basis
+                is drawn.
 
         Returns:
             (h, w, 3) float32, linear radiance, row 0 on top; or the dict.
@@ -151,31 +156,34 @@ class Solution:
         samples = _check.count("samples", samples, 1, 8)
         _check.flag("layers", layers)
 
+        from_basis = isinstance(self._field, BasisField)
+        if _check.choice("direct", direct, ("interpolated", "traced")) == "traced" and not from_basis:
+            raise ValueError(
+                'direct: wanted "interpolated", for only what is drawn from a meshless basis can be traced'
+            )
+
         drawn = self._drawn()
         # What is buried, as the floor below a plinth is, does not darken what is lit beside it.
         groups = (2 * self.objects + (self.radiosity == 0).all(axis=1)).astype(np.int32)
+        view = (camera.eye, camera.target, camera.up, camera.fov)
+        lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in self._lamps]
 
-        def draw(exitance, lamps):
+        def draw(exitance, lamps, width=width, height=height, samples=samples, black=False):
+            behind = np.zeros(3) if black else background
             return _core.render_splats(
-                drawn,
-                exitance / np.pi,
-                [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in lamps],
-                (camera.eye, camera.target, camera.up, camera.fov),
-                width,
-                height,
-                background,
-                FOOTPRINT,
-                samples,
-                groups,
+                drawn, exitance / np.pi, lamps, view, width, height, behind, FOOTPRINT, samples, groups
             )
 
-        picture = draw(self.radiosity, self._lamps)
+        if from_basis:
+            picture = basis_layers(self._field, self.surfels, lamps, view, (width, height), samples, direct, draw)
+            return {name: picture[name] for name in LAYERS} if layers else picture["radiance"]
+        picture = draw(self.radiosity, lamps)
         if not layers:
             return picture["radiance"]
         rho = self.surfels.reflectance
-        picture["direct"] = draw(self.surfels.emission + rho * self.direct, self._lamps)["radiance"]
+        picture["direct"] = draw(self.surfels.emission + rho * self.direct, lamps)["radiance"]
         picture["indirect"] = draw(rho * (self.irradiance - self.direct), [])["radiance"]
-        return {name: picture[name] for name in ("radiance", "direct", "indirect", "depth", "normal", "index")}
+        return {name: picture[name] for name in LAYERS}
 
     def _drawn(self):
         """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
@@ -192,12 +200,13 @@ class Solution:
         triangles = center + grown * (s.triangles - center)
         return _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, triangles, owner)
 
-    def plot(self, color="radiosity", **options):
+    def plot(self, color="radiosity", *, receivers=False, **options):
         """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
 
         Args:
             color: "radiosity", "irradiance", "direct", "level", "reflectance", "emission", "area", "radius" or
                 "normal".
+            receivers: True marks where solve_meshless gathered light, by black dots (L07 Fig. 4).
             screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png in the working folder
                 where there is no display (stderr says so).
             camera: Camera to look from; unless given the scene's own, or one that frames everything.
@@ -214,8 +223,13 @@ class Solution:
         """
         from surflux.viewer import plot
 
+        marks = None
+        if _check.flag("receivers", receivers):
+            if not isinstance(self._field, BasisField):
+                raise ValueError("receivers: wanted False, for only what solve_meshless found has some")
+            marks = self._field.receivers()
         options.setdefault("camera", self.camera)
-        return plot(self.surfels, color=color, values=self.values(), **options)
+        return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
 
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).
@@ -259,6 +273,8 @@ class Solution:
             comments=pack_comments(about),
         )
 
+
+LAYERS = ("radiance", "direct", "indirect", "depth", "normal", "index")  # of a picture
 
 # What was inserted is drawn larger by this: disks, and parts of patches.
 INSERTED_FOOTPRINT = 1.6

@@ -13,6 +13,7 @@ from surflux.areas import effective_areas
 # Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
 _CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
 _RGB = ("radiosity", "irradiance", "direct", "reflectance", "emission")
+_DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
 
 def to_polydata(s, **values):
@@ -117,7 +118,7 @@ def colors_of(s, color, values):
     return "scalar", value
 
 
-def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, size=(800, 600), **options):
+def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, camera=None, size=(800, 600), **options):
     """Shows surfels in a window; without a display, or with screenshot, saves a picture instead and says where.
 
     Surfels and patches have one side here as they do in the light: from behind they are not drawn, so that a room
@@ -128,6 +129,7 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
         color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / disk area) or a name in
             values. Areas that nobody has given are computed for the picture.
         values: dict of further arrays (n,) or (n, 3); those with three columns are taken as linear RGB.
+        marks: (points, normals) of black dots on the surfaces, or None.
         screenshot: path of a PNG or JPEG to write; None for a window, or surflux_view.png where there is no display.
         camera: Camera to look from; None to frame everything.
         size: (width, height) in pixels.
@@ -163,6 +165,8 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
         try:
             plotter.set_background("white")
             plotter.add_mesh(mesh, **settings)
+            if marks is not None:
+                plotter.add_mesh(_dots(*marks, origin, mesh.length), color="black", lighting=False, culling="back")
             if camera is not None:
                 plotter.camera.position = np.array(camera.eye) - origin
                 plotter.camera.focal_point = np.array(camera.target) - origin
@@ -175,6 +179,15 @@ def plot(s, *, color="reflectance", values=None, screenshot=None, camera=None, s
         finally:
             plotter.close()
     return path
+
+
+def _dots(points, normals, origin, extent):
+    """Small disks a little above a surface: from behind they are hidden, as it is."""
+    from surflux.surfels import Surfels
+
+    dots = disks(Surfels(points + _LIFT * extent * normals, normals, radii=_DOT * extent))
+    dots.points -= origin
+    return dots
 
 
 def camera_or_none(camera):

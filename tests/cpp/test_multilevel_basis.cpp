@@ -41,7 +41,8 @@ double evaluated(const MultilevelBasis& basis, const Vec3& point, const Vec3& no
         for (std::uint32_t j = basis.first(level); j < basis.first(level + 1); ++j) {
             const double t = length(point - basis.position(j)) / basis.radius(j);
             if (!(t < 1.0)) continue;
-            const double w = (2 * t * t * t - 3 * t * t + 1) * std::max(0.0, dot(normal, basis.normal(j)));
+            const double w =
+                (2 * t * t * t - 3 * t * t + 1) * std::pow(std::max(0.0, dot(normal, basis.normal(j))), 4.0);
             sum += w;
             weighted += w * coefficients[j];
         }

@@ -47,7 +47,7 @@ std::vector<double> kernels(const SurfacePoints& of, const ShepardLevel& level, 
     for (std::uint32_t j = 0; j < of.size(); ++j) {
         const double t = length(point - of.positions[j]) / level.radius(j);
         if (of.objects[j] == object && t < 1.0)
-            out[j] = (2 * t * t * t - 3 * t * t + 1) * std::max(0.0, dot(normal, of.normals[j]));
+            out[j] = (2 * t * t * t - 3 * t * t + 1) * std::pow(std::max(0.0, dot(normal, of.normals[j])), 4.0);
     }
     return out;
 }

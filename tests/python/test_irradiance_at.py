@@ -251,7 +251,8 @@ def test_it_reports_and_can_be_cancelled(direct):
     at = on_the_floor(300)
     calls = []
     found = solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: calls.append((done, total)))
-    assert calls and all(0 < done <= total for done, total in calls)
+    assert calls
+    assert all(0 < done <= total for done, total in calls)
     np.testing.assert_array_equal(found, solution.irradiance_at(at, up(at), direct=direct))
     with pytest.raises(sf.Cancelled):
         solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: False)

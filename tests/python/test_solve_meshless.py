@@ -75,8 +75,9 @@ def test_with_direct_light_in_the_basis_it_is_the_same_light():
     outside, inside = (sf.solve_meshless(scene, levels=4, indirect_only=flag) for flag in (True, False))
     areas = outside.surfels.areas
     assert rms(inside.direct, outside.direct, areas) < 0.02
-    assert rms(inside.irradiance, outside.irradiance, areas) < 0.02
-    assert rms(*(s.irradiance - s.direct for s in (inside, outside)), areas) < 0.04
+    # What the basis makes of the sum of direct light is bounced on.
+    assert rms(inside.irradiance, outside.irradiance, areas) < 0.03
+    assert rms(*(s.irradiance - s.direct for s in (inside, outside)), areas) < 0.05
 
 
 def test_at_disks_it_is_their_own(solved):

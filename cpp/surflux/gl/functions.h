@@ -14,6 +14,7 @@ namespace surflux::gl {
     X(PFNGLENABLEPROC, Enable)                                 \
     X(PFNGLDISABLEPROC, Disable)                               \
     X(PFNGLDEPTHFUNCPROC, DepthFunc)                           \
+    X(PFNGLDEPTHMASKPROC, DepthMask)                           \
     X(PFNGLBLENDFUNCPROC, BlendFunc)                           \
     X(PFNGLVIEWPORTPROC, Viewport)                             \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                       \

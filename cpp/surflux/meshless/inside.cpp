@@ -8,7 +8,7 @@ namespace surflux {
 namespace {
 
 constexpr double steep = 0.5, flat = 0.17;  // cosines of the further rays
-constexpr int further = 6, may_see_fronts = 2;
+constexpr int further = 12;
 constexpr std::size_t grain = 512;
 
 // Not Hit::front, which is false as well beyond the border of a disk that is seen from its front.
@@ -51,9 +51,7 @@ std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, cons
         std::size_t at = 0;
         for (std::size_t k = begin; k < end; ++k) {
             if (!out[k]) continue;
-            int others = 0;
-            for (int r = 0; r < further; ++r, ++at) others += !is_back(scene, hits[at], rays[at].direction);
-            out[k] = others <= may_see_fronts;
+            for (int r = 0; r < further; ++r, ++at) out[k] = out[k] && is_back(scene, hits[at], rays[at].direction);
         }
     });
     return out;

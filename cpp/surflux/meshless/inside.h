@@ -12,8 +12,8 @@ namespace surflux {
 std::vector<char> under_backs(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places);
 
 // Are the places inside geometry? Departing from L07 6.1, which takes the one ray's word: what is under a back, too, is
-// inside only if six more rays, three steep and three flat ones, all but two meet backs, or the floor below a table
-// whose underside no scanner saw would be lost. Each is turned by chance of its own, (seed, index).
+// inside only if twelve more rays, six steep and six flat ones, all meet backs: the floor below a table whose underside
+// no scanner saw has light from the sides. They are turned by chance, (seed, index).
 std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, const std::vector<Departure>& places,
                                   std::uint64_t seed);
 

@@ -37,6 +37,8 @@ double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double
 // In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
 // what is allowed goes by the light of one bounce, times this at most.
 constexpr double many_bounces = 4.0;
+// Where all else is dark, a lit spot may be off by this share of that, of its own light.
+constexpr double own_share = 0.25;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
@@ -273,8 +275,9 @@ private:
                         off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
                     }
                 }
-                const double noise = significance * gather_[row].noise;
-                chosen[k] = off > wanted_of_all + noise || off_sent > wanted_of_sent + noise;
+                const double noise = significance * gather_[row].noise, own = own_share * wanted;
+                chosen[k] = off > std::max(wanted_of_all, own * all(row)) + noise ||
+                            off_sent > std::max(wanted_of_sent, own * sent(row)) + noise;
             }
         });
         std::vector<std::uint32_t> out;

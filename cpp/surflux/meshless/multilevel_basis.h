@@ -29,7 +29,11 @@ public:
 
     // Of the finest level; functions are numbered as in the basis.
     void set_cuts(std::vector<SupportCut> cuts);
-    const ShepardLevel& level(std::size_t level) const { return levels_[level]; }
+    // The planes that end a function's support, two at most.
+    Span<SupportCut> cuts(std::uint32_t function) const {
+        const std::size_t level = level_of(function);
+        return levels_[level].cuts(function - first_[level]);
+    }
 
     std::size_t levels() const { return levels_.size(); }
     std::size_t size() const { return positions_.size(); }

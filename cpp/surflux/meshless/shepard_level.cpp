@@ -74,8 +74,8 @@ void ShepardLevel::set_cuts(std::vector<SupportCut> cuts) {
 }
 
 bool ShepardLevel::is_beyond_wall(std::uint32_t function, const Vec3& point) const {
-    for (std::uint32_t k = first_cut_[function]; k < first_cut_[function + 1]; ++k)
-        if (dot(cuts_[k].normal, point) < cuts_[k].offset) return true;
+    for (const SupportCut& cut : cuts(function))
+        if (dot(cut.normal, point) < cut.offset) return true;
     return false;
 }
 

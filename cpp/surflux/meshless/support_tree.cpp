@@ -178,14 +178,16 @@ double SupportTree::weights(const Vec3& point, const Vec3& normal, std::vector<B
         for (std::size_t k = 0; k < width; k += 4) {
             const Four x = four(q[0]) - load(leaf.x[0] + k), y = four(q[1]) - load(leaf.x[1] + k);
             const Four z = four(q[2]) - load(leaf.x[2] + k);
-            const Four cosine = nx * load(leaf.n[0] + k) + ny * load(leaf.n[1] + k) + nz * load(leaf.n[2] + k);
+            const Four cosine =
+                positive(nx * load(leaf.n[0] + k) + ny * load(leaf.n[1] + k) + nz * load(leaf.n[2] + k));
+            const Four facing = (cosine * cosine) * (cosine * cosine);
             const Four square = (x * x + y * y + z * z) * load(leaf.inverse_square + k);
             Four t;
             for (int lane = 0; lane < 4; ++lane) t[lane] = std::sqrt(square[lane]);
             // 2 t^3 - 3 t^2 + 1, without the loss of digits near t = 1.
             t = t < 1.0f ? t : four(1.0f);
             const Four rest = 1.0f - t;
-            const Four weight = load(leaf.height + k) * (rest * rest) * (1.0f + 2.0f * t) * positive(cosine);
+            const Four weight = load(leaf.height + k) * (rest * rest) * (1.0f + 2.0f * t) * facing;
             for (std::size_t lane = 0; lane < 4; ++lane) {
                 out[found] = {leaf.function[k + lane], weight[lane]};
                 sum += out[found].weight;

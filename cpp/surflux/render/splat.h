@@ -6,15 +6,10 @@
 
 #include "surflux/gl/context.h"
 #include "surflux/render/camera.h"
+#include "surflux/render/visible_emitter.h"
 #include "surflux/scene/surfels.h"
 
 namespace surflux {
-
-// A rectangle seen as a uniform light from the side that u x v points to, and not at all from behind.
-struct VisibleEmitter {
-    Vec3 corner, u, v;
-    Rgb radiance;
-};
 
 struct SplatOptions {
     Rgb background;          // radiance where no surface is seen

@@ -1,12 +1,13 @@
 #pragma once
 
-// The shaders of splat.cpp. Everything is in the camera's frame: x right, y down, z depth, the eye at the origin. Image
-// row 0 is on top and is row 0 of the framebuffer. Clip z only cuts what is nearer than `near_depth`; the depth test
-// compares gl_FragDepth, which is linear in depth, so that its precision is that of a float everywhere.
+// The shaders of surface_pass.cpp and splat.cpp. Everything is in the camera's frame: x right, y down, z depth, the eye
+// at the origin. Image row 0 is on top and is row 0 of the framebuffer. Clip z only cuts what is nearer than
+// `near_depth`; the depth test compares gl_FragDepth, which is linear in depth, so that its precision is that of a
+// float everywhere.
 
 namespace surflux::splat_shaders {
 
-// Splat and Triangle of splat.cpp, as the buffers hold them.
+// Splat and FlatTriangle of surface_pass.h, as the buffers hold them.
 #define SURFLUX_SPLAT_BUFFER                                                                                        \
     "#version 430\n"                                                                                                \
     "struct Splat { vec4 center_kernel; vec4 normal_disk; vec4 radiance_index; };\n"                                \

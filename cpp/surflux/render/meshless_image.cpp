@@ -1,0 +1,311 @@
+#include "surflux/render/meshless_image.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "surflux/core/parallel.h"
+#include "surflux/render/meshless_shaders.h"
+#include "surflux/render/seen_tiles.h"
+#include "surflux/render/surface_pass.h"
+
+namespace surflux {
+
+namespace {
+
+// As the shaders read it (std430).
+struct Function {
+    float center[3], shrink;  // 1 / r^2
+    float normal[3], object;
+    float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
+    float direct[3], unused;
+    float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
+    float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
+};
+
+// What the passes leave.
+struct Raw {
+    std::vector<float> surface;  // depth, normal in the camera's frame
+    std::vector<float> place;    // relative to the origin, and object
+    std::vector<float> normal;   // in the camera's frame
+    std::vector<std::int32_t> index;
+    std::vector<float> all, direct;  // 4 per pixel
+};
+
+// The point of the box around all surfaces in the camera's frame that is nearest to the eye.
+Vec3 origin_of(const Surfels& surfels, const CameraFrame& frame) {
+    if (surfels.size() == 0) return {};
+    Vec3 low = frame.to_camera(surfels.positions[0]), high = low;
+    for (const Vec3& position : surfels.positions) {
+        const Vec3 p = frame.to_camera(position);
+        for (int axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], p[axis]);
+            high[axis] = std::max(high[axis], p[axis]);
+        }
+    }
+    Vec3 nearest;
+    // A float's value, so that float32 and float64 know the same one.
+    for (int axis = 0; axis < 3; ++axis) nearest[axis] = static_cast<float>(std::clamp(0.0, low[axis], high[axis]));
+    return nearest;
+}
+
+// Bounds of x / z over a circle around (x, z), in pixels of `count`: all of them for one that reaches the plane of the
+// eye.
+std::pair<int, int> bounds(double x, double z, double radius, double near, double tan_half, int count) {
+    if (z - radius <= near) return {0, count};
+    const double tangent = std::sqrt(std::max(0.0, x * x + z * z - radius * radius));
+    const double scale = 1.0 / ((z - radius) * (z + radius) * tan_half);
+    const auto pixel = [&](double slope) { return 0.5 * count * (std::clamp(slope * scale, -1.0, 1.0) + 1.0); };
+    return {static_cast<int>(std::floor(pixel(x * z - radius * tangent))),
+            static_cast<int>(std::ceil(pixel(x * z + radius * tangent)))};
+}
+
+// The functions of a level that may speak where a pixel sees something, and where that is.
+std::vector<Function> in_view(const MeshlessField& field, const std::vector<std::uint32_t>& functions,
+                              const CameraFrame& frame, const Vec3& origin, const DrawnView& view,
+                              const SeenTiles& tiles) {
+    const MultilevelBasis& basis = field.basis;
+    const auto near = static_cast<double>(view.near_depth), far = static_cast<double>(view.far_depth);
+    std::vector<Function> out(functions.size());
+    std::vector<char> seen(functions.size(), 0);
+    parallel_for(functions.size(), 1024, [&](std::size_t k) {
+        const std::uint32_t j = functions[k];
+        const Vec3 center = frame.to_camera(basis.position(j));
+        const double radius = basis.radius(j), reach = 1.0001 * radius;
+        if (center.z + reach <= 0.0) return;
+        const auto [left, right] = bounds(center.x, center.z, reach, near, static_cast<double>(view.tan_x), view.width);
+        const auto [top, bottom] =
+            bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
+        Function& f = out[k];
+        store(f.center, center - origin);
+        store(f.normal, frame.turn(basis.normal(j)));
+        f.object = static_cast<float>(basis.object(j));
+        const SeenTiles::Rectangle part =
+            tiles.part({left, top, right, bottom}, f.center, static_cast<float>(reach), f.normal, f.object);
+        if (part.empty()) return;
+        seen[k] = 1;
+        const auto square = static_cast<float>(radius * radius);
+        f.shrink = std::min(1.0f / square, std::numeric_limits<float>::max());
+        store(f.all, field.coefficients[j]);
+        store(f.direct, field.direct[j]);
+        f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
+        const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+        for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
+        std::size_t cuts = 0;
+        for (const SupportCut& cut : basis.cuts(j)) {
+            // By how far the function's point is within it, which is small where coordinates are not.
+            const Vec3 normal = frame.turn(cut.normal);
+            const double within = dot(cut.normal, basis.position(j)) - cut.offset;
+            store(f.cuts[cuts], normal);
+            f.cuts[cuts++][3] = static_cast<float>(dot(normal, center - origin) - within);
+            if (cuts == 2) break;
+        }
+        f.corners[0] = 2.0f * static_cast<float>(part.left) / width - 1.0f;
+        f.corners[1] = 2.0f * static_cast<float>(part.top) / height - 1.0f;
+        f.corners[2] = 2.0f * static_cast<float>(part.right) / width - 1.0f;
+        f.corners[3] = 2.0f * static_cast<float>(part.bottom) / height - 1.0f;
+    });
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < out.size(); ++k)
+        if (seen[k]) out[count++] = out[k];
+    out.resize(count);
+    return out;
+}
+
+struct Passes {
+    const gl::Functions& gl;
+    const MeshlessField& field;
+    const DrawnFunctions& functions;
+    const CameraFrame& frame;
+    const DrawnView& view;
+    const Vec3& origin;
+
+    std::string text(const char* shader) const {
+        return std::string(meshless_shaders::version) + (functions.direct ? meshless_shaders::direct_too : "") + shader;
+    }
+    gl::Program program(const char* vertex, const char* fragment) const {
+        return {gl, text(vertex).c_str(), text(fragment).c_str()};
+    }
+    void use(const gl::Program& program) const {
+        view.use(gl, program);
+        gl.Uniform4f(program.uniform("origin"), static_cast<float>(origin.x), static_cast<float>(origin.y),
+                     static_cast<float>(origin.z), 0.0f);
+    }
+    // Where no direct light is told apart a single pixel stands for it, which nothing draws and nothing reads.
+    gl::Texture direct_texture() const {
+        return {gl, GL_RGBA32F, functions.direct ? view.width : 1, functions.direct ? view.height : 1};
+    }
+    gl::Framebuffer target(const gl::Texture& all, const gl::Texture& direct,
+                           const gl::Texture* depth = nullptr) const {
+        return functions.direct ? gl::Framebuffer(gl, {&all, &direct}, depth) : gl::Framebuffer(gl, {&all}, depth);
+    }
+    void whole_image() const { gl.DrawArrays(GL_TRIANGLES, 0, 3); }
+
+    void add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
+                    const SeenTiles& tiles, const gl::Framebuffer& image) const {
+        const gl::Texture sum(gl, GL_RGBA32F, view.width, view.height), direct_sum = direct_texture();
+        const gl::Framebuffer sums = target(sum, direct_sum, &visibility.depth);
+        const gl::Program function_program =
+            program(meshless_shaders::function_vertex, meshless_shaders::function_fragment);
+        const gl::Program level_program = program(meshless_shaders::screen_vertex, meshless_shaders::level_fragment);
+        std::vector<std::int32_t> coarsest = functions.coarsest;
+        coarsest.resize(std::max<std::size_t>(coarsest.size(), 1), -1);
+        const gl::Buffer coarsest_buffer(gl, coarsest);
+        const float zero[4] = {0, 0, 0, 0};
+        for (std::size_t level = 0; level < functions.levels.size(); ++level) {
+            const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view, tiles);
+            if (seen.empty()) continue;
+            const DrawBatches<Function> batches(gl, seen);
+            sums.bind();
+            gl.ClearBufferfv(GL_COLOR, 0, zero);
+            if (functions.direct) gl.ClearBufferfv(GL_COLOR, 1, zero);
+            gl.Enable(GL_DEPTH_TEST);
+            place.bind(0);
+            facing.bind(1);
+            use(function_program);
+            batches.draw(6);
+
+            image.bind();
+            gl.Disable(GL_DEPTH_TEST);
+            sum.bind(1);
+            direct_sum.bind(2);
+            coarsest_buffer.bind(1);
+            use(level_program);
+            gl.Uniform1f(level_program.uniform("level"), static_cast<float>(level));
+            whole_image();
+        }
+    }
+};
+
+Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
+         const DrawnGeometry& geometry, const CameraFrame& frame, const Vec3& origin, GLsizei width, GLsizei height) {
+    check_drawable(gl, width, height);
+    const DrawnView view(width, height, frame.tan_half, geometry.far_depth);
+    const Passes passes{gl, field, functions, frame, view, origin};
+    GLuint vertex_array = 0;
+    gl.GenVertexArrays(1, &vertex_array);
+    gl.BindVertexArray(vertex_array);
+    const DrawBatches<Splat> splats(gl, geometry.splats);
+    const SurfacePass visibility(gl, view, geometry, splats);
+
+    const gl::Texture place(gl, GL_RGBA32F, width, height), facing(gl, GL_RGBA32F, width, height);
+    const gl::Framebuffer seen(gl, {&place, &facing});
+    std::vector<std::int32_t> objects(scene.object.begin(), scene.object.end());
+    objects.resize(std::max<std::size_t>(objects.size(), 1), 0);
+    const gl::Buffer object_buffer(gl, objects);
+    const gl::Program place_program = passes.program(meshless_shaders::screen_vertex, meshless_shaders::place_fragment);
+    seen.bind();
+    gl.Disable(GL_DEPTH_TEST);
+    visibility.surface.bind(0);
+    visibility.seen.bind(1);
+    object_buffer.bind(1);
+    passes.use(place_program);
+    passes.whole_image();
+
+    Raw raw;
+    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    const auto read = [&](const gl::Framebuffer& from, GLuint attachment) {
+        std::vector<float> out(4 * pixels);
+        from.read(attachment, width, height, GL_RGBA, GL_FLOAT, out.data());
+        return out;
+    };
+    raw.place = read(seen, 0);
+    raw.normal = read(seen, 1);
+    const SeenTiles tiles(raw.place, raw.normal, width, height);
+
+    const gl::Texture all(gl, GL_RGBA32F, width, height), direct = passes.direct_texture();
+    const gl::Framebuffer image = passes.target(all, direct);
+    const float zero[4] = {0, 0, 0, 0};
+    image.bind();
+    gl.ClearBufferfv(GL_COLOR, 0, zero);
+    if (functions.direct) gl.ClearBufferfv(GL_COLOR, 1, zero);
+    gl.Enable(GL_BLEND);
+    gl.BlendFunc(GL_ONE, GL_ONE);
+    gl.DepthMask(GL_FALSE);
+    passes.add_levels(visibility, place, facing, tiles, image);
+    raw.surface = read(visibility.target, 0);
+    raw.all = read(image, 0);
+    if (functions.direct) raw.direct = read(image, 1);
+    raw.index.resize(pixels);
+    visibility.target.read(1, width, height, GL_RED_INTEGER, GL_INT, raw.index.data());
+    return raw;
+}
+
+Vec3 vec3_of(const float* from) {
+    return {static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2])};
+}
+
+MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
+                      const CameraFrame& frame, const Vec3& origin, std::size_t width, std::size_t height) {
+    const std::size_t pixels = width * height;
+    MeshlessImage image;
+    image.width = width;
+    image.height = height;
+    image.all.resize(3 * pixels);
+    image.direct.resize(3 * pixels);
+    image.depth.resize(pixels, std::numeric_limits<float>::infinity());
+    image.normal.resize(3 * pixels);
+    image.position.resize(pixels);
+    image.index = raw.index;
+    std::atomic<std::size_t> fallbacks{0};
+    parallel_for(pixels, 4096, [&](std::size_t p) {
+        if (raw.index[p] == -1) return;
+        image.depth[p] = raw.surface[4 * p];
+        if (raw.index[p] < 0) return;
+        const Vec3 local = origin + vec3_of(&raw.place[4 * p]);
+        image.position[p] = frame.eye + local.x * frame.right + local.y * frame.down + local.z * frame.forward;
+        const auto surfel = static_cast<std::size_t>(raw.index[p]);
+        const Vec3& normal = scene.surfels.normals[surfel];
+        store(&image.normal[3 * p], normal);
+        Rgb all = vec3_of(&raw.all[4 * p]), direct;
+        if (functions.direct) direct = vec3_of(&raw.direct[4 * p]);
+        const std::uint32_t object = scene.object[surfel];
+        if (raw.all[4 * p + 3] == 0.0f && object < functions.coarsest.size() && functions.coarsest[object] >= 0) {
+            ++fallbacks;
+            thread_local std::vector<BasisWeight> weights;
+            field.basis.at_level(static_cast<std::size_t>(functions.coarsest[object]), image.position[p], normal,
+                                 object, weights);
+            for (const BasisWeight& w : weights) {
+                all += w.weight * field.coefficients[w.function];
+                direct += w.weight * field.direct[w.function];
+            }
+        }
+        // As MeshlessField::at has it.
+        for (int c = 0; c < 3; ++c) {
+            all[c] = std::max(0.0, all[c]);
+            direct[c] = std::clamp(direct[c], 0.0, all[c]);
+        }
+        store(&image.all[3 * p], all);
+        store(&image.direct[3 * p], direct);
+    });
+    image.fallbacks = fallbacks;
+    return image;
+}
+
+}  // namespace
+
+MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
+                             const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
+                             std::size_t height, gl::Api api) {
+    require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
+            "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
+    require(scene.object.size() == scene.surfels.size(), "scene: wanted one object for each of ", scene.surfels.size(),
+            " surfels, got ", scene.object.size());
+    const CameraFrame frame = frame_of(camera);
+    const Vec3 origin = origin_of(scene.surfels, frame);
+    const std::vector<Rgb> black(scene.surfels.size());
+    const DrawnGeometry geometry = drawn_geometry(scene.surfels, black, emitters, frame, 1.5);
+    Raw raw;
+    gl::run_pass(
+        [&](const gl::Context& context) {
+            raw = draw(context.gl, field, functions, scene, geometry, frame, origin, static_cast<GLsizei>(width),
+                       static_cast<GLsizei>(height));
+        },
+        api);
+    return resolve(raw, field, functions, scene, frame, origin, width, height);
+}
+
+}  // namespace surflux

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/gl/context.h"
+#include "surflux/meshless/meshless_field.h"
+#include "surflux/render/camera.h"
+#include "surflux/render/drawn_functions.h"
+#include "surflux/render/visible_emitter.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// Rows from the top, one sample a pixel, in the middle of it.
+struct MeshlessImage {
+    std::size_t width = 0, height = 0;
+    std::vector<float> all, direct;   // 3 per pixel: irradiance in the basis, and the part of it that is direct light
+    std::vector<float> depth;         // along the view axis; infinity where nothing is seen
+    std::vector<float> normal;        // 3 per pixel, world; 0 where no surfel is seen
+    std::vector<std::int32_t> index;  // of the surfel seen, -1 where nothing is, -2 - k for emitter k
+    std::vector<Vec3> position;       // of what is seen, world; 0 where no surfel is
+    std::size_t fallbacks = 0;        // pixels that no function of the coarsest level covers
+};
+
+// A field in its basis, as the camera sees it (L07 6.2): surfaces first (surface_pass.h), then level by level a
+// rectangle around each function that may be in view, weights and weighted coefficients added up, and the quotients
+// added to the image. Where none covers the coarsest level the nearest function speaks, as in
+// MultilevelBasis::at_level: those few pixels are evaluated on the CPU. Throws ArgumentError, and DeviceError where
+// there is no GL.
+MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
+                             const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
+                             std::size_t height, gl::Api api = gl::requested_api());
+
+}  // namespace surflux

@@ -1,0 +1,162 @@
+"""Pictures of meshless solutions are what their basis says at every pixel."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+
+CAMERA = sf.Camera([0.5, -1.6, 0.5], [0.5, 0.5, 0.45], fov=48)
+LAMP = sf.AreaLight([0.3, 0.3, 0.99], [0, 0.4, 0], [0.4, 0, 0], 12.0)
+
+
+def room():
+    """A room of coarse patches, one wall red, with a ball of disks that touches a box."""
+    wall = sf.Surfels.from_mesh(
+        (
+            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+            [[0, 1, 2, 3], [4, 7, 6, 5], [3, 2, 6, 7], [0, 3, 7, 4], [1, 5, 6, 2]],
+        ),
+        patch_area=0.02,
+        reflectance=0.7,
+    )
+    n = 300
+    z = 1 - (2 * np.arange(n) + 1) / n
+    phi = np.arange(n) * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z * z)
+    normals = np.stack([r * np.cos(phi), r * np.sin(phi), z], 1)
+    # Sunk a little into the floor, so that the two interpenetrate.
+    ball = sf.Surfels([0.5, 0.5, 0.18] + 0.2 * normals, normals=normals, reflectance=[0.3, 0.5, 0.8])
+    return sf.Scene([wall, ball], lights=[LAMP], camera=CAMERA)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return room()
+
+
+@pytest.fixture(scope="module")
+def solution(scene):
+    return sf.solve_meshless(scene, levels=4, rays=128, epsilon_e=0.1)
+
+
+@pytest.fixture(scope="module")
+def with_direct(scene):
+    return sf.solve_meshless(scene, levels=4, rays=128, epsilon_e=0.1, indirect_only=False)
+
+
+def basis_image(solution, size=(160, 120), camera=CAMERA):
+    lamps = [(LAMP.corner, LAMP.edge_u, LAMP.edge_v, np.divide(LAMP.exitance, np.pi))]
+    return solution._field.basis.image(lamps, (camera.eye, camera.target, camera.up, camera.fov), *size)
+
+
+def decibels(image, exact, peak):
+    return 10 * np.log10(peak**2 / np.mean((image - exact) ** 2))
+
+
+@pytest.mark.parametrize("which", ["solution", "with_direct"])
+def test_pixels_are_the_field_at_what_they_see(which, request):
+    solution = request.getfixturevalue(which)
+    image = basis_image(solution)
+    seen = image["index"] >= 0
+    assert seen.mean() > 0.3
+    places = image["position"][seen], image["normal"][seen].astype(float)
+    everything, direct = solution._field.basis.at_surfels(*places, image["index"][seen])
+    assert decibels(image["all"][seen], everything, everything.max()) > 100
+    if which == "with_direct":
+        assert decibels(image["direct"][seen], direct, everything.max()) > 100
+        assert direct.max() > 0
+    else:
+        assert not image["direct"].any()
+    # The places are on the surfaces: irradiance_at finds the same objects there by itself. Disks stick out of the ball.
+    wall = solution.objects[image["index"][seen]] == 0
+    found, _ = solution._field.basis.at(places[0][wall], places[1][wall], None)
+    assert np.mean(np.abs(found - everything[wall]).max(axis=1) < 1e-9) > 0.98
+
+
+def test_layers_add_up(solution):
+    layers = solution.render(size=(80, 60), layers=True)
+    assert list(layers) == ["radiance", "direct", "indirect", "depth", "normal", "index"]
+    assert all(a.dtype == np.float32 for name, a in layers.items() if name != "index")
+    np.testing.assert_array_equal(layers["radiance"], solution.render(size=(80, 60)))
+    np.testing.assert_allclose(layers["direct"] + layers["indirect"], layers["radiance"], rtol=1e-6)
+    lamp = layers["index"] == -2
+    assert lamp.any()
+    inside = lamp & np.roll(lamp, 1, 0) & np.roll(lamp, -1, 0) & np.roll(lamp, 1, 1) & np.roll(lamp, -1, 1)
+    np.testing.assert_allclose(layers["radiance"][inside], 12 / np.pi, rtol=1e-5)
+    assert not layers["indirect"][inside].any()
+
+
+def test_the_background_is_there_once(solution):
+    aside = sf.Camera([0.5, -4, 0.5], [0.5, 0.5, 0.5], fov=48)
+    layers = solution.render(aside, size=(40, 30), background=[1, 2, 3], layers=True)
+    nothing = layers["index"] == -1
+    nothing &= np.roll(nothing, 1, 0) & np.roll(nothing, -1, 0) & np.roll(nothing, 1, 1) & np.roll(nothing, -1, 1)
+    assert nothing.any()
+    np.testing.assert_array_equal(layers["radiance"][nothing], np.tile(np.float32([1, 2, 3]), (nothing.sum(), 1)))
+
+
+def test_indirect_light_is_reflectance_times_the_basis(solution):
+    layers = solution.render(size=(160, 120), samples=1, layers=True)
+    image = basis_image(solution)
+    # Away from outlines reflectance is that of the object.
+    for k, rho in enumerate([[0.7, 0.7, 0.7], [0.3, 0.5, 0.8]]):
+        there = image["index"] >= 0
+        there[there] = solution.objects[image["index"][there]] == k
+        expected = (rho * image["all"] / np.pi)[there]
+        assert len(expected) > 500
+        np.testing.assert_allclose(layers["indirect"][there], expected, rtol=2e-5, atol=1e-6)
+
+
+def test_subpixels_are_averaged(solution):
+    fine = solution.render(size=(120, 90), samples=1)
+    mean = fine.reshape(30, 3, 40, 3, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(solution.render(size=(40, 30), samples=3), mean, rtol=1e-4, atol=1e-6)
+
+
+def test_traced_direct_light_has_sharp_shadows(scene, solution):
+    layers = solution.render(size=(80, 60), samples=1, layers=True, direct="traced")
+    image = basis_image(solution, (80, 60))
+    wall = image["index"] >= 0
+    wall[wall] = solution.objects[image["index"][wall]] == 0
+    places = image["position"][wall], image["normal"][wall].astype(float)
+    exact = solution.irradiance_at(*places, direct="traced") - solution._field.basis.at(*places, None)[0]
+    expected = 0.7 / np.pi * exact
+    # Shadow rays differ from point to point: what is not in half-shadow is the same.
+    close = np.abs(layers["direct"][wall] - expected).max(axis=1) < 0.02 * expected.max()
+    assert close.mean() > 0.9
+    blended = solution.render(size=(80, 60), samples=1, layers=True)["direct"][wall]
+    assert np.abs(layers["direct"][wall] - expected).mean() < 0.5 * np.abs(blended - expected).mean()
+
+
+def test_with_direct_light_in_the_basis_the_picture_is_much_the_same(solution, with_direct):
+    one, other = (s.render(size=(80, 60)) for s in (solution, with_direct))
+    assert np.abs(one - other).mean() < 0.03 * one.mean()
+
+
+def test_the_scene_moved_far_away_looks_the_same(solution):
+    offset = np.array([5e6, -5e6, 5e6])
+    moved = [
+        sf.Surfels.from_mesh((s.triangles.reshape(-1, 3) + offset, np.arange(3 * len(s.triangles)).reshape(-1, 3)))
+        for s in room().objects[:1]
+    ]
+    lamp = sf.AreaLight(np.add(LAMP.corner, offset), LAMP.edge_u, LAMP.edge_v, 12.0)
+    far = sf.solve_meshless(sf.Scene(moved, lights=[lamp]), levels=2, rays=64)
+    image = basis_image(far, camera=sf.Camera(CAMERA.eye + offset, CAMERA.target + offset, fov=48))
+    seen = image["index"] >= 0
+    places = image["position"][seen], image["normal"][seen].astype(float)
+    exact, _ = far._field.basis.at_surfels(*places, image["index"][seen])
+    assert decibels(image["all"][seen], exact, exact.max()) > 100
+
+
+def test_a_loaded_solution_is_drawn_from_its_surfels(solution, tmp_path):
+    solution.save(tmp_path / "room.ply")
+    back = sf.load_solution(tmp_path / "room.ply")
+    one, other = solution.render(size=(80, 60)), back.render(size=(80, 60))
+    assert np.abs(one - other).mean() < 0.05 * one.mean()
+    with pytest.raises(ValueError, match=r'^direct: wanted "interpolated", for only what is drawn from'):
+        back.render(direct="traced")
+
+
+def test_refusals(solution):
+    with pytest.raises(ValueError, match=r"^direct: wanted one of 'interpolated', 'traced', got 'both'"):
+        solution.render(direct="both")
