@@ -63,7 +63,7 @@ SOLVERS = {
     "meshless": Solver(
         sf.solve_meshless,
         {
-            "rays": [{"rays": 64}, {"rays": 128}, {"rays": 2048}],
+            "rays": [{"rays": 64}, {"rays": 128}, {"rays": 1024}],
             "epsilon_e": [{"epsilon_e": 0.16}, {"epsilon_e": 0.08}, {"epsilon_e": 0.02}],
             "levels": [{"levels": 2}, {"levels": 3}, {"levels": 4}],
         },
