@@ -7,9 +7,10 @@
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/inside.h"
-#include "surflux/meshless/point_grid.h"
+#include "surflux/meshless/oracle.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
+#include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/gmres.h"
@@ -25,23 +26,13 @@ constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
 constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
 constexpr double most_gain = 1.1;
 constexpr int most_applications = 100;
-// Points of a level are placed within this many of its Poisson radii of a receiver that is refined: its children, of
-// which the supports reach it, lie within about 2.1, and whose supports reach theirs hold them down to 0 at the rim.
-constexpr double placed_reach = 4.4;
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-// And it may be off by more, half way to where all have the same part in the error: areas are 4^-level.
-double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double>(level)); }
-// In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
-// what is allowed goes by the light of one bounce, times this at most.
-constexpr double many_bounces = 4.0;
-// Where all else is dark, a lit spot may be off by this share of that, of its own light.
-constexpr double own_share = 0.25;
-constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr int checking_rays = 128;
+constexpr double widest_spacing = 3.0;  // of receivers, in radii of disks, at which these speak for themselves
 
 double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
 
@@ -76,7 +67,18 @@ public:
         gather(all);
         solve(rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
-            const std::vector<std::uint32_t> refined = oracle(static_cast<std::size_t>(level - 1));
+            const Oracle oracle{field_->basis,
+                                receivers_,
+                                gather_,
+                                placement_.points().first_radius,
+                                values_,
+                                direct_,
+                                unbounced_,
+                                first_,
+                                field_->coefficients,
+                                field_->direct};
+            const std::vector<std::uint32_t> refined =
+                oracle.refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
             if (refined.empty()) break;
             place(refined);
             std::vector<std::uint32_t> children = children_of(refined);
@@ -95,30 +97,7 @@ private:
         MultilevelBasis& basis = field_->basis;
         const std::size_t level = basis.levels();
         Wanted wanted;
-        std::vector<PointGrid> grids;
-        std::vector<double> reach;
-        if (level > 0) {
-            const std::vector<double>& first = placement_.points().first_radius;
-            std::vector<std::vector<PointGrid::Point>> of_object(first.size());
-            for (const std::uint32_t j : refined)
-                of_object[basis.object(j)].push_back({basis.position(j), basis.normal(j), j});
-            const Vec3 low = bounds_of(scene_.surfels).low;
-            for (std::size_t o = 0; o < first.size(); ++o) {
-                reach.push_back(placed_reach * at_level(first[o], level));
-                grids.emplace_back(low, std::max(reach[o], 1e-300), of_object[o].size() + 1);
-                grids[o].insert(of_object[o]);
-            }
-            wanted = [&](const Vec3& p, const Vec3& n, std::uint32_t o) {
-                const double r = reach[o];
-                bool near = false;
-                grids[o].within(grids[o].cell_of(p - Vec3{r, r, r}), grids[o].cell_of(p + Vec3{r, r, r}),
-                                [&](const PointGrid::Point& other) {
-                                    near = near ||
-                                           (length_squared(other.position - p) < r * r && dot(other.normal, n) > 0.0);
-                                });
-                return near;
-            };
-        }
+        if (level > 0) wanted = wanted_around(basis, refined, placement_.points().first_radius);
         placement_.add_level(wanted, stage("placement"));
         const PlacedPoints& points = placement_.points();
         const auto from = static_cast<std::ptrdiff_t>(points.level_begin[level]);
@@ -229,63 +208,6 @@ private:
                                 {"seconds", seconds}});
     }
 
-    // RMS over the surface of a luminance by row.
-    template <class Value>
-    double rms(const Value& of_row) const {
-        const MultilevelBasis& basis = field_->basis;
-        const std::vector<double>& first = placement_.points().first_radius;
-        double sum = 0.0, total = 0.0;
-        for (std::uint32_t j = basis.first(0); j < basis.first(1); ++j) {
-            // A level's points are as dense all over an object.
-            const double l = of_row(receivers_.row(j)), r = first[basis.object(j)];
-            sum += r * r * l * l;
-            total += r * r;
-        }
-        return total > 0.0 ? std::sqrt(sum / total) : 0.0;
-    }
-
-    // RECEIVER-ORACLE of L07 6.3, over all functions of a level that light was gathered for. What surfaces send is
-    // measured by its own RMS, beside all that is in the basis: a bright sky on the outside hides no room.
-    std::vector<std::uint32_t> oracle(std::size_t level) const {
-        const MultilevelBasis& basis = field_->basis;
-        const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
-        const auto all = [&](std::uint32_t row) { return luminance(values_[row]); };
-        const auto sent = [&](std::uint32_t row) { return luminance(values_[row] - direct_[row]); };
-        const double wanted = options_.epsilon_e * allowed_at(level);
-        const auto all_first = [&](std::uint32_t row) { return luminance(unbounced_[row] + first_[row]); };
-        const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(direct_[row]); };
-        const double wanted_of_all = wanted * std::min(rms(all), many_bounces * rms(all_first)),
-                     wanted_of_sent = wanted * std::min(rms(sent), many_bounces * rms(sent_first));
-        std::vector<char> chosen(to - from, 0);
-        parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
-            std::vector<BasisWeight> near;
-            for (std::size_t k = begin; k < end; ++k) {
-                const auto j = static_cast<std::uint32_t>(from + k);
-                if (!receivers_.has(j)) continue;
-                const std::uint32_t row = receivers_.row(j);
-                double off = 0.0, off_sent = 0.0;
-                if (level > 0) {
-                    off = std::abs(luminance(field_->coefficients[j]));
-                    off_sent = std::abs(luminance(field_->coefficients[j] - field_->direct[j]));
-                } else {
-                    basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
-                    for (const BasisWeight& w : near) {
-                        const std::uint32_t other = receivers_.row(w.function);
-                        off = std::max(off, std::abs(all(other) - all(row)));
-                        off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
-                    }
-                }
-                const double noise = significance * gather_[row].noise, own = own_share * wanted;
-                chosen[k] = off > std::max(wanted_of_all, own * all(row)) + noise ||
-                            off_sent > std::max(wanted_of_sent, own * sent(row)) + noise;
-            }
-        });
-        std::vector<std::uint32_t> out;
-        for (std::uint32_t k = 0; k < chosen.size(); ++k)
-            if (chosen[k]) out.push_back(from + k);
-        return out;
-    }
-
     // Of the finest level, those that are not zero at the points of others.
     std::vector<std::uint32_t> children_of(const std::vector<std::uint32_t>& parents) const {
         const MultilevelBasis& basis = field_->basis;
@@ -302,6 +224,12 @@ private:
         return out;
     }
 
+    // Where the basis is asked for the light of a surfel.
+    void places_on(std::uint32_t i, std::vector<Departure>& out) const {
+        const double first = placement_.points().first_radius[scene_.object[i]];
+        light_.places_on(i, at_level(first, field_->basis.levels() - 1), options_.seed, out);
+    }
+
     // What surfels reflect of the light that the basis says they have, less what leaves the scene or meets backs, over
     // what of it arrives: Shepard's weights do not carry on what rises towards an edge, and so lose a little.
     void balance() {
@@ -312,27 +240,36 @@ private:
         receivers_.coefficients(bounced, bounced_coefficients);
         receivers_.coefficients(left_, left);
         struct Flux {
-            double sent = 0.0, received = 0.0;
-            void operator+=(const Flux& other) { sent += other.sent, received += other.received; }
+            double sent = 0.0, kept = 0.0, received = 0.0;  // kept: less what is lost
+            void operator+=(const Flux& other) { sent += other.sent, kept += other.kept, received += other.received; }
         };
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
         const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
             if (inside_[i]) return;
             thread_local std::vector<BasisWeight> near;
+            thread_local std::vector<Departure> places;
+            places_on(static_cast<std::uint32_t>(i), places);
             Rgb all = options_.indirect_only ? light_.at_surfel(i) : Rgb{}, arrived;
             double away = 0.0;
-            for (std::size_t level = 0; level < basis.levels(); ++level) {
-                basis.at_level(level, s.positions[i], s.normals[i], scene_.object[i], near);
-                for (const BasisWeight& w : near) {
-                    all += w.weight * field_->coefficients[w.function];
-                    arrived += w.weight * bounced_coefficients[w.function];
-                    away += w.weight * left[w.function].x;
+            for (const Departure& place : places)
+                for (std::size_t level = 0; level < basis.levels(); ++level) {
+                    basis.at_level(level, place.position, place.normal, scene_.object[i], near);
+                    for (const BasisWeight& w : near) {
+                        const double share = w.weight / static_cast<double>(places.size());
+                        all += share * field_->coefficients[w.function];
+                        arrived += share * bounced_coefficients[w.function];
+                        away += share * left[w.function].x;
+                    }
                 }
-            }
-            to.sent += s.areas[i] * (1.0 - std::clamp(away, 0.0, 1.0)) * sum(s.reflectance[i] * all);
+            const double sent = s.areas[i] * sum(s.reflectance[i] * all);
+            to.sent += sent;
+            to.kept += (1.0 - std::clamp(away, 0.0, 1.0)) * sent;
             to.received += s.areas[i] * sum(arrived);
         });
-        if (flux.received > 0.0) gain_ = std::clamp(gain_ * flux.sent / flux.received, 1.0 / most_gain, most_gain);
+        if (!(flux.received > 0.0) || !(flux.kept > 0.0)) return;
+        // Where most is lost, what is kept is a small difference, and no measure.
+        const double correction = std::pow(flux.kept / flux.received, flux.kept / flux.sent);
+        gain_ = std::clamp(gain_ * correction, 1.0 / most_gain, most_gain);
         watch_.lap("solve");
     }
 
@@ -395,8 +332,6 @@ private:
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
-    const std::vector<double>& first = placement_.points().first_radius;
-    const std::size_t finest = field_->basis.levels() - 1;
     out_.surfels = s;
     if (options_.indirect_only) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -408,6 +343,14 @@ void MeshlessRadiosity::write() {
     out_.direct.resize(n);
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
+    std::vector<std::uint32_t> own_row(n, Receivers::none);
+    const PlacedPoints& points = placement_.points();
+    for (std::uint32_t j = 0; j < points.size(); ++j) {
+        const std::uint32_t i = points.surfels[j];
+        if (light_.points().is_patch(i) || !receivers_.has(j)) continue;
+        if (at_level(points.first_radius[points.objects[j]], field_->basis.level_of(j)) <= widest_spacing * s.radii[i])
+            own_row[i] = receivers_.row(j);
+    }
     parallel_blocks(
         n, 256,
         [&](std::size_t begin, std::size_t end) {
@@ -415,27 +358,21 @@ void MeshlessRadiosity::write() {
             for (std::size_t k = begin; k < end; ++k) {
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[i];
-                int count = 1;
-                const double across = 2.0 * s.radii[i] / std::max(1e-300, at_level(first[object], finest));
-                if (light_.points().is_patch(i))
-                    while (count < 16 && count < across * across) count *= 4;
-                EvenPoints even(2, options_.seed, i);
-                places.clear();
-                for (int p = 0; p < count; ++p) {
-                    const double* u = even.next();
-                    places.push_back(
-                        {count == 1 ? s.positions[i] : light_.points().at(i, u[0], u[1]), s.normals[i], i});
-                }
+                places_on(i, places);
                 // Inside geometry, where no points are, is no light (L07 6.1).
-                const std::vector<char> inside = count == 1 ? std::vector<char>(1, inside_[i])
-                                                            : inside_geometry(scene_, tracer_, places, options_.seed);
+                const std::vector<char> inside = places.size() == 1
+                                                     ? std::vector<char>(1, inside_[i])
+                                                     : inside_geometry(scene_, tracer_, places, options_.seed);
                 MeshlessField::At mean;
+                const double share = 1.0 / static_cast<double>(places.size());
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if (inside[p]) continue;
                     const MeshlessField::At found = field_->at(places[p].position, s.normals[i], object);
-                    mean.all += (1.0 / count) * found.all;
-                    mean.direct += (1.0 / count) * found.direct;
+                    mean.all += share * found.all;
+                    mean.direct += share * found.direct;
                 }
+                // A disk as large as the spacing of receivers, with one at its centre, has no finer ones around it.
+                if (own_row[i] != Receivers::none) mean = {values_[own_row[i]], direct_[own_row[i]]};
                 if (options_.indirect_only) {
                     mean.all += light_.at_surfel(i);
                     mean.direct += light_.direct_at_surfel(i);

@@ -1,0 +1,76 @@
+#include "surflux/meshless/oracle.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+// A finer level's receiver may be off by more, half way to where all have the same part in the error: areas are
+// 4^-level.
+double allowed_at(std::size_t level) { return std::exp2(0.5 * static_cast<double>(level)); }
+// In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
+// what is allowed goes by the light of one bounce, times this at most.
+constexpr double many_bounces = 4.0;
+// Where all else is dark, a lit spot may be off by this share of that, of its own light.
+constexpr double own_share = 0.25;
+constexpr double significance = 2.0;  // standard errors that a difference must be beyond
+
+// RMS over the surface of a luminance by row.
+template <class Value>
+double rms(const Oracle& of, const Value& of_row) {
+    double sum = 0.0, total = 0.0;
+    for (std::uint32_t j = of.basis.first(0); j < of.basis.first(1); ++j) {
+        // A level's points are as dense all over an object.
+        const double l = of_row(of.receivers.row(j)), r = of.first_radius[of.basis.object(j)];
+        sum += r * r * l * l;
+        total += r * r;
+    }
+    return total > 0.0 ? std::sqrt(sum / total) : 0.0;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) const {
+    const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
+    const auto all = [&](std::uint32_t row) { return luminance(values[row]); };
+    const auto sent = [&](std::uint32_t row) { return luminance(values[row] - direct[row]); };
+    const double wanted = epsilon_e * allowed_at(level);
+    const auto all_first = [&](std::uint32_t row) { return luminance(unbounced[row] + first[row]); };
+    const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(direct[row]); };
+    const double wanted_of_all = wanted * std::min(rms(*this, all), many_bounces * rms(*this, all_first)),
+                 wanted_of_sent = wanted * std::min(rms(*this, sent), many_bounces * rms(*this, sent_first));
+    std::vector<char> chosen(to - from, 0);
+    parallel_blocks(to - from, 64, [&](std::size_t begin, std::size_t end) {
+        std::vector<BasisWeight> near;
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto j = static_cast<std::uint32_t>(from + k);
+            if (!receivers.has(j)) continue;
+            const std::uint32_t row = receivers.row(j);
+            double off = 0.0, off_sent = 0.0;
+            if (level > 0) {
+                off = std::abs(luminance(coefficients[j]));
+                off_sent = std::abs(luminance(coefficients[j] - direct_coefficients[j]));
+            } else {
+                basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
+                for (const BasisWeight& w : near) {
+                    const std::uint32_t other = receivers.row(w.function);
+                    off = std::max(off, std::abs(all(other) - all(row)));
+                    off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
+                }
+            }
+            const double noise = significance * gather[row].noise, own = own_share * wanted;
+            chosen[k] = off > std::max(wanted_of_all, own * all(row)) + noise ||
+                        off_sent > std::max(wanted_of_sent, own * sent(row)) + noise;
+        }
+    });
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t k = 0; k < chosen.size(); ++k)
+        if (chosen[k]) out.push_back(from + k);
+    return out;
+}
+
+}  // namespace surflux

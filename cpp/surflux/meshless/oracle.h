@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/receivers.h"
+
+namespace surflux {
+
+// RECEIVER-ORACLE of L07 6.3: which receivers give way to finer ones. On the coarsest level those that differ from
+// others around, on finer ones those whose coefficient is large. What surfaces send is measured by its own RMS, beside
+// all that is in the basis: a bright sky on the outside hides no room.
+struct Oracle {
+    const MultilevelBasis& basis;
+    const Receivers& receivers;
+    const HemisphereGather& gather;
+    const std::vector<double>& first_radius;  // of each object's points on the coarsest level
+    // By row: the solution, the part that is direct light, what comes without a bounce, and the first bounce.
+    const std::vector<Rgb>&values, &direct, &unbounced, &first;
+    // By function, of the solution and of the part that is direct light.
+    const std::vector<Rgb>&coefficients, &direct_coefficients;
+
+    // The functions of a level that are off by more than epsilon_e of the RMS.
+    std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
+};
+
+}  // namespace surflux
