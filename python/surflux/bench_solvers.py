@@ -63,7 +63,7 @@ SOLVERS = {
     "meshless": Solver(
         sf.solve_meshless,
         {
-            "rays": [{"rays": 64}, {"rays": 128}, {"rays": 2048}],
+            "rays": [{"rays": 64}, {"rays": 128}, {"rays": 1024}],
             "epsilon_e": [{"epsilon_e": 0.16}, {"epsilon_e": 0.08}, {"epsilon_e": 0.02}],
             "levels": [{"levels": 2}, {"levels": 3}, {"levels": 4}],
         },
@@ -157,7 +157,10 @@ def of_solvers(name, built, mode, with_knobs, repeats, threads):
         for knob, values in solver.knobs.items() if with_knobs else ():
             if knob == "shadow rays" and not built.scene.lights:
                 continue
-            settings += [(knob, options) for options in (values if mode.every_setting else values[:: len(values) - 1])]
+            settings += [
+                (knob, options)
+                for options in (values if mode.every_setting or len(values) == 1 else (values[0], values[-1]))
+            ]
         for knob, options in settings:
             seconds, solution, taken = timed_solve(solver, built.scene, options, repeats, threads)
             total, direct = (by_scene_surfel(solution, h, count) for h in (solution.irradiance, solution.direct))

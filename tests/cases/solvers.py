@@ -64,7 +64,10 @@ def by_rays(scene, rays):
 
 
 def meshless(scene, rays):
-    """At the places of points, the means over patches, as its solution has it; no fewer rays than by default."""
+    """At the places of points, the means over patches, as its solution has it; no fewer rays than by default.
+
+    Three levels: finer ones lower no error here that the rays of the coarser ones do not leave.
+    """
     return sf.solve_meshless(scene, levels=3, tolerance=1e-7, rays=max(512, rays)).irradiance
 
 
@@ -93,9 +96,20 @@ BY_RAYS = {
     "one bounce, points": 0.035,
 }
 
+# Errors of 512 rays in a basis of three levels, above the usual ones; 1.3 times what was measured.
+MESHLESS = {
+    # Light of clouds is known at their disks alone: what is steep beside an edge is as fine as they are.
+    "cube, points": 0.037,
+    "one bounce, points": 0.06,
+    # Of light that nearly all leaves, energy says less than rays do.
+    "one bounce, patches": 0.038,
+    # Light that comes through an opening, in the dark half.
+    "two long rooms": 0.11,
+}
+
 SOLVERS = {
     "solve": Solver(all_pairs),
     "solve by rays": Solver(by_rays, own_error=0.03, more_error=BY_RAYS),
-    "solve_meshless": Solver(meshless, own_error=0.03),
+    "solve_meshless": Solver(meshless, own_error=0.03, more_error=MESHLESS),
     "form_factors": Solver(by_form_factors, factors=True),
 }

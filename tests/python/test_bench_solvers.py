@@ -1,5 +1,6 @@
 """`surflux bench --quick`: the truth that solvers are judged by, the errors, and the rows, tables and plots of them."""
 
+import functools
 import json
 import sys
 from dataclasses import replace
@@ -131,6 +132,9 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     small = replace(small, every_setting=True, knobs_at=dict.fromkeys(bench_scenes.NAMES, 0.25))
     monkeypatch.setattr(bench_solvers, "QUICK", small)
     monkeypatch.setattr(bench_mitsuba, "load", lambda threads: None)
+    usual = bench_solvers.SOLVERS["meshless"]
+    quick = replace(usual, run=functools.partial(usual.run, levels=1))  # what it takes is no test
+    monkeypatch.setitem(bench_solvers.SOLVERS, "meshless", quick)
     text, rows, plot = tmp_path / "bench.md", tmp_path / "bench.json", tmp_path / "bench.png"
     chosen = ["--scene", "concentric spheres", "--scene", "three spheres", "--repeats", "1"]
     paths = ["--markdown", str(text), "--json", str(rows), "--plot", str(plot)]
@@ -140,9 +144,18 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     closed = [row for row in found if row["scene"] == "concentric spheres"]
     pairs = [row for row in closed if row["solver"] == "pairs"]
     assert [row["knob"] for row in pairs] == ["surfels", *["rays"] * 3, *["tolerance"] * 3, "surfels"]
+    meshless = [row for row in closed if row["solver"] == "meshless"]
+    assert [row["knob"] for row in meshless] == [
+        "surfels",
+        *["rays"] * 3,
+        *["epsilon_e"] * 3,
+        *["levels"] * 3,
+        "surfels",
+    ]
     rays = [row for row in closed if row["solver"] == "rays"]
     assert [row["knob"] for row in rays] == ["surfels", *["rays"] * 3, *["zeta"] * 3, "insert", "surfels"]
-    assert {row["knob"] for row in found} == {"surfels", "rays", "zeta", "insert", "shadow rays", "tolerance"}
+    knobs = {"surfels", "rays", "zeta", "insert", "shadow rays", "tolerance", "epsilon_e", "levels"}
+    assert {row["knob"] for row in found} == knobs
     coarse, fine = (row["error"] for row in pairs if row["knob"] == "surfels")
     assert 0.0 < fine < coarse < 0.05  # finer spheres are nearer to the closed form
     for solver, few in ((pairs, 16), (rays, 32)):
@@ -155,6 +168,22 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     assert text.read_text().count("closed form") == len(closed)
     assert text.read_text().count("\n| three spheres |") == len(found) - len(closed)
     assert sf.read_image(plot).std() > 0.05  # something is drawn
+
+
+def test_of_knobs_the_first_and_the_last_value_are_quick(monkeypatch):
+    """One that has one value has it once."""
+    solvers = {"rays": replace(bench_solvers.SOLVERS["rays"], knobs={})}
+    knobs = {"insert": [{"insert": False}], "zeta": [{"zeta": z} for z in (0.1, 0.04, 0.02)]}
+    monkeypatch.setitem(solvers, "rays", replace(solvers["rays"], knobs=knobs))
+    monkeypatch.setattr(bench_solvers, "SOLVERS", solvers)
+    built = bench_scenes.build("concentric spheres", 0.25)
+    rows = bench_solvers.of_solvers("concentric spheres", built, SMALL, True, 1, None)
+    assert [row.options for row in rows] == [{}, {"insert": False}, {"zeta": 0.1}, {"zeta": 0.02}]
+
+
+def test_no_two_curves_have_one_color():
+    curves = sum(1 + len(solver.knobs) for solver in bench_solvers.SOLVERS.values())
+    assert len(set(bench_plot.COLORS)) == len(bench_plot.COLORS) >= curves
 
 
 def test_curves_of_knobs_go_through_the_defaults():

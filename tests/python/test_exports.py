@@ -27,6 +27,8 @@ SIGNATURES = {
     "Environment": "(image_or_rgb, up=(0.0, 0.0, 1.0))",
     "load_scene": "(path)",
     "solve": "(scene, *, tolerance=0.0001, seed=0, progress=False, threads=None)",
+    "solve_meshless": "(scene, *, levels=6, radius=None, epsilon_e=0.04, epsilon_omega=0.314, rays=512, bounces=None, "
+    "seed=0, progress=False)",
     "Solution.render": "(self, camera, size=(800, 600))",
     "Solution.save": "(self, path)",
     "load_solution": "(path)",

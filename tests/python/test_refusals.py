@@ -60,6 +60,10 @@ def solved(scene=None, **options):
     return sf.solve(sf.Scene([surfels(areas=1.0)]) if scene is None else scene, **options)
 
 
+def meshless(scene=None, **options):
+    return sf.solve_meshless(sf.Scene([surfels(areas=1.0)]) if scene is None else scene, **options)
+
+
 def factors(scene=None, **options):
     return sf.form_factors(sf.Scene([surfels(areas=1.0)]) if scene is None else scene, **options)
 
@@ -161,6 +165,20 @@ REFUSED = [
     (solved, "seed", [-1, 0.5, "0", True, None, 2**64]),
     (solved, "threads", [0, -1, 1.5, True, "2"]),
     (solved, "progress", [None, 1, "yes"]),
+    (meshless, "scene", [surfels(), [surfels()], "room.toml", 5]),
+    (meshless, "levels", [v for v in COUNTS if v != 1] + [None, 0, 17]),
+    (meshless, "radius", [*NUMBERS, 0.0, -1]),
+    (meshless, "epsilon_e", [*NUMBERS, None, 0.0, -1]),
+    (meshless, "epsilon_omega", [*NUMBERS, None, 0.0, -1]),
+    (meshless, "rays", [*COUNTS, None, 15, 65536]),
+    (meshless, "bounces", [v for v in COUNTS if v != 1]),
+    (meshless, "indirect_only", [1, 0, None, "yes"]),
+    (meshless, "tolerance", [*NUMBERS, None, 0.0, 1.0, -1]),
+    (meshless, "probes", [v for v in COUNTS if v != 1] + [None, 0]),
+    (meshless, "shadow_rays", [*COUNTS, None, 0, 15]),
+    (meshless, "seed", [-1, 0.5, "0", True, None, 2**64]),
+    (meshless, "threads", [0, -1, 1.5, True, "2"]),
+    (meshless, "progress", [None, 1, "yes"]),
     (factors, "scene", [surfels(), [surfels()], "room.toml", 5]),
     (factors, "visibility", [1, 0, None, "yes"]),
     (factors, "return_escape", [1, 0, None, "yes"]),

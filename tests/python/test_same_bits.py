@@ -47,6 +47,12 @@ def solved():
     return s.radiosity, s.irradiance, s.direct, s.error, s.surfels.areas
 
 
+def solved_meshless():
+    s = sf.solve_meshless(scene(), levels=3, rays=64, seed=5)
+    at = np.random.default_rng(1).uniform(size=(200, 3)) * [1, 1, 0]
+    return s.radiosity, s.irradiance, s.direct, s.error, s.irradiance_at(at, np.tile([0.0, 0, 1], (200, 1)))
+
+
 def picture():
     s = sf.solve(scene(), seed=5)
     return (s.render(sf.Camera([0.5, 0.1, 0.5], [0.5, 1, 0.4], fov=60), size=(64, 48)),)
@@ -68,6 +74,7 @@ PASSES = {
     "areas by GL": lambda: (sf.effective_areas(surfels_of(noisy_sphere(), noisy_sphere()), backend="gl"),),
     "inward patches": turned,
     "solve": solved,
+    "solve_meshless": solved_meshless,
     "render": picture,
 }
 

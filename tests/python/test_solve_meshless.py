@@ -43,7 +43,7 @@ def solved():
 
 
 def test_bounces_of_a_furnace():
-    """Each surfel sees E all around: after n bounces H = E (1 + rho + ... + rho^n), which converges to E / (1 - rho)."""
+    """Each surfel sees E all around: after n bounces H = E (1 + rho + ... + rho^n), at last E / (1 - rho)."""
     for room in (cube_inside(3, 0.5, 2.0), ball(1, sign=-1, kind="patches", rho=0.5, emission=2.0)):
         scene = sf.Scene([room])
         for bounces in range(3):
