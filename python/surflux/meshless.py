@@ -39,8 +39,8 @@ def solve_meshless(
 
     Args:
         scene: Scene. Functions of one of its objects say nothing about the others.
-        levels: of the basis, at most; 1 to 16. Clouds, whose points are as fine as their disks, have two more that repeat
-            the receivers of the last.
+        levels: of the basis, at most; 1 to 16. Clouds, whose points are as fine as their disks, have two more, which
+            repeat the receivers of the last.
         radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
             level to level. None: by the areas of the objects.
         epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is

@@ -219,7 +219,7 @@ def test_history_tells_what_was_done(solved):
     for figures in solved.history:
         assert set(figures) >= kept
         assert figures["cut"] <= figures["points"]
-        assert 0 <= figures["level"] < SMALL["levels"] + 2  # on two more, receivers of clouds are repeated
+        assert figures["level"] < SMALL["levels"] + 2  # clouds have their last points twice more
     for name in ("level", "points", "cut", "links", "rays", "seconds"):
         values = [figures[name] for figures in solved.history]
         assert values == sorted(values), name
