@@ -1,4 +1,4 @@
-"""`surflux bench --scale`: seconds, memory and errors from 4000 surfels to a million, one setting for all rows.
+"""`surflux bench --scale`: seconds, memory and errors from 4000 surfels to a million, one setting for all rows of a solver.
 
 Each row is measured in a process of its own, so that its peak of memory is its own: the scene is loaded, normals and
 radii included, and solved; once to warm up, then `repeats` times. Errors are those of DESIGN sections 3 and 5, at 2000
@@ -37,6 +37,13 @@ SCENES = {
     "gallery": ("gallery", None),
     **{f"gallery of {count}": ("gallery", count) for count in (10_000, 30_000, 100_000, 300_000, 1_000_000)},
 }
+# And by solve_meshless.
+MESHLESS = {
+    "Cornell box, meshless": ("cornell", None),
+    "statue, meshless": ("statue", None),
+    "Sponza, meshless": ("sponza", None),
+}
+SCENES |= MESHLESS
 DEFAULT_PATHS = 16 * PATHS_A_ROUND
 MITSUBA_SCENE = "three spheres"
 MITSUBA_SAMPLES = (4, 16, 64, 256)
@@ -84,7 +91,7 @@ def why_not(name):
     stem, _ = SCENES[name]
     if bench_scenes.data_folder() is None:
         return f"no data/{stem}.toml here, where surflux runs"
-    if stem != "three_spheres" and not os.environ.get("SURFLUX_DATA"):
+    if stem not in ("three_spheres", "cornell") and not os.environ.get("SURFLUX_DATA"):
         return bench_scenes.NO_SCANS
     return None
 
@@ -113,7 +120,7 @@ def of_scene(name, truth, repeats, threads, paths):
     path = str(bench_scenes.data_folder() / f"{stem}.toml")
     places = truth.points.points, truth.points.normals
     with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-        found = fresh.submit(solved, path, count, repeats, threads, places).result()
+        found = fresh.submit(solved, path, count, repeats, threads, places, name in MESHLESS).result()
     row = Row(name, len(truth.place_of), found["leaves"], found["seconds"], found["gigabytes"], own=found["error"])
     row.stages, row.figures, row.repeats = found["stages"], found["figures"], repeats
     while True:
@@ -130,14 +137,17 @@ def of_scene(name, truth, repeats, threads, paths):
         truth.refine()
 
 
-def solved(path, count, repeats, threads, places):
+def solved(path, count, repeats, threads, places, meshless=False):
     """What a process of its own measures: medians of seconds, its peak, and values by the surfels of the scene."""
     runs = []
     for turn in range(repeats + 1):
         start = perf_counter()
         scene = sf.load_scene(path, surfels=count)
         loading = perf_counter() - start
-        solution = sf.solve(scene, threads=threads, **scene.solve_options)
+        if meshless:
+            solution = sf.solve_meshless(scene, threads=threads)
+        else:
+            solution = sf.solve(scene, threads=threads, **scene.solve_options)
         runs.append({"seconds": perf_counter() - start, "loading": loading, **solution.timings})
         if turn == 0:  # later ones take what this one has left
             gigabytes = peak_gigabytes()

@@ -95,7 +95,6 @@ def test_statue_and_scan_keep_the_distance_and_lose_no_points(scans):
     bunny = sf.read(scans / "statues" / "bunny_34834.ply")
     placed = place(sf.Scene([bunny]), 5)
     assert worst_distance(placed) >= 1 - 1e-12
-    area = bunny.areas.sum() if bunny.areas is not None else sf.effective_areas(bunny).sum()
     # It is open below: what rays along normals meet there from behind is no reason to leave points out. R is less than
     # the scan's spacing: all but what is crowded have one.
     assert placed["level_begin"][-1] > 0.98 * len(bunny)
