@@ -2,7 +2,7 @@
 
 Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
 against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
-what each knob of each solver does (bench_solvers), with --scale `solve` from 4000 surfels to a million (bench_scale),
+what each knob of each solver does (bench_solvers), with --scale both from 2500 surfels to a million (bench_scale),
 with --areas effective areas (bench_areas), with --reference the path tracer against Mitsuba (bench_reference).
 """
 

@@ -1,4 +1,4 @@
-"""`surflux bench --scale`: seconds, memory and errors from 4000 surfels to a million, one setting for all rows of a solver.
+"""`surflux bench --scale`: seconds, memory and errors from 2500 surfels to a million, one setting for a solver's rows.
 
 Each row is measured in a process of its own, so that its peak of memory is its own: the scene is loaded, normals and
 radii included, and solved; once to warm up, then `repeats` times. Errors are those of DESIGN sections 3 and 5, at 2000
