@@ -51,7 +51,8 @@ public:
 
     // (all that the basis holds, the part of it that is direct light)
     py::tuple at(const Doubles& points, const Doubles& normals, const py::object& progress) const {
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const auto given = checked(points, normals);
+        const std::vector<Vec3>&places = given.first, &facing = given.second;
         std::vector<Rgb> all(places.size()), direct(places.size());
         const Progress report = to_progress(progress);
         without_gil([&] {
@@ -77,7 +78,8 @@ public:
 
     py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
                                   std::uint64_t seed, const py::object& progress) const {
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const auto given = checked(points, normals);
+        const std::vector<Vec3>&places = given.first, &facing = given.second;
         const Progress report = to_progress(progress);
         return to_array(without_gil([&] {
             return surflux::direct_at(scene_, tracer_, places, facing, {probes, shadow_rays}, rays, seed, report);
@@ -86,7 +88,8 @@ public:
 
     // The same as `at`, of surfaces that are known, and not inside of any geometry: by surfel.
     py::tuple at_surfels(const Doubles& points, const Doubles& normals, const Indices& surfels) const {
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        const auto given = checked(points, normals);
+        const std::vector<Vec3>&places = given.first, &facing = given.second;
         const std::vector<std::uint32_t> on = to_vector(surfels);
         std::vector<Rgb> all(places.size()), direct(places.size());
         without_gil([&] {
@@ -147,6 +150,12 @@ public:
     }
 
 private:
+    std::pair<std::vector<Vec3>, std::vector<Vec3>> checked(const Doubles& points, const Doubles& normals) const {
+        std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        require(places.size() == facing.size(), "normals: wanted as many as points");
+        require_near(places, bounds_of(scene_.surfels));
+        return {std::move(places), std::move(facing)};
+    }
     // That of the surface there; off all surfaces, that of the nearest surfel.
     std::uint32_t object(const Departure& place) const {
         if (place.surfel != Hit::none) return scene_.object[place.surfel];

@@ -39,15 +39,17 @@ def solve_meshless(
 
     Args:
         scene: Scene. Functions of one of its objects say nothing about the others.
-        levels: of the basis, at most; 1 to 16. Clouds, whose points are as fine as their disks, have two more, which
-            repeat the receivers of the last.
+        levels: of the basis, at most; 1 to 10. Clouds have two more, which repeat the receivers that are as close
+            together as their disks.
         radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
             level to level. None: by the areas of the objects.
         epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is
-            solved for; positive.
+            solved for, or of four times its first bounce where that is less; 1.4 times as much on each finer level,
+            which speaks for less of the surface; positive.
         epsilon_omega: solid angle in steradians of a sender's support, as a receiver sees it, below which finer levels
             are not looked at; positive.
-        rays: of a receiver, 16 to 65535; evenest by powers of 2.
+        rays: of a receiver, 16 to 65535, evenest by powers of 2;
+            half as many on every other finer level, down to 128.
         bounces: how often light is reflected; None for until the residual is below `tolerance`.
         indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
             where rays meet surfaces that are coarse. False has it in the basis, too.
@@ -70,7 +72,7 @@ def solve_meshless(
     if not isinstance(scene, Scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
     options = {
-        "levels": _check.count("levels", levels, 1, 16),
+        "levels": _check.count("levels", levels, 1, 10),
         "radius": 0.0 if radius is None else _check.number("radius", radius, 0.0, low_open=True),
         "epsilon_e": _check.number("epsilon_e", epsilon_e, 0.0, low_open=True),
         "epsilon_omega": _check.number("epsilon_omega", epsilon_omega, 0.0, low_open=True),

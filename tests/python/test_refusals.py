@@ -166,7 +166,7 @@ REFUSED = [
     (solved, "threads", [0, -1, 1.5, True, "2"]),
     (solved, "progress", [None, 1, "yes"]),
     (meshless, "scene", [surfels(), [surfels()], "room.toml", 5]),
-    (meshless, "levels", [v for v in COUNTS if v != 1] + [None, 0, 17]),
+    (meshless, "levels", [v for v in COUNTS if v != 1] + [None, 0, 11]),
     (meshless, "radius", [*NUMBERS, 0.0, -1]),
     (meshless, "epsilon_e", [*NUMBERS, None, 0.0, -1]),
     (meshless, "epsilon_omega", [*NUMBERS, None, 0.0, -1]),

@@ -355,3 +355,16 @@ def test_the_last_step_to_white_never_diverges(whiteness):
     assert solution.radiosity.min() >= 1.0
     if whiteness == 1 - 1e-6:
         np.testing.assert_allclose(solution.radiosity, 1 / (1 - whiteness), rtol=0.02)
+
+
+def test_points_beyond_all_floats_are_refused():
+    scene = lit_box(1)
+    solution = sf.solve_meshless(scene, levels=1)
+    far, up = [[1e19, 0.0, 0.0]], [[0.0, 0.0, 1.0]]
+    for asked in (
+        lambda: solution.irradiance_at(far, up),
+        lambda: solution.irradiance_at(far, up, direct="traced"),
+        lambda: sf.reference_irradiance(scene, far, up, samples=16),
+    ):
+        with pytest.raises(ValueError, match=r"^points: number 0 is more than 1e\+15 away from the scene"):
+            asked()

@@ -23,6 +23,12 @@ public:
     void reserve(std::size_t functions) {
         if (sums_.size() < functions) sums_.resize(functions);
     }
+    // Anew, also after a pass that was left by an exception.
+    void begin(std::size_t functions) {
+        for (const std::uint32_t function : touched_) sums_[function] = {};
+        touched_.clear();
+        reserve(functions);
+    }
     void add(std::uint32_t function, double weight, const float (&share)[3]) {
         Sum& sum = sums_[function];
         if (!sum.touched) {
@@ -76,7 +82,8 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
     const double squared = static_cast<double>(end.distance) * static_cast<double>(end.distance);
     for (std::size_t level = first_level; level < basis_.levels(); ++level) {
         basis_.at_level(level, end.position, normal, scene_.object[end.surfel], sums.weights);
-        if (sums.weights.empty()) return false;
+        // Finer levels lie within; but those of clouds come again at the end.
+        if (sums.weights.empty()) return !light_.points().is_patch(end.surfel);
         double support = 0.0;
         for (const BasisWeight& w : sums.weights) {
             sums.add(w.function, w.weight, end.share);
@@ -92,7 +99,6 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
     const Surfels& s = scene_.surfels;
     const double each = 1.0 / count;
-    sums.reserve(basis_.size());
     cosine_rays(light_.points(), place, count, options_.seed + gather_stream, sums.rays);
     tracer_.closest(sums.rays, sums.hits);
     sums.towards.clear(), sums.light.clear(), sums.gain.clear(), sums.second_half.clear();
@@ -160,6 +166,7 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
         places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
             thread_local Sums sums;
+            sums.begin(basis_.size());
             for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
         },
         progress);
@@ -172,7 +179,7 @@ void HemisphereGather::extend(const Progress& progress) {
         rows_.size(), 64,
         [&](std::size_t begin, std::size_t end) {
             thread_local Sums sums;
-            sums.reserve(basis_.size());
+            sums.begin(basis_.size());
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered& row = rows_[k];
                 row.open.erase(std::remove_if(row.open.begin(), row.open.end(),

@@ -105,11 +105,9 @@ private:
         const PlacedPoints& points = placement_.points();
         const auto from = static_cast<std::ptrdiff_t>(points.level_begin[level]);
         SupportOptions support;
-        if (level > 0) {
-            double widest = 0.0;
-            for (const double r : points.first_radius) widest = std::max(widest, r);
-            support.largest_radius = widest_support * at_level(widest, level);
-        }
+        if (level > 0)
+            for (const double r : points.first_radius)
+                support.largest_radii.push_back(std::max(1e-300, widest_support * at_level(r, level)));
         add_level({points.positions.begin() + from, points.positions.end()},
                   {points.normals.begin() + from, points.normals.end()},
                   {points.objects.begin() + from, points.objects.end()},
@@ -123,6 +121,7 @@ private:
         basis.add_level(positions, normals, objects, support);
         basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
         surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
+        level_of_rays_.resize(basis.size(), basis.levels() - 1);
         receivers_.resize();
         watch_.lap("placement");
         if (basis.levels() > 1) gather_.extend(stage("gathering"));
@@ -134,6 +133,7 @@ private:
         const PlacedPoints& points = placement_.points();
         std::vector<Vec3> positions, normals;
         std::vector<std::uint32_t> objects, surfels;
+        std::vector<std::size_t> levels;
         for (std::uint32_t j = 0; j < points.size(); ++j) {
             const std::uint32_t i = points.surfels[j], o = points.objects[j];
             if (light_.points().is_patch(i) || !receivers_.has(j)) continue;
@@ -143,10 +143,12 @@ private:
             normals.push_back(points.normals[j]);
             objects.push_back(o);
             surfels.push_back(i);
+            levels.push_back(field_->basis.level_of(j));
         }
         if (positions.empty()) return;
         const auto first = static_cast<std::uint32_t>(field_->basis.size());
         add_level(positions, normals, objects, surfels, {});
+        std::copy(levels.begin(), levels.end(), level_of_rays_.begin() + first);
         gather(from(first));
         solve(rough_tolerance, 0);
     }
@@ -159,7 +161,7 @@ private:
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
             places.push_back({basis.position(j), basis.normal(j), surfel_[j], Place::point});
-            counts.push_back(std::max(std::min(options_.rays, least_rays), options_.rays >> (basis.level_of(j) / 2)));
+            counts.push_back(std::max(std::min(options_.rays, least_rays), options_.rays >> (level_of_rays_[j] / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
@@ -318,9 +320,10 @@ private:
     PointPlacement placement_;
     HemisphereGather gather_;
     Receivers receivers_;
-    std::vector<std::uint32_t> surfel_;  // of the scene, that each function's point lies on
-    std::vector<char> inside_;           // of each surfel: in the middle, is it inside geometry?
-    double gain_ = 1.0;                  // of what is reflected
+    std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
+    std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
+    std::vector<char> inside_;                // of each surfel: in the middle, is it inside geometry?
+    double gain_ = 1.0;                       // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
     std::vector<Rgb> direct_, unbounced_, first_, left_, values_;
@@ -380,7 +383,7 @@ void MeshlessRadiosity::write() {
 MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress) {
     require(scene.surfels.size() > 0, "scene: it has no surfels");
     require_areas(scene.surfels);
-    require(options.levels >= 1 && options.levels <= 16, "levels: wanted 1 to 16, got ", options.levels);
+    require(options.levels >= 1 && options.levels <= 10, "levels: wanted 1 to 10, got ", options.levels);
     require(options.epsilon_e > 0.0, "epsilon_e: wanted more than 0, got ", options.epsilon_e);
     require(options.epsilon_omega > 0.0, "epsilon_omega: wanted more than 0, got ", options.epsilon_omega);
     require(options.rays >= 16 && options.rays <= 65535, "rays: wanted 16 to 65535, got ", options.rays);

@@ -41,7 +41,8 @@ struct MeshlessSolution {
 //   - by default, as L07 recommends, direct light is not in the basis, and what surfaces reflect of it is taken where
 //     rays meet them;
 //   - finer receivers have fewer rays, and may be off by more: they speak for less of the surface (oracle.h);
-//   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their rims;
+//   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
+//   rims;
 //   - clouds have points at the centres of their disks alone, and the last of them twice more;
 //   - energy that the weights lose is given back (energy_balance.h), unless the number of bounces is given.
 MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress);

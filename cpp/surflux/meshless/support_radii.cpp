@@ -92,6 +92,8 @@ std::vector<double> support_radii(const std::vector<Vec3>& positions, const std:
     for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
         while (end < order.size() && objects[order[end]] == objects[order[begin]]) ++end;
         const Span<std::uint32_t> members(order.data() + begin, order.data() + end);
+        SupportOptions own = options;
+        if (!options.largest_radii.empty()) own.largest_radius = options.largest_radii[objects[order[begin]]];
         const Places places(positions, normals, members);
         const std::vector<std::uint32_t> along = morton_order(places.of_members());
         parallel_blocks(members.size(), 512, [&](std::size_t first, std::size_t last) {
@@ -99,7 +101,7 @@ std::vector<double> support_radii(const std::vector<Vec3>& positions, const std:
             std::vector<double> distances;
             for (std::size_t k = first; k < last; ++k) {
                 const std::uint32_t m = along[k], j = members.begin()[m];
-                radii[j] = places.radius(m, normals[j], options, found, distances);
+                radii[j] = places.radius(m, normals[j], own, found, distances);
             }
         });
     }

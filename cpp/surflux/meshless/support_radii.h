@@ -13,6 +13,7 @@ struct SupportOptions {
     // No support reaches farther. A point that few others of its level face the same way as, a lone leaf, would else
     // carry its correction across the whole object.
     double largest_radius = std::numeric_limits<double>::infinity();
+    std::vector<double> largest_radii = {};  // by object, in its place
 };
 
 // The radius r_j of L07 sec. 4.2 for each point of one level: the distance to the k-th nearest point of its own object
