@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import areas as areas_module
+from surflux import _core
 
 
 def floor(z=0.0, **options):
@@ -37,11 +37,13 @@ def test_the_surfels_of_a_scene_are_a_copy():
 def test_to_core_computes_missing_areas_once_and_leaves_the_objects_alone(monkeypatch):
     calls = []
 
-    def areas(s, **options):
-        calls.append(len(s))
-        return np.full(len(s), 5.0)
+    found_together = _core.areas_and_disk_ends
 
-    monkeypatch.setattr(areas_module, "effective_areas", areas)
+    def areas(surfels, progress):
+        calls.append(len(surfels))
+        return np.full(len(surfels), 5.0), found_together(surfels, progress)[1]
+
+    monkeypatch.setattr(_core, "areas_and_disk_ends", areas)
     given, missing = floor(), disks()
     scene = sf.Scene([given, missing], [sf.PointLight([0, 0, 3], 1.0)])
     for _ in range(2):
