@@ -43,8 +43,7 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
                     }
                     tracer.closest(rays, hits);
                     for (std::size_t r = 0; r < rays.size(); ++r) {
-                        const bool wanted = light[r].target == Hit::none;
-                        const bool passes = wanted ? !hits[r] : hits[r].front && hits[r].surfel == light[r].target;
+                        const bool passes = light[r].arrives(hits[r]);
                         (passes ? lit : blocked) += 1;
                         if (passes) out[k] += light[r].irradiance;
                     }

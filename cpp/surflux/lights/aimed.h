@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -9,6 +10,12 @@
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
+
+// For `rays` of a place towards what rays over its hemisphere find as well: a quarter of them, and all where some are
+// blocked, and no fewer than go to lights.
+inline DirectOptions aimed_options(const DirectOptions& to_lights, int rays) {
+    return {std::max(to_lights.probes, rays / 4), std::max(to_lights.rays, rays)};
+}
 
 // The part of the irradiance of each place, on the shapes of `points`, that rays aimed at the sampler's lights bring,
 // in balance with what rays over the hemisphere find of them (LightSampler::found): options.probes rays, and

@@ -15,6 +15,8 @@ struct LightRay {
     double length = 0.0;
     Rgb irradiance;
     std::uint32_t target = Hit::none;
+    // Does it arrive, if that is what it meets first within its length?
+    bool arrives(const Hit& hit) const { return target == Hit::none ? !hit : hit.front && hit.surfel == target; }
 };
 
 // All light that a vertex of a path can receive at once: next-event rays towards lights, images of the sky and emissive

@@ -11,7 +11,6 @@ double energy_correction(const Scene& scene, const SurfaceLight& light, const Me
                          const std::vector<Rgb>& bounced, const std::vector<Rgb>& lost,
                          const std::vector<double>& spacing, const std::vector<char>& inside, bool indirect_only) {
     const Surfels& s = scene.surfels;
-    const MultilevelBasis& basis = field.basis;
     const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
     struct Flux {
         double sent = 0.0, kept = 0.0, received = 0.0;  // kept: less what is lost
@@ -19,21 +18,17 @@ double energy_correction(const Scene& scene, const SurfaceLight& light, const Me
     };
     const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
         if (inside[i]) return;
-        thread_local std::vector<BasisWeight> near;
         thread_local std::vector<Departure> places;
         light.places_on(static_cast<std::uint32_t>(i), spacing[scene.object[i]], 0, places);
         Rgb all = indirect_only ? light.at_surfel(i) : Rgb{}, arrived;
         double away = 0.0;
         for (const Departure& place : places)
-            for (std::size_t level = 0; level < basis.levels(); ++level) {
-                basis.at_level(level, place.position, place.normal, scene.object[i], near);
-                for (const BasisWeight& w : near) {
-                    const double share = w.weight / static_cast<double>(places.size());
-                    all += share * field.coefficients[w.function];
-                    arrived += share * bounced[w.function];
-                    away += share * lost[w.function].x;
-                }
-            }
+            field.basis.for_functions(place.position, place.normal, scene.object[i], [&](const BasisWeight& w) {
+                const double share = w.weight / static_cast<double>(places.size());
+                all += share * field.coefficients[w.function];
+                arrived += share * bounced[w.function];
+                away += share * lost[w.function].x;
+            });
         const double sent = s.areas[i] * sum(s.reflectance[i] * all);
         to.sent += sent;
         to.kept += (1.0 - std::clamp(away, 0.0, 1.0)) * sent;

@@ -20,14 +20,13 @@ constexpr double rays_on_a_patch = 4.0;
 // Shares of all functions, of which most are 0.
 class HemisphereGather::Sums {
 public:
-    void reserve(std::size_t functions) {
-        if (sums_.size() < functions) sums_.resize(functions);
-    }
-    // Anew, also after a pass that was left by an exception.
-    void begin(std::size_t functions) {
-        for (const std::uint32_t function : touched_) sums_[function] = {};
-        touched_.clear();
-        reserve(functions);
+    // Those of this thread, anew also after a pass that was left by an exception.
+    static Sums& of_thread(std::size_t functions) {
+        thread_local Sums sums;
+        for (const std::uint32_t function : sums.touched_) sums.sums_[function] = {};
+        sums.touched_.clear();
+        if (sums.sums_.size() < functions) sums.sums_.resize(functions);
+        return sums;
     }
     void add(std::uint32_t function, double weight, const float (&share)[3]) {
         Sum& sum = sums_[function];
@@ -114,12 +113,11 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
-        if (!hit || absorbs(hit, place.normal, s, contact_)) out.row.left += each;
-        if (!hit) {
-            take(out.row.sky, found(light_.skies()));
+        if (!hit || absorbs(hit, place.normal, s, contact_)) {
+            out.row.left += each;
+            if (!hit) take(out.row.sky, found(light_.skies()));
             continue;
         }
-        if (absorbs(hit, place.normal, s, contact_)) continue;
         const std::uint32_t i = hit.surfel;
         take(out.row.emitted, light_.emitters().empty() ? each * s.emission[i] : found(light_.emitters()));
         const Rgb rho = each * s.reflectance[i];
@@ -147,10 +145,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     }
     tracer_.closest(sums.towards, sums.hits);
     for (std::size_t k = 0; k < sums.towards.size(); ++k) {
-        const Hit& hit = sums.hits[k];
-        const LightRay& light = sums.light[k];
-        const bool passes = light.target == Hit::none ? !hit : hit.front && hit.surfel == light.target;
-        if (!passes) continue;
+        if (!sums.light[k].arrives(sums.hits[k])) continue;
         out.row.first += sums.gain[k];
         halves[sums.second_half[k] != 0] += sums.gain[k];
     }
@@ -165,8 +160,7 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
     parallel_blocks(
         places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
-            thread_local Sums sums;
-            sums.begin(basis_.size());
+            Sums& sums = Sums::of_thread(basis_.size());
             for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
         },
         progress);
@@ -178,8 +172,7 @@ void HemisphereGather::extend(const Progress& progress) {
     parallel_blocks(
         rows_.size(), 64,
         [&](std::size_t begin, std::size_t end) {
-            thread_local Sums sums;
-            sums.begin(basis_.size());
+            Sums& sums = Sums::of_thread(basis_.size());
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered& row = rows_[k];
                 row.open.erase(std::remove_if(row.open.begin(), row.open.end(),

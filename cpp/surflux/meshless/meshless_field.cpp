@@ -5,15 +5,11 @@
 namespace surflux {
 
 MeshlessField::At MeshlessField::at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
-    thread_local std::vector<BasisWeight> weights;
     At sum;
-    for (std::size_t level = 0; level < basis.levels(); ++level) {
-        basis.at_level(level, point, normal, object, weights);
-        for (const BasisWeight& w : weights) {
-            sum.all += w.weight * coefficients[w.function];
-            sum.direct += w.weight * direct[w.function];
-        }
-    }
+    basis.for_functions(point, normal, object, [&](const BasisWeight& w) {
+        sum.all += w.weight * coefficients[w.function];
+        sum.direct += w.weight * direct[w.function];
+    });
     for (int c = 0; c < 3; ++c) {
         sum.all[c] = std::max(0.0, sum.all[c]);
         sum.direct[c] = std::clamp(sum.direct[c], 0.0, sum.all[c]);

@@ -14,6 +14,7 @@
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/wall_cuts.h"
+#include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
@@ -31,8 +32,6 @@ constexpr int most_applications = 100;
 constexpr double widest_support = 3.0;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
-constexpr int checking_rays = 128;
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -203,35 +202,20 @@ private:
                 for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant[row] + arrived[row];
             }
         } else {
-            const auto pack = [](const std::vector<Rgb>& values) {
-                std::vector<double> out;
-                for (const Rgb& v : values) out.insert(out.end(), {v.x, v.y, v.z});
-                return out;
-            };
-            const auto unpack = [](const std::vector<double>& values) {
-                std::vector<Rgb> out(values.size() / 3);
-                for (std::size_t k = 0; k < out.size(); ++k)
-                    out[k] = {values[3 * k], values[3 * k + 1], values[3 * k + 2]};
-                return out;
-            };
-            std::vector<double> x = pack(values_);
+            const Channels channels(false);
+            std::vector<double> x = channels.pack(values_);
             const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
-                to = pack(bounce(unpack(of)));
+                to = channels.pack(bounce(channels.unpack(of)));
                 for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
             };
-            linear = gmres(apply, pack(constant), 3, tolerance, most_applications, x, stage("solve"));
-            values_ = unpack(x);
+            linear =
+                gmres(apply, channels.pack(constant), channels.count, tolerance, most_applications, x, stage("solve"));
+            values_ = channels.unpack(x);
         }
         receivers_.coefficients(values_, field_->coefficients);
         receivers_.coefficients(direct_, field_->direct);
         watch_.lap("solve");
         report(linear, refined);
-    }
-
-    double seconds() const {
-        double sum = 0.0;
-        for (const auto& lap : out_.timings) sum += lap.second;
-        return sum;
     }
 
     void report(const LinearReport& linear, std::size_t refined) {
@@ -244,7 +228,7 @@ private:
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
                                 {"gain", gain_},
-                                {"seconds", seconds()}});
+                                {"seconds", total_seconds(out_.timings)}});
     }
 
     // All functions from one on.
@@ -286,11 +270,7 @@ private:
         write();
         watch_.lap("evaluation");
         const std::size_t n = scene_.surfels.size();
-        const auto checked = static_cast<int>(std::clamp(n / surfels_per_check, least_checked, most_checked));
-        const SelfCheck check =
-            gathering_error(scene_, tracer_, out_, checked, checking_rays, options_.seed, stage("self-check"));
-        watch_.lap("self-check");
-        out_.error = check.error;
+        check_solution(scene_, tracer_, usual_checks(n), usual_checking_rays, options_.seed, stage("self-check"), out_);
         double entered = 0.0, absorbed = 0.0;
         const Surfels& s = scene_.surfels;
         const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
@@ -298,11 +278,7 @@ private:
             entered += s.areas[i] * sum(out_.direct[i] + s.emission[i]);
             absorbed += s.areas[i] * sum((Rgb{1, 1, 1} - s.reflectance[i]) * out_.irradiance[i]);
         }
-        for (auto& [name, value] : out_.history.back()) {
-            if (name == "rays") value += static_cast<double>(check.rays);
-            if (name == "seconds") value = seconds();
-        }
-        for (const auto& figure : Figures{{"error", check.error}, {"power_in", entered}, {"power_absorbed", absorbed}})
+        for (const auto& figure : Figures{{"power_in", entered}, {"power_absorbed", absorbed}})
             out_.history.back().push_back(figure);
     }
 

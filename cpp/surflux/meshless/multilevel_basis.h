@@ -56,6 +56,17 @@ public:
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                   std::vector<BasisWeight>& out, const Joined& joined = {}) const;
 
+    // Calls visit(function and weight) for all that at_level() gives on levels before `end`.
+    template <class Visit>
+    void for_functions(const Vec3& point, const Vec3& normal, std::uint32_t object, const Visit& visit,
+                       std::size_t end = all_levels) const {
+        thread_local std::vector<BasisWeight> weights;
+        for (std::size_t level = 0; level < levels() && level < end; ++level) {
+            at_level(level, point, normal, object, weights);
+            for (const BasisWeight& w : weights) visit(w);
+        }
+    }
+
     // L07 eq. 9, up to and including a level.
     template <class Value>
     Value evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object, const std::vector<Value>& coefficients,

@@ -20,14 +20,11 @@ std::vector<std::uint32_t> Receivers::add(const std::vector<std::uint32_t>& func
         parallel_blocks(
             asked.size(), 64,
             [&](std::size_t begin, std::size_t end) {
-                std::vector<BasisWeight> near;
                 for (std::size_t k = begin; k < end; ++k) {
                     const std::uint32_t j = asked[k];
-                    const std::size_t level = basis_.level_of(j);
-                    for (std::size_t coarser = 0; coarser < level; ++coarser) {
-                        basis_.at_level(coarser, basis_.position(j), basis_.normal(j), basis_.object(j), near);
-                        parents[before + k].insert(parents[before + k].end(), near.begin(), near.end());
-                    }
+                    basis_.for_functions(
+                        basis_.position(j), basis_.normal(j), basis_.object(j),
+                        [&](const BasisWeight& w) { parents[before + k].push_back(w); }, basis_.level_of(j));
                 }
             },
             progress);

@@ -30,7 +30,7 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
 SurfaceLight::At SurfaceLight::at(const std::vector<Place>& places, const Progress& progress) const {
     At out;
     out.lights = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
-    const DirectOptions aimed{std::max(options_.probes, aimed_rays_ / 4), std::max(options_.rays, aimed_rays_)};
+    const DirectOptions aimed = aimed_options(options_, aimed_rays_);
     out.emitters = aimed_irradiance(tracer_, emitters_, points_, places, aimed, seed_, progress);
     out.sky = aimed_irradiance(tracer_, skies_, points_, places, aimed, seed_ + 1, progress);
     return out;

@@ -184,9 +184,7 @@ private:
                                 {"power_escaped", sum(all.escaped)},
                                 {"power_into_backs", sum(all.backs)}});
         watch_.lap("solve");
-        double seconds = 0.0;
-        for (const auto& [name, value] : out_.timings) seconds += value;
-        out_.history.back().emplace_back("seconds", seconds);
+        out_.history.back().emplace_back("seconds", total_seconds(out_.timings));
     }
 
     // Borders of shadows, from what needs no solving.

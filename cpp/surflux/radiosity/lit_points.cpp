@@ -40,7 +40,7 @@ void LitPoints::update(const Progress& progress) {
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
-    const DirectOptions aimed{std::max(options_.probes, aimed_rays_ / 4), std::max(options_.rays, aimed_rays_)};
+    const DirectOptions aimed = aimed_options(options_, aimed_rays_);
     const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
         if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, aimed, seed, progress));
         to.resize(lights_.size());

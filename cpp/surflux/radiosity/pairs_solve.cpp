@@ -6,6 +6,7 @@
 #include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/radiosity/closure.h"
+#include "surflux/solution/channels.h"
 #include "surflux/solution/conjugate_gradients.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -15,22 +16,6 @@ namespace {
 
 constexpr int max_applications = 1000;
 
-// One channel where the scene is grey: nothing is computed three times to be the same.
-struct Channels {
-    explicit Channels(bool grey) : count(grey ? 1 : 3) {}
-    std::vector<double> pack(const std::vector<Rgb>& values) const {
-        std::vector<double> out(values.size() * count);
-        for (std::size_t i = 0; i < values.size(); ++i)
-            for (std::size_t c = 0; c < count; ++c) out[i * count + c] = values[i][static_cast<int>(c)];
-        return out;
-    }
-    Rgb unpack(const std::vector<double>& values, std::size_t i) const {
-        if (count == 1) return {values[i], values[i], values[i]};
-        return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-    }
-    std::size_t count;
-};
-
 // H of H = D + F (E + rho H). With M = A^-1/2 G A^-1/2 (G the closed exchange) the system
 // (I - sqrt(rho) M sqrt(rho)) y = sqrt(A rho) H0, H = H0 + A^-1/2 M sqrt(rho) y, H0 = D + F E,
 // is symmetric, positive definite as long as rho < 1, and takes rho = 0.
@@ -39,7 +24,6 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
                               const Progress& progress) {
     const Channels channels(is_grey(s.reflectance) && is_grey(s.emission) && is_grey(direct));
     channel_count = channels.count;
-    const std::size_t n = s.size();
     const std::vector<double> rho = channels.pack(s.reflectance);
     const auto area = [&](std::size_t k) { return exchange.areas[k / channels.count]; };
 
@@ -66,8 +50,7 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
     const LinearReport report = conjugate_gradients(apply, b, channels.count, tolerance, max_applications, y, progress);
     gathered(y);
     for (std::size_t k = 0; k < h0.size(); ++k) h0[k] += product[k] / area(k);
-    irradiance.resize(n);
-    for (std::size_t i = 0; i < n; ++i) irradiance[i] = channels.unpack(h0, i);
+    irradiance = channels.unpack(h0);
     return report;
 }
 

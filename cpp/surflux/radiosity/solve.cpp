@@ -1,7 +1,5 @@
 #include "surflux/radiosity/solve.h"
 
-#include <algorithm>
-
 #include "surflux/core/error.h"
 #include "surflux/radiosity/global_refinement.h"
 #include "surflux/radiosity/insertion_after.h"
@@ -13,15 +11,8 @@ namespace surflux {
 
 namespace {
 
-// Places that are checked with all pairs, by so many rays twice; and with rays.
-constexpr int checked_of_pairs = 1000, rays_of_pairs = 256, rays_of_rays = 128;
-constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
-
-double& figure(Figures& figures, const std::string& name) {
-    for (auto& [known, value] : figures)
-        if (known == name) return value;
-    return figures.emplace_back(name, 0.0).second;
-}
+// Places that are checked with all pairs, by so many rays twice.
+constexpr int checked_of_pairs = 1000, rays_of_pairs = 256;
 
 }  // namespace
 
@@ -57,21 +48,10 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
         refinement.direct = options.direct;
         refinement.seed = options.seed;
         solve_by_gathering(scene, tracer, refinement, progress, out);
-        checked = static_cast<int>(std::clamp(n / surfels_per_check, least_checked, most_checked));
-        rays = rays_of_rays;
+        checked = usual_checks(n);
+        rays = usual_checking_rays;
     }
-    Stopwatch last(out.timings);
-    const SelfCheck check = gathering_error(scene, tracer, out, checked, rays, options.seed,
-                                            progress ? progress("self-check") : Progress{});
-    last.lap("self-check");
-    out.error = check.error;
-
-    Figures& figures = out.history.back();
-    figure(figures, "rays") += static_cast<double>(check.rays);
-    figure(figures, "error") = out.error;
-    double seconds = 0.0;
-    for (const auto& [name, value] : out.timings) seconds += value;
-    figure(figures, "seconds") = seconds;
+    check_solution(scene, tracer, checked, rays, options.seed, progress ? progress("self-check") : Progress{}, out);
     return out;
 }
 

@@ -9,11 +9,13 @@
 #include "surflux/core/sampling.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/solution/stopwatch.h"
 
 namespace surflux {
 
 namespace {
 
+constexpr std::size_t least_checked = 400, most_checked = 1000, surfels_per_check = 10;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec, gather_stream = 0x6a7e85ed, second_stream = 0x5ec0bd11;
 
 // Light that rays bring, with the solution at the end of the second bounce.
@@ -134,6 +136,12 @@ struct OwnSurfels {
     }
 };
 
+double& figure(Figures& figures, const std::string& name) {
+    for (auto& [known, value] : figures)
+        if (known == name) return value;
+    return figures.emplace_back(name, 0.0).second;
+}
+
 // Surfels in proportion to their area, evenly along the list; large ones may come more than once.
 std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, std::uint64_t seed) {
     std::vector<std::uint32_t> out;
@@ -175,6 +183,22 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     for (std::size_t k = 0; k < checked; ++k) off += squared[k], all += reference[k], spread += squared[k] * squared[k];
     // Below the standard error of the sum nothing is known: that is the least it claims.
     return {all > 0.0 ? std::sqrt(std::max(off, std::sqrt(spread)) / all) : 0.0, traced};
+}
+
+int usual_checks(std::size_t surfels) {
+    return static_cast<int>(std::clamp(surfels / surfels_per_check, least_checked, most_checked));
+}
+
+void check_solution(const Scene& scene, const Tracer& tracer, int surfels, int rays, std::uint64_t seed,
+                    const Progress& progress, Solution& solution) {
+    Stopwatch watch(solution.timings);
+    const SelfCheck check = gathering_error(scene, tracer, solution, surfels, rays, seed, progress);
+    watch.lap("self-check");
+    solution.error = check.error;
+    Figures& figures = solution.history.back();
+    figure(figures, "rays") += static_cast<double>(check.rays);
+    figure(figures, "error") = check.error;
+    figure(figures, "seconds") = total_seconds(solution.timings);
 }
 
 }  // namespace surflux

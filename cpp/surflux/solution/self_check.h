@@ -24,4 +24,13 @@ struct SelfCheck {
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution, int surfels, int rays,
                           std::uint64_t seed, const Progress& progress = {});
 
+// How many of its surfels, and by how many rays twice, a solution found by rays is checked at.
+constexpr int usual_checking_rays = 128;
+int usual_checks(std::size_t surfels);
+
+// The last stage of every solver: checks what it found, and fills in its error, and error, rays and seconds of the last
+// entry of its history.
+void check_solution(const Scene& scene, const Tracer& tracer, int surfels, int rays, std::uint64_t seed,
+                    const Progress& progress, Solution& solution);
+
 }  // namespace surflux

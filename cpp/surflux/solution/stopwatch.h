@@ -7,6 +7,12 @@
 
 namespace surflux {
 
+inline double total_seconds(const Figures& timings) {
+    double sum = 0.0;
+    for (const auto& stage : timings) sum += stage.second;
+    return sum;
+}
+
 // Seconds by stage: what passed since the last lap goes to the stage that is named, beside what it has already.
 class Stopwatch {
 public:
