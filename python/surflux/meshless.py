@@ -106,6 +106,7 @@ def solve_meshless(
         surfels,
         parents=result["parents"],
         objects=result["objects"],
+        levels=result["levels"],
         radiosity=result["radiosity"],
         irradiance=result["irradiance"],
         direct=result["direct"],

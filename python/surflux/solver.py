@@ -120,6 +120,7 @@ def solve(
         Surfels._from_core(result["surfels"]),
         parents=result["parents"],
         objects=result["objects"],
+        levels=result["levels"],
         radiosity=result["radiosity"],
         irradiance=result["irradiance"],
         direct=result["direct"],

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// How the surface around a surfel bends: over the point at x along `direction` and y along normal x direction of its
+// tangent plane it stands at (along x^2 + across y^2) / 2.
+struct Bend {
+    Vec3 direction;  // unit, in the tangent plane
+    double along = 0.0, across = 0.0;
+};
+
+// Of the surfels asked for, fitted to the normals of their nearest neighbours of the same object: a second-order
+// surface whose normal at x is n - H x. Where normals do not follow one, as at creases and in noise, the bend is less
+// by the share that it leaves unexplained. No disk bends by more than `most` of its radius.
+std::vector<Bend> bends_of(const Surfels& surfels, const std::vector<std::int32_t>& objects,
+                           const std::vector<std::uint32_t>& asked);
+
+}  // namespace surflux
