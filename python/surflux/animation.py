@@ -142,16 +142,16 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
     return written
 
 
-def check_target(path):
+def check_target(path, argument="path"):
     """path as a str, if frames can be written there."""
-    name = _check.path("path", path)
+    name = _check.path(argument, path)
     suffix = Path(name).suffix.lower()
     if suffix in FILMS:
         _imageio(suffix)
     elif suffix not in PICTURES:
-        raise ValueError(f"path: wanted a name ending in {', '.join((*FILMS, *PICTURES))}, got {name!r}")
+        raise ValueError(f"{argument}: wanted a name ending in {', '.join((*FILMS, *PICTURES))}, got {name!r}")
     elif len(NUMBER.findall(name)) != 1 or name.count("%") != 1:
-        raise ValueError(f"path: wanted a pattern for numbered pictures, such as 'frames/%04d.png', got {name!r}")
+        raise ValueError(f"{argument}: wanted a pattern for numbered pictures, such as 'frames/%04d.png', got {name!r}")
     folder = Path(name).absolute().parent
     if not folder.is_dir():
         raise file_error(name, f"cannot be written: there is no folder {folder}")

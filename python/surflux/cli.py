@@ -227,7 +227,7 @@ def _render(options):
         raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
     else:
         for image in images:
-            check_target(image)
+            check_target(image, "--image")
     solution = sf.load_solution(options.input)
     camera = _camera(options, solution.surfels, solution.camera)
     settings = {

@@ -241,7 +241,7 @@ TEST(Bends, AreTheCurvaturesOfATorus) {
             all.push_back(static_cast<std::uint32_t>(all.size()));
         }
     }
-    const std::vector<Bend> bends = bends_of(s, std::vector<std::int32_t>(s.size(), 0), all);
+    const std::vector<Bend> bends = bends_of(s, std::vector<std::int32_t>(s.size(), 0), all, all);
     for (std::size_t k = 0; k < all.size(); ++k) {
         ASSERT_NEAR(std::max(bends[k].along, bends[k].across), std::max(-1.0 / small, other[k]), 0.06);
         ASSERT_NEAR(std::min(bends[k].along, bends[k].across), std::min(-1.0 / small, other[k]), 0.06);
@@ -253,11 +253,11 @@ TEST(Bends, NoneWhereNothingIsKnown) {
     Surfels s;
     for (int i = 0; i < 5; ++i) add_disk(s, {0.1 * i, 0, 0}, normalized({0.3 * i, 0, 1}), 0.1);  // a line
     add_disk(s, {9, 9, 9}, {0, 0, 1}, 0.1);
-    for (const Bend& bend : bends_of(s, std::vector<std::int32_t>(6, 0), {0, 2, 5})) {
+    for (const Bend& bend : bends_of(s, std::vector<std::int32_t>(6, 0), {0, 2, 5}, {0, 1, 2, 3, 4, 5})) {
         EXPECT_EQ(bend.along, 0.0);
         EXPECT_EQ(bend.across, 0.0);
     }
-    EXPECT_TRUE(bends_of(s, std::vector<std::int32_t>(6, 0), {}).empty());
+    EXPECT_TRUE(bends_of(s, std::vector<std::int32_t>(6, 0), {}, {0, 1}).empty());
 }
 
 // Points all over an ellipsoid are seen within its bounds, and touch them.

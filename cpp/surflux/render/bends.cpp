@@ -17,6 +17,7 @@ constexpr double most = 0.7;      // of the radius times the curvature: a rim at
 
 Bend fit(const Surfels& s, const std::vector<std::int32_t>& objects, std::uint32_t i,
          const std::vector<Neighbor>& near) {
+    if (near.empty()) return {frame_around(s.normals[i]).u, 0.0, 0.0};
     const Frame frame = frame_around(s.normals[i]);
     const double reach = near.back().distance;
     // Least squares for n_u = -(a x + b y), n_v = -(b x + c y): normal equations for (a, b, c).
@@ -55,14 +56,17 @@ Bend fit(const Surfels& s, const std::vector<std::int32_t>& objects, std::uint32
 }  // namespace
 
 std::vector<Bend> bends_of(const Surfels& surfels, const std::vector<std::int32_t>& objects,
-                           const std::vector<std::uint32_t>& asked) {
+                           const std::vector<std::uint32_t>& asked, const std::vector<std::uint32_t>& around) {
     std::vector<Bend> out(asked.size());
     if (asked.empty()) return out;
-    const PointIndex index(surfels.positions);
+    std::vector<Vec3> places;
+    for (const std::uint32_t i : around) places.push_back(surfels.positions[i]);
+    const PointIndex index(places);
     parallel_blocks(asked.size(), 256, [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         for (std::size_t k = begin; k < end; ++k) {
             index.nearest(surfels.positions[asked[k]], neighbors + 1, near, farthest * surfels.radii[asked[k]]);
+            for (Neighbor& n : near) n.index = around[n.index];
             out[k] = fit(surfels, objects, asked[k], near);
         }
     });

@@ -17,8 +17,9 @@ struct Bend {
 
 // Of the surfels asked for, fitted to the normals of their nearest neighbours of the same object: a second-order
 // surface whose normal at x is n - H x. Where normals do not follow one, as at creases and in noise, the bend is less
-// by the share that it leaves unexplained. No disk bends by more than `most` of its radius.
+// by the share that it leaves unexplained. No rim turns by more than 35 degrees. Neighbours are looked for among those
+// `around`.
 std::vector<Bend> bends_of(const Surfels& surfels, const std::vector<std::int32_t>& objects,
-                           const std::vector<std::uint32_t>& asked);
+                           const std::vector<std::uint32_t>& asked, const std::vector<std::uint32_t>& around);
 
 }  // namespace surflux

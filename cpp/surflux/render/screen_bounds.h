@@ -38,8 +38,20 @@ inline std::array<double, 2> seen_slopes(const Ellipsoid& e, int axis) {
     return {(b - root) / a, (b + root) / a};
 }
 
+// Is it beyond one of the planes that bound the view? What is beside the eye has no slopes, and mostly is.
+inline bool out_of_view(const Ellipsoid& e, double tan_x, double tan_y) {
+    for (const Vec3& outwards : {Vec3{1, 0, -tan_x}, Vec3{-1, 0, -tan_x}, Vec3{0, 1, -tan_y}, Vec3{0, -1, -tan_y}}) {
+        double squared = 0.0;
+        for (const Vec3& half : e.axes) squared += dot(outwards, half) * dot(outwards, half);
+        const double beyond = dot(outwards, e.center);
+        if (beyond > 0.0 && beyond * beyond > squared) return true;
+    }
+    return false;
+}
+
 // The pixels of a picture of width x height whose centres may see it. tan_x and tan_y: of half the field of view.
 inline PixelBox seen_pixels(const Ellipsoid& e, double tan_x, double tan_y, int width, int height) {
+    if (out_of_view(e, tan_x, tan_y)) return {};
     const auto first = [](double slope, double tangent, int count) {
         const double at = 0.5 * count * (slope / tangent + 1.0);
         return static_cast<int>(std::ceil(std::clamp(at - 0.501, -1.0, count + 1.0)));

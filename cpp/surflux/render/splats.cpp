@@ -161,18 +161,19 @@ struct Drawing {
 
     // Of the disks, those that fill pixels enough.
     std::vector<Bend> bends(const std::vector<Reach>& reach) const {
-        std::vector<std::uint32_t> asked;
+        std::vector<std::uint32_t> asked, around;
         for (std::size_t i = 0; i < surfels.size(); ++i) {
             const Vec3 center = frame.to_camera(surfels.positions[i]);
-            const double radius = reach[i].disk;
-            if (!(radius > 0.0) || center.z + radius <= 0.0) continue;
-            if (radius < bent_from * subpixel() * center.z) continue;
-            if (std::abs(center.x) > grid.tan_x * center.z + 2.0 * radius * (1.0 + grid.tan_x)) continue;
-            if (std::abs(center.y) > grid.tan_y * center.z + 2.0 * radius * (1.0 + grid.tan_y)) continue;
-            asked.push_back(static_cast<std::uint32_t>(i));
+            const double radius = reach[i].disk, smallest = bent_from * subpixel() * center.z;
+            // Neighbours of those asked for are about as large, and may be out of view.
+            if (!(radius > 0.0) || radius < 0.5 * smallest || center.z + 5.0 * radius <= 0.0) continue;
+            if (std::abs(center.x) > grid.tan_x * center.z + 5.0 * radius * (1.0 + grid.tan_x)) continue;
+            if (std::abs(center.y) > grid.tan_y * center.z + 5.0 * radius * (1.0 + grid.tan_y)) continue;
+            around.push_back(static_cast<std::uint32_t>(i));
+            if (radius >= smallest) asked.push_back(static_cast<std::uint32_t>(i));
         }
         std::vector<Bend> out(surfels.size());
-        const std::vector<Bend> found = bends_of(surfels, objects, asked);
+        const std::vector<Bend> found = bends_of(surfels, objects, asked, around);
         for (std::size_t k = 0; k < asked.size(); ++k) out[asked[k]] = found[k];
         return out;
     }
