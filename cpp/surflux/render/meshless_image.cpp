@@ -191,7 +191,7 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     GLuint vertex_array = 0;
     gl.GenVertexArrays(1, &vertex_array);
     gl.BindVertexArray(vertex_array);
-    const SurfacePass visibility(gl, view, in_rows(geometry.disks, view.top, view.rows), geometry.triangles);
+    const SurfacePass visibility(gl, view, geometry.disks, geometry.triangles);
 
     const gl::Texture place(gl, GL_RGBA32F, width, height), facing(gl, GL_RGBA32F, width, height);
     const gl::Framebuffer seen(gl, {&place, &facing});

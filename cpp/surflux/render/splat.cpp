@@ -36,39 +36,26 @@ public:
 
     // Rows [top, top + rows) of subpixels.
     Raw draw(int top, int rows) const {
-        const bool whole = rows == grid_.height;
         const DrawnView view(grid_, top, rows, geometry_.far_depth);
-        const SurfacePass visibility(gl_, view, whole ? geometry_.disks : in_rows(geometry_.disks, top, rows),
-                                     geometry_.triangles);
+        const SurfacePass visibility(gl_, view, geometry_.disks, geometry_.triangles);
         Raw raw;
         const std::size_t pixels = static_cast<std::size_t>(grid_.width) * static_cast<std::size_t>(rows);
         raw.surface.resize(4 * pixels);
         raw.seen.resize(2 * pixels);
         visibility.target.read(0, grid_.width, rows, GL_RGBA, GL_FLOAT, raw.surface.data());
         visibility.target.read(1, grid_.width, rows, GL_RG_INTEGER, GL_INT, raw.seen.data());
-        const std::vector<DrawnKernel> part =
-            whole ? std::vector<DrawnKernel>() : in_rows(geometry_.kernels, top, rows);
-        const std::vector<DrawnKernel>& kernels = whole ? geometry_.kernels : part;
-        const DrawBatches<DrawnKernel> batches(gl_, kernels);
+        const InView<DrawnKernel> kernels(gl_, view, geometry_.kernels);
         gl_.Disable(GL_DEPTH_TEST);
         gl_.Enable(GL_BLEND);
         gl_.BlendFunc(GL_ONE, GL_ONE);
         for (std::size_t first = 0; first < layers_.size(); first += layers_at_once)
-            blend(view, visibility, kernels, batches, first, std::min(layers_at_once, layers_.size() - first), raw);
+            blend(view, visibility, kernels, first, std::min(layers_at_once, layers_.size() - first), raw);
         return raw;
     }
 
 private:
-    void blend(const DrawnView& view, const SurfacePass& visibility, const std::vector<DrawnKernel>& kernels,
-               const DrawBatches<DrawnKernel>& batches, std::size_t first, std::size_t count, Raw& raw) const {
-        std::vector<std::array<float, 4>> values(kernels.size() * count);
-        parallel_for(kernels.size(), 8192, [&](std::size_t k) {
-            for (std::size_t layer = 0; layer < count; ++layer) {
-                store(values[k * count + layer].data(),
-                      layers_[first + layer].values[static_cast<std::size_t>(kernels[k].index)]);
-            }
-        });
-        const DrawBatches<std::array<float, 4>> value_batches(gl_, values, count);
+    void blend(const DrawnView& view, const SurfacePass& visibility, const InView<DrawnKernel>& kernels,
+               std::size_t first, std::size_t count, Raw& raw) const {
         std::deque<gl::Texture> textures;
         std::vector<const gl::Texture*> targets;
         for (std::size_t layer = 0; layer < count; ++layer)
@@ -83,12 +70,30 @@ private:
             gl_.ClearBufferfv(GL_COLOR, static_cast<GLint>(layer), zero);
         visibility.surface.bind(0);
         visibility.seen.bind(1);
-        view.use(gl_, program);
-        batches.draw_with(value_batches, 6);
+        for (std::size_t k = 0; k < kernels.parts.size(); ++k) {
+            const std::vector<DrawnKernel>& part = kernels.parts[k];
+            const DrawBatches<DrawnKernel> batches(gl_, part);
+            const DrawBatches<std::array<float, 4>> values(gl_, values_of(part, first, count), count);
+            view.use(gl_, program, kernels.corners[k]);
+            batches.draw_with(values, kernels.corners[k]);
+        }
         for (std::size_t layer = 0; layer < count; ++layer) {
             std::vector<float>& sum = raw.sums.emplace_back(raw.surface.size());
             blended.read(static_cast<GLuint>(layer), view.width, view.rows, GL_RGBA, GL_FLOAT, sum.data());
         }
+    }
+
+    // Of each kernel, `count` layers from `first` on.
+    std::vector<std::array<float, 4>> values_of(const std::vector<DrawnKernel>& kernels, std::size_t first,
+                                                std::size_t count) const {
+        std::vector<std::array<float, 4>> values(kernels.size() * count);
+        parallel_for(kernels.size(), 8192, [&](std::size_t k) {
+            for (std::size_t layer = 0; layer < count; ++layer) {
+                store(values[k * count + layer].data(),
+                      layers_[first + layer].values[static_cast<std::size_t>(kernels[k].index)]);
+            }
+        });
+        return values;
     }
 
     const gl::Functions& gl_;

@@ -7,18 +7,28 @@
 
 namespace surflux::splat_shaders {
 
-// How the pixels of a box (splats.h) are covered; `band`: width and rows of the framebuffer, and its first row.
-#define SURFLUX_BOX                                                                                           \
-    "#version 430\n"                                                                                          \
-    "const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));\n" \
-    "uniform vec4 band;\n"                                                                                    \
-    "vec4 corner_of(ivec4 box) {\n"                                                                           \
-    "    vec2 at = mix(vec2(box.xy), vec2(box.zw), quad[gl_VertexID % 6]) - vec2(0, band.z);\n"               \
-    "    return vec4(2.0 * at / band.xy - 1.0, 0, 1);\n"                                                      \
-    "}\n"
+// For a vertex shader: how the pixels of a box (splats.h) are covered; `band`: width and rows of the framebuffer, its
+// first row, and the vertices of a primitive: 6 of two triangles, or 1 of a point. A point's square has its middle
+// within the band, else it would be clipped.
+constexpr const char* box = R"(#version 430
+const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
+uniform vec4 band;
+int primitive() { return gl_VertexID / int(band.w); }
+vec4 corner_of(ivec4 box) {
+    vec2 low = vec2(box.xy) - vec2(0, band.z), high = vec2(box.zw) - vec2(0, band.z);
+    vec2 at = mix(low, high, quad[gl_VertexID % 6]);
+    gl_PointSize = 1.0;
+    if (band.w == 1.0) {
+        float size = max(high.x - low.x, high.y - low.y);
+        gl_PointSize = size;
+        at = clamp(low, vec2(0), band.xy - size) + 0.5 * size;
+    }
+    return vec4(2.0 * at / band.xy - 1.0, 0, 1);
+}
+)";
 
-// Pass 1, disks: DrawnDisk.
-constexpr const char* disk_vertex = SURFLUX_BOX R"(
+// Pass 1, disks: DrawnDisk. `box` goes before this text.
+constexpr const char* disk_vertex = R"(
 struct Disk { vec4 center_radius; vec4 normal_along; vec4 direction_across; vec4 sag_names; ivec4 box; };
 layout(std430, binding = 0) readonly buffer Disks { Disk disks[]; };
 flat out vec4 center_radius;
@@ -28,7 +38,7 @@ flat out float sag;
 flat out ivec2 names;
 
 void main() {
-    Disk disk = disks[gl_VertexID / 6];
+    Disk disk = disks[primitive()];
     center_radius = disk.center_radius;
     normal_along = disk.normal_along;
     direction_across = disk.direction_across;
@@ -109,7 +119,8 @@ void main() {
 }
 )";
 
-// Pass 2, DrawnKernel, and LAYERS values of each (a line before these texts says how many).
+// Pass 2, DrawnKernel, and LAYERS values of each (`box` and a line that says how many go before these
+// texts).
 constexpr const char* kernel_vertex = R"(
 struct Kernel { vec4 center_group; vec4 normal_amplitude; vec4 direction_agreement; vec4 shrink_index; ivec4 box; };
 layout(std430, binding = 0) readonly buffer Kernels { Kernel kernels[]; };
@@ -121,7 +132,7 @@ flat out vec3 shrink;
 flat out vec3 value[LAYERS];
 
 void main() {
-    int at = gl_VertexID / 6;
+    int at = primitive();
     Kernel kernel = kernels[at];
     center_group = kernel.center_group;
     normal_amplitude = kernel.normal_amplitude;
@@ -163,9 +174,5 @@ void main() {
     for (int k = 0; k < LAYERS; ++k) sum[k] = weight * vec4(value[k], 1);
 }
 )";
-
-constexpr const char* box = SURFLUX_BOX;
-
-#undef SURFLUX_BOX
 
 }  // namespace surflux::splat_shaders

@@ -4,6 +4,7 @@
 // pixel sees.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <deque>
 #include <vector>
@@ -25,6 +26,7 @@ public:
         }
     }
 
+    // As points where each has one vertex, else as triangles.
     void draw(int vertices_each) const {
         for (std::size_t i = 0; i < buffers_.size(); ++i) draw(i, vertices_each);
     }
@@ -42,7 +44,7 @@ private:
     void draw(std::size_t i, int vertices_each) const {
         bind(i, 0);
         const std::size_t count = std::min(batch, total_ - i * batch);
-        gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(count) * vertices_each);
+        gl_.DrawArrays(vertices_each == 1 ? GL_POINTS : GL_TRIANGLES, 0, static_cast<GLsizei>(count) * vertices_each);
     }
 
     static constexpr std::size_t batch = 1u << 20;
@@ -59,12 +61,33 @@ struct DrawnView {
     float near_depth, far_depth;
 
     DrawnView(const PixelGrid& grid, int top, int rows, double far_depth);
-    // Makes the program current and sets what it shares with the others.
-    void use(const gl::Functions& gl, const gl::Program& program) const;
+    // Makes the program current and sets what it shares with the others. corners: vertices of each primitive that has a
+    // box.
+    void use(const gl::Functions& gl, const gl::Program& program, int corners = 6) const;
 };
+
+// Pixels of a side of a box that is drawn as a point.
+int largest_point(const gl::Functions& gl);
 
 // Throws ArgumentError, naming `size`, for what the device cannot draw, and DeviceError for one that lacks the means.
 void check_drawable(const gl::Functions& gl, GLsizei width, GLsizei rows);
+
+// Primitives with boxes, by how a view shows them: small boxes as points, which are squares of one vertex - llvmpipe
+// spends most of its time on vertices -, larger ones as two triangles.
+template <class Primitive>
+struct InView {
+    static constexpr std::array<int, 2> corners{1, 6};
+    std::array<std::vector<Primitive>, 2> parts;
+
+    InView(const gl::Functions& gl, const DrawnView& view, const std::vector<Primitive>& all) {
+        const int most = std::min({largest_point(gl), static_cast<int>(view.width), static_cast<int>(view.rows)});
+        for (const Primitive& one : all) {
+            const std::int32_t (&box)[4] = one.box;
+            if (box[1] >= view.top + view.rows || box[3] <= view.top) continue;
+            parts[box[2] - box[0] <= most && box[3] - box[1] <= most ? 0 : 1].push_back(one);
+        }
+    }
+};
 
 // The surface that each pixel sees: disks of surfels without triangles, and triangles.
 struct SurfacePass {
@@ -76,14 +99,5 @@ struct SurfacePass {
     gl::Texture depth;    // linear, over the view's far depth
     gl::Framebuffer target;
 };
-
-// Those of the primitives with boxes that the rows may show.
-template <class Primitive>
-std::vector<Primitive> in_rows(const std::vector<Primitive>& all, int top, int rows) {
-    std::vector<Primitive> out;
-    for (const Primitive& one : all)
-        if (one.box[1] < top + rows && one.box[3] > top) out.push_back(one);
-    return out;
-}
 
 }  // namespace surflux
