@@ -155,6 +155,33 @@ TEST_P(SplatFilter, ABallHasNoHoles) {
     }
 }
 
+// A cube of points: disks end at its edges, and its outline is straight but for the corners, where three planes meet.
+TEST_P(SplatFilter, DisksEndAtSharpEdges) {
+    Surfels s;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double side : {1.0, -1.0}) {
+            for (int i = 0; i < 400; ++i) {
+                Vec3 p, normal;
+                p[axis] = normal[axis] = side;
+                p[(axis + 1) % 3] = 0.1 * (i % 20) - 0.95;
+                p[(axis + 2) % 3] = 0.1 * (i / 20) - 0.95;
+                add_disk(s, p, normal, 0.08);
+            }
+        }
+    }
+    const Picture image = picture(s, constant(s, {1, 1, 1}), {}, front, 400, 400, GetParam());
+    const double edge = 200.0 / std::tan(30.0 * pi / 180.0) / 3.0;  // of the near face
+    std::size_t outside = 0, holes = 0;
+    for (std::size_t p = 0; p < image.index.size(); ++p) {
+        const double x = std::abs(static_cast<double>(p % 400) - 199.5),
+                     y = std::abs(static_cast<double>(p / 400) - 199.5);
+        outside += image.index[p] >= 0 && std::max(x, y) > edge + 1.0;
+        holes += image.index[p] < 0 && std::max(x, y) < edge - 1.0;
+    }
+    EXPECT_EQ(holes, 0u);
+    EXPECT_LE(outside, 4u * 40u);  // where disks overhang the edges there are 2000
+}
+
 // Layers go through the same weights, four at a time, whatever their number.
 TEST_P(SplatFilter, LayersAreBlendedAlike) {
     const Surfels ball = sphere(300, {0, 0, 0}, 1.0);

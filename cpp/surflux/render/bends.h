@@ -13,6 +13,7 @@ namespace surflux {
 struct Bend {
     Vec3 direction;  // unit, in the tangent plane
     double along = 0.0, across = 0.0;
+    bool sharp = false;  // does a neighbour's normal differ so much that an edge may lie between?
 };
 
 // Of the surfels asked for, fitted to the normals of their nearest neighbours of the same object: a second-order

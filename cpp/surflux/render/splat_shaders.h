@@ -29,13 +29,16 @@ vec4 corner_of(ivec4 box) {
 
 // Pass 1, disks: DrawnDisk. `box` goes before this text.
 constexpr const char* disk_vertex = R"(
-struct Disk { vec4 center_radius; vec4 normal_along; vec4 direction_across; vec4 sag_names; ivec4 box; };
+struct Disk {
+    vec4 center_radius; vec4 normal_along; vec4 direction_across; vec4 sag_names; vec4 creases[2]; ivec4 box;
+};
 layout(std430, binding = 0) readonly buffer Disks { Disk disks[]; };
 flat out vec4 center_radius;
 flat out vec4 normal_along;
 flat out vec4 direction_across;
 flat out float sag;
 flat out ivec2 names;
+flat out vec4 creases[2];
 
 void main() {
     Disk disk = disks[primitive()];
@@ -44,6 +47,7 @@ void main() {
     direction_across = disk.direction_across;
     sag = disk.sag_names.x;
     names = floatBitsToInt(disk.sag_names.yz);
+    creases = disk.creases;
     gl_Position = corner_of(disk.box);
 }
 )";
@@ -56,6 +60,7 @@ flat in vec4 normal_along;
 flat in vec4 direction_across;
 flat in float sag;
 flat in ivec2 names;
+flat in vec4 creases[2];
 uniform vec4 ray;
 uniform float near_depth;
 uniform float far_depth;
@@ -77,6 +82,8 @@ void main() {
     vec2 local = start + t * go;
     float squared = dot(local, local) / (center_radius.w * center_radius.w);
     if (!(squared <= 1.0) || depth <= near_depth) discard;
+    vec3 at = local.x * u + local.y * v;
+    if (dot(at, creases[0].xyz) > creases[0].w || dot(at, creases[1].xyz) > creases[1].w) discard;
     depth_normal = vec4(depth, normalize(n - bend.x * local.x * u - bend.y * local.y * v));
     seen = names;
     // Of disks that overlap the one whose centre is nearest wins, not the one that sticks out.

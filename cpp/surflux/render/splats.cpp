@@ -5,6 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/render/bends.h"
+#include "surflux/render/creases.h"
 
 namespace surflux {
 
@@ -23,6 +24,12 @@ constexpr double grazing = 0.02;
 
 // Disks that are smaller than this, in subpixels, are drawn flat: nobody could tell.
 constexpr double bent_from = 2.0;
+
+// How disks are drawn that fill pixels enough to tell.
+struct Shapes {
+    std::vector<Bend> bends;
+    std::vector<Creases> creases;
+};
 
 // What surfels are drawn with: a disk that closes the surface, and a kernel that blends it smoothly.
 struct Reach {
@@ -98,7 +105,7 @@ struct Drawing {
     // Of a subpixel, over depth.
     double subpixel() const { return 2.0 * grid.tan_y / grid.height; }
 
-    bool make(std::size_t i, double radius, const Bend& bend, DrawnDisk& disk) const {
+    bool make(std::size_t i, double radius, const Bend& bend, const Creases& creases, DrawnDisk& disk) const {
         const Seen s = seen(i);
         if (!(radius > 0.0) || s.center.z + radius <= 0.0) return false;
         const double curve = std::max(std::abs(bend.along), std::abs(bend.across));
@@ -120,6 +127,11 @@ struct Drawing {
         disk.across = static_cast<float>(side * bend.across);
         // Flat disks that overlap on a bent surface stand off it by up to as much; bent ones lie on it.
         disk.sag = static_cast<float>((curve > 0.0 ? 0.15 : 0.4) * radius);
+        for (std::size_t k = 0; k < creases.size(); ++k) {
+            store(disk.creases[k], frame.turn(creases[k].normal));
+            // A hair beyond, where the disks on the other side begin.
+            disk.creases[k][3] = static_cast<float>(creases[k].limit + 1e-3 * radius);
+        }
         disk.index = static_cast<std::int32_t>(i);
         disk.group = group(i, s.back);
         store_box(disk.box, box);
@@ -159,9 +171,8 @@ struct Drawing {
         return true;
     }
 
-    // Of the disks, those that fill pixels enough.
-    std::vector<Bend> bends(const std::vector<Reach>& reach) const {
-        std::vector<std::uint32_t> asked, around;
+    Shapes shapes(const std::vector<Reach>& reach) const {
+        std::vector<std::uint32_t> asked, around, sharp;
         for (std::size_t i = 0; i < surfels.size(); ++i) {
             const Vec3 center = frame.to_camera(surfels.positions[i]);
             const double radius = reach[i].disk, smallest = bent_from * subpixel() * center.z;
@@ -172,9 +183,14 @@ struct Drawing {
             around.push_back(static_cast<std::uint32_t>(i));
             if (radius >= smallest) asked.push_back(static_cast<std::uint32_t>(i));
         }
-        std::vector<Bend> out(surfels.size());
-        const std::vector<Bend> found = bends_of(surfels, objects, asked, around);
-        for (std::size_t k = 0; k < asked.size(); ++k) out[asked[k]] = found[k];
+        Shapes out{std::vector<Bend>(surfels.size()), std::vector<Creases>(surfels.size())};
+        const std::vector<Bend> bends = bends_of(surfels, objects, asked, around);
+        for (std::size_t k = 0; k < asked.size(); ++k) {
+            out.bends[asked[k]] = bends[k];
+            if (bends[k].sharp) sharp.push_back(asked[k]);
+        }
+        const std::vector<Creases> creases = creases_of(surfels, objects, sharp, around);
+        for (std::size_t k = 0; k < sharp.size(); ++k) out.creases[sharp[k]] = creases[k];
         return out;
     }
 
@@ -210,9 +226,9 @@ DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int3
     const Drawing drawing{surfels, objects, frame, grid, options};
     DrawnGeometry geometry;
     const std::vector<Reach> reach = reaches(surfels);
-    const std::vector<Bend> bends = drawing.bends(reach);
+    const Shapes shapes = drawing.shapes(reach);
     geometry.disks = made<DrawnDisk>(surfels.size(), [&](std::size_t i, DrawnDisk& disk) {
-        return reach[i].disk > 0.0 && drawing.make(i, reach[i].disk, bends[i], disk);
+        return reach[i].disk > 0.0 && drawing.make(i, reach[i].disk, shapes.bends[i], shapes.creases[i], disk);
     });
     if (options.kernels) {
         geometry.kernels = made<DrawnKernel>(surfels.size(), [&](std::size_t i, DrawnKernel& kernel) {

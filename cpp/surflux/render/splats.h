@@ -23,6 +23,7 @@ struct DrawnDisk {
     float sag;  // see surface_fragment
     std::int32_t index, group;
     float unused;
+    float creases[2][4];  // where it ends: normal . (p - center) <= the fourth
     std::int32_t box[4];  // pixels that it may cover: left, top, right, bottom
 };
 
