@@ -1,7 +1,13 @@
-"""Pictures of solutions by ray casting: what splatted ones are judged by. Nothing of this knows OpenGL."""
+"""Pictures of solutions by ray casting: what splatted ones are judged by. Nothing of this knows OpenGL.
+
+`python tests/python/ray_casting.py SCENE.toml ...` prints how far the two agree, at 400 x 300 pixels of 2 x 2 samples.
+"""
+
+import sys
 
 import numpy as np
 
+import surflux as sf
 from surflux import _core
 
 
@@ -52,3 +58,16 @@ def psnr(picture, exact, white):
     """Decibels: both linear, cut off at white."""
     difference = np.minimum(picture, white) - np.minimum(exact, white)
     return 10 * np.log10(white**2 / np.mean(difference**2))
+
+
+def agreement(path, size, samples=2):
+    """Decibels, of a scene file."""
+    scene = sf.load_scene(path)
+    solution = sf.solve(scene, **scene.solve_options)
+    exact, white = ray_cast(solution, scene.camera, size, samples)
+    return psnr(solution.render(size=size, samples=samples), exact, white)
+
+
+if __name__ == "__main__":
+    for path in sys.argv[1:]:
+        print(f"{path}: {agreement(path, (400, 300)):.1f} dB")
