@@ -1,5 +1,8 @@
 """Pictures of solved scenes: against ray casting, layer by layer, and as files."""
 
+import signal
+import threading
+
 import numpy as np
 import pytest
 
@@ -180,6 +183,21 @@ def test_progress_and_cancelling(solution):
     assert len(seen) >= 3
     with pytest.raises(sf.Cancelled):
         solution.render(size=(40, 30), progress=lambda done, total: False)
+
+
+def test_ctrl_c_stops_a_picture(solution):
+    """Progress is asked on the thread that called, where signals arrive."""
+    main = threading.get_ident()
+    asked = []
+    solution.render(
+        size=(400, 300), samples=4, progress=lambda done, total: asked.append(threading.get_ident()) or True
+    )
+    assert set(asked) == {main}
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        solution.render(size=(4000, 3000), samples=4)
+    timer.join()
 
 
 def test_a_meshless_picture_is_drawn_in_bands(solution, monkeypatch):

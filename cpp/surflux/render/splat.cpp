@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <functional>
 #include <limits>
+#include <mutex>
 #include <string>
+#include <thread>
 
 #include "surflux/core/parallel.h"
 #include "surflux/render/splat_shaders.h"
@@ -152,6 +158,60 @@ struct Resolver {
     }
 };
 
+// Work on a thread of OpenGL's, and the thread that asked for it: that one reports progress, as all passes do, and so
+// hears of Ctrl-C.
+class Steps {
+public:
+    // On the working thread, before each step: so many are done. False: stop.
+    bool go_on(std::size_t done) {
+        const std::lock_guard lock(mutex_);
+        done_ = done;
+        changed_.notify_one();
+        return !cancelled_;
+    }
+
+    // Runs the work to its end, reporting how much of `total` is done; what either throws, this throws.
+    void watch(const std::function<void()>& work, const Progress& progress, std::size_t total) {
+        std::exception_ptr failure;
+        std::thread thread([&] {
+            try {
+                work();
+            } catch (...) {
+                failure = std::current_exception();
+            }
+            const std::lock_guard lock(mutex_);
+            finished_ = true;
+            changed_.notify_one();
+        });
+        try {
+            std::unique_lock lock(mutex_);
+            while (!finished_) {
+                const std::size_t done = done_;
+                lock.unlock();
+                report(progress, done, total);
+                lock.lock();
+                changed_.wait_for(lock, std::chrono::milliseconds(100), [&] { return finished_ || done_ != done; });
+            }
+        } catch (...) {
+            {
+                const std::lock_guard lock(mutex_);
+                cancelled_ = true;
+            }
+            thread.join();
+            throw;
+        }
+        thread.join();
+        if (failure) std::rethrow_exception(failure);
+        report(progress, total, total);
+    }
+
+private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::size_t done_ = 0;
+    bool finished_ = false, cancelled_ = false;
+};
+
 void check(const Surfels& surfels, const std::vector<SplatLayer>& layers, std::size_t width, std::size_t height,
            const SplatOptions& options) {
     for (const SplatLayer& layer : layers) {
@@ -193,20 +253,18 @@ SplatImage splat_image(const Surfels& surfels, const std::vector<SplatLayer>& la
     image.index.resize(pixels, -1);
     const Resolver resolver{surfels, layers, emitters, frame, samples};
     const std::size_t rows = std::max<std::size_t>(1, subpixels_at_once / (width * samples * samples));
-    gl::run_pass(
-        [&](const gl::Context& context) {
-            check_drawable(context.gl, grid.width, static_cast<GLsizei>(std::min(rows, count) * samples));
-            const Painter painter(context.gl, geometry, layers, grid);
-            for (std::size_t first = 0; first < count; first += rows) {
-                report(progress, first, count);
-                const std::size_t part = std::min(rows, count - first);
-                const Raw raw = painter.draw(static_cast<int>((options.rows.first + first) * samples),
-                                             static_cast<int>(part * samples));
-                parallel_for(part, 8, [&](std::size_t y) { resolver.row(raw, first, first + y, image); });
-            }
-            report(progress, count, count);
-        },
-        api);
+    Steps steps;
+    const auto draw = [&](const gl::Context& context) {
+        check_drawable(context.gl, grid.width, static_cast<GLsizei>(std::min(rows, count) * samples));
+        const Painter painter(context.gl, geometry, layers, grid);
+        for (std::size_t first = 0; first < count && steps.go_on(first); first += rows) {
+            const std::size_t part = std::min(rows, count - first);
+            const Raw raw = painter.draw(static_cast<int>((options.rows.first + first) * samples),
+                                         static_cast<int>(part * samples));
+            parallel_for(part, 8, [&](std::size_t y) { resolver.row(raw, first, first + y, image); });
+        }
+    };
+    steps.watch([&] { gl::run_pass(draw, api); }, progress, count);
     return image;
 }
 
