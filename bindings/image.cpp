@@ -51,6 +51,10 @@ void bind_image(py::module_& module) {
             return mapped(rgb, [&](std::vector<float> in) { return tone_map(in, {exposure, filmic}); });
         },
         py::arg("rgb"), py::arg("exposure"), py::arg("filmic"));
+    module.def("automatic_exposure", [](const Floats& rgb) {
+        const std::vector<float> in = to_vector(rgb);
+        return without_gil([&] { return automatic_exposure(in); });
+    });
     module.def("srgb_encode", [](const Floats& linear) {
         return mapped(linear, [](std::vector<float> in) {
             for (float& v : in) v = static_cast<float>(srgb_encode(static_cast<double>(v)));

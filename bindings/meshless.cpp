@@ -103,22 +103,37 @@ public:
         return py::make_tuple(to_array(all), to_array(direct));
     }
 
-    // As the camera sees it, by OpenGL.
+    // The finest level on which light was gathered, by surfel too.
+    py::array_t<std::int32_t> levels_at(const Doubles& points, const Doubles& normals, const Indices& surfels) const {
+        const auto given = checked(points, normals);
+        const std::vector<Vec3>&places = given.first, &facing = given.second;
+        const std::vector<std::uint32_t> on = to_vector(surfels);
+        std::vector<std::int32_t> out(places.size());
+        without_gil([&] {
+            parallel_for(places.size(), 256, [&](std::size_t k) {
+                out[k] = field_->level_at(places[k], facing[k], scene_.object.at(on.at(k)));
+            });
+            return 0;
+        });
+        return to_array(out);
+    }
+
+    // As the camera sees it, by OpenGL: rows [top, top + rows) of it.
     py::dict image(const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
-                   std::size_t height) const {
+                   std::size_t height, std::size_t top, std::size_t rows) const {
         const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
         const Camera view = to_camera(camera);
         const MeshlessImage image = without_gil([&] {
             std::call_once(drawn_once_, [&] { drawn_ = std::make_unique<DrawnFunctions>(*field_); });
-            return meshless_image(*field_, *drawn_, scene_, lamps, view, width, height);
+            return meshless_image(*field_, *drawn_, scene_, lamps, view, width, height, {top, rows});
         });
         py::dict out;
-        out["all"] = to_pixels(image.all, height, width, 3);
-        out["direct"] = to_pixels(image.direct, height, width, 3);
-        out["depth"] = to_pixels(image.depth, height, width, 1);
-        out["normal"] = to_pixels(image.normal, height, width, 3);
-        out["index"] = to_pixels(image.index, height, width, 1);
-        out["position"] = to_array(image.position).attr("reshape")(height, width, 3);
+        out["all"] = to_pixels(image.all, image.height, width, 3);
+        out["direct"] = to_pixels(image.direct, image.height, width, 3);
+        out["depth"] = to_pixels(image.depth, image.height, width, 1);
+        out["normal"] = to_pixels(image.normal, image.height, width, 3);
+        out["index"] = to_pixels(image.index, image.height, width, 1);
+        out["position"] = to_array(image.position).attr("reshape")(image.height, width, 3);
         out["fallbacks"] = image.fallbacks;
         return out;
     }
@@ -206,7 +221,9 @@ void bind_meshless(py::module_& module) {
         .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))
         .def("at_surfels", &FieldOnScene::at_surfels, py::arg("points"), py::arg("normals"), py::arg("surfels"))
-        .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"))
+        .def("levels_at", &FieldOnScene::levels_at, py::arg("points"), py::arg("normals"), py::arg("surfels"))
+        .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"),
+             py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1))
         .def("functions", &FieldOnScene::functions);
     module.def("solve_meshless", &solve_scene, py::arg("scene"), py::arg("levels"), py::arg("radius"),
                py::arg("epsilon_e"), py::arg("epsilon_omega"), py::arg("rays"), py::arg("bounces"),

@@ -9,22 +9,30 @@ namespace surflux::bindings {
 
 namespace {
 
-py::dict render_splats(const Surfels& surfels, const Doubles& radiance, const std::vector<EmitterArrays>& emitters,
-                       const CameraArrays& camera, std::size_t width, std::size_t height, const Doubles& background,
-                       double footprint, int samples,
-                       const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects) {
-    const std::vector<Rgb> colors = to_vec3s(radiance, "radiance");
+using Layer = std::tuple<Doubles, Doubles, bool>;  // values, background, are emitters lit?
+
+py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
+                       const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
+                       std::size_t height, double footprint, int samples, bool culling,
+                       const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects,
+                       const py::object& progress, std::size_t top, std::size_t rows) {
+    std::vector<SplatLayer> blended;
+    for (const auto& [values, background, lit] : layers)
+        blended.push_back({to_vec3s(values, "values"), to_vec3(background, "background"), lit});
     const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
     const Camera view = to_camera(camera);
-    const SplatOptions options{to_vec3(background, "background"), footprint, samples, to_vector(objects)};
+    const SplatOptions options{footprint, samples, culling, to_vector(objects), {top, rows}};
+    const Progress report = to_progress(progress);
     const SplatImage image =
-        without_gil([&] { return splat_image(surfels, colors, lamps, view, width, height, options); });
+        without_gil([&] { return splat_image(surfels, blended, lamps, view, width, height, options, report); });
+    py::list pictures;
+    for (const std::vector<float>& layer : image.layers) pictures.append(to_pixels(layer, image.height, width, 3));
     py::dict out;
-    out["radiance"] = to_pixels(image.radiance, height, width, 3);
-    out["coverage"] = to_pixels(image.coverage, height, width, 1);
-    out["depth"] = to_pixels(image.depth, height, width, 1);
-    out["normal"] = to_pixels(image.normal, height, width, 3);
-    out["index"] = to_pixels(image.index, height, width, 1);
+    out["layers"] = pictures;
+    out["coverage"] = to_pixels(image.coverage, image.height, width, 1);
+    out["depth"] = to_pixels(image.depth, image.height, width, 1);
+    out["normal"] = to_pixels(image.normal, image.height, width, 3);
+    out["index"] = to_pixels(image.index, image.height, width, 1);
     return out;
 }
 
@@ -41,9 +49,10 @@ py::dict gl_info() {
 }  // namespace
 
 void bind_render(py::module_& module) {
-    module.def("render_splats", &render_splats, py::arg("surfels"), py::arg("radiance"), py::arg("emitters"),
-               py::arg("camera"), py::arg("width"), py::arg("height"), py::arg("background"), py::arg("footprint"),
-               py::arg("samples"), py::arg("objects") = py::array_t<std::int32_t>(0));
+    module.def("render_splats", &render_splats, py::arg("surfels"), py::arg("layers"), py::arg("emitters"),
+               py::arg("camera"), py::arg("width"), py::arg("height"), py::arg("footprint"), py::arg("samples"),
+               py::arg("culling") = true, py::arg("objects") = py::array_t<std::int32_t>(0),
+               py::arg("progress") = py::none(), py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1));
     module.def("gl_info", &gl_info);
 }
 

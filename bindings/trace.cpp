@@ -29,11 +29,53 @@ py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles
     return py::make_tuple(to_array(met), to_array(front), to_array(distance));
 }
 
+// What rays through the air see first of the fronts, backs being as if they were not there: a surfel or -1, and the
+// distance.
+py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& directions) {
+    const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
+    require(at.size() == along.size(), "directions: wanted as many as points");
+    std::vector<std::int64_t> met(at.size(), -1);
+    std::vector<double> distance(at.size(), 0.0);
+    without_gil([&] {
+        const Tracer tracer(scene);
+        const double step = contact_distance(bounds_of(scene.surfels));
+        parallel_blocks(at.size(), 1024, [&](std::size_t begin, std::size_t end) {
+            std::vector<Ray> rays;
+            std::vector<std::size_t> of;
+            for (std::size_t k = begin; k < end; ++k) {
+                rays.push_back({{at[k], along[k], Hit::none}, along[k]});
+                of.push_back(k);
+            }
+            std::vector<Hit> hits;
+            while (!rays.empty()) {
+                tracer.closest(rays, hits);
+                std::size_t left = 0;
+                for (std::size_t r = 0; r < rays.size(); ++r) {
+                    const std::size_t k = of[r];
+                    if (!hits[r]) continue;
+                    distance[k] += hits[r].distance;
+                    if (dot(scene.surfels.normals[hits[r].surfel], along[k]) < 0.0) {
+                        met[k] = hits[r].surfel;
+                        continue;
+                    }
+                    distance[k] += step;
+                    rays[left] = {{at[k] + distance[k] * along[k], along[k], Hit::none}, along[k]};
+                    of[left++] = k;
+                }
+                rays.resize(left);
+                of.resize(left);
+            }
+        });
+    });
+    return py::make_tuple(to_array(met), to_array(distance));
+}
+
 }  // namespace
 
 void bind_trace(py::module_& module) {
     module.def("closest_hits", &closest_hits, py::arg("scene"), py::arg("surfels"), py::arg("points"),
                py::arg("directions"));
+    module.def("seen_fronts", &seen_fronts, py::arg("scene"), py::arg("points"), py::arg("directions"));
     module.def(
         "inward_patches",
         [](const Surfels& surfels, std::size_t smallest, int rays, std::uint64_t seed, const py::object& progress) {

@@ -29,6 +29,7 @@ _HOME = {
     "Surfels": "surfels",
     "area_shares": "areas",
     "build_hierarchy": "hierarchy",
+    "camera_path": "animation",
     "effective_areas": "areas",
     "form_factors": "solver",
     "inward_patches": "orientation",
@@ -40,6 +41,7 @@ _HOME = {
     "solve": "solver",
     "solve_meshless": "meshless",
     "tone_map": "images",
+    "turntable": "animation",
     "write_image": "images",
 }
 

@@ -12,6 +12,10 @@ from surflux.solution import Solution
 from surflux.surfels import Surfels
 
 
+# What a solver of _core gives that a Solution takes as it is.
+FOUND = ("parents", "objects", "levels", "radiosity", "irradiance", "direct", "error")
+
+
 def check_scene(scene):
     if not isinstance(scene, Scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
@@ -37,7 +41,7 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
         surfels,
-        **{name: result[name] for name in ("parents", "objects", "radiosity", "irradiance", "direct", "error")},
+        **{name: result[name] for name in FOUND},
         timings={"areas": areas_seconds, **result["timings"]},
         history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
         lamps=[light for light in scene.lights if isinstance(light, AreaLight)],

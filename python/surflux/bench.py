@@ -19,7 +19,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux import _check, bench_clouds, bench_factors, bench_scenes, shapes
+from surflux import _check, bench_clouds, bench_factors, bench_images, bench_scenes, shapes
 
 
 @dataclass
@@ -391,6 +391,7 @@ CASES = {
     "sphere inside": (False, _sphere_inside),
     "concentric spheres": (False, _concentric),
     "form factors in a cube": (False, _cube_factors),
+    bench_images.NAME: (False, lambda threads: _run(*bench_images.picture(threads))),
     bench_factors.NAME: (False, lambda threads: _run(*bench_factors.beside_peer(threads))),
     **{name: (False, _scene_file(file)) for name, file in bench_scenes.FILES.items()},
     # Whole ones are a row of --scale.

@@ -12,6 +12,7 @@ import numpy as np
 
 import surflux as sf
 from surflux import _check
+from surflux.animation import check_target
 from surflux.camera import framing
 from surflux.cli_options import command_line
 from surflux.solve_options import TRANSPORTS
@@ -61,6 +62,10 @@ def _check_options(options):
     checks = {
         "thin": lambda name, value: _check.count(name, value, 2),
         "threads": _check.count,
+        "samples": lambda name, value: _check.count(name, value, 1, 8),
+        "turntable": _check.count,
+        "fps": lambda name, value: _check.number(name, value, 0.0, 1000.0, low_open=True),
+        "stops": lambda name, value: _check.number(name, value, -100.0, 100.0),
         "smallest": _check.count,
         "seed": _check.seed,
         "tolerance": lambda name, value: _check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
@@ -76,6 +81,13 @@ def _check_options(options):
             raise ValueError(f"--{name}: goes with --areas")
     if "viewpoint" in given and _is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
+    if given.get("exposure", "auto") == "auto":
+        options.exposure = None
+    else:
+        try:
+            options.exposure = _check.number("--exposure", float(options.exposure), 0.0, low_open=True)
+        except ValueError:
+            raise ValueError(f"--exposure: wanted a number above 0 or auto, got {options.exposure!r}") from None
     for side in given.get("size", ()):
         _check.count("--size", side, 1, 16384)
     if "output" in given:
@@ -98,7 +110,7 @@ def _solve(options):
     solution = sf.solve(scene, **settings, progress=True)
     output = _solve_output(options)
     solution.save(output)
-    _write_images(solution, camera, options.size, images)
+    _write_images(solution, camera, options, images)
     result = {
         "input": options.input,
         "surfels": len(solution.surfels),
@@ -209,9 +221,33 @@ def _check_cloud(options):
 
 def _render(options):
     images = options.image or [_default_image(Path(options.input))]
-    _check_images(images)
+    if options.turntable is None:
+        _check_images(images)
+    elif not options.image:
+        raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
+    else:
+        for image in images:
+            check_target(image, "--image")
     solution = sf.load_solution(options.input)
-    _write_images(solution, _camera(options, solution.surfels, solution.camera), options.size, images)
+    camera = _camera(options, solution.surfels, solution.camera)
+    settings = {
+        "samples": options.samples,
+        "background": options.background,
+        "culling": not options.both_sides,
+        "threads": options.threads,
+    }
+    if options.turntable is None:
+        _write_images(solution, camera, options, images, **settings)
+    else:
+        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+        cameras = sf.turntable(camera, options.turntable)
+        images = [
+            path
+            for image in images
+            for path in solution.animate(
+                cameras, image, options.size, fps=options.fps, progress=True, **tone, **settings
+            )
+        ]
     if options.json:
         return _print_json({"input": options.input, "images": [str(image) for image in images]})
     print("\n".join(f"picture: {image}" for image in images))
@@ -230,12 +266,13 @@ def _check_images(images):
             raise sf.FileError(f"{image}: cannot be written: there is no folder {image.parent}")
 
 
-def _write_images(solution, camera, size, images):
+def _write_images(solution, camera, options, images, **settings):
     """Each picture in the format of its name; only EXR has room for what the light is made of."""
-    layers = solution.render(camera, size=size, layers=True)
+    all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
+    layers = solution.render(camera, size=options.size, layers=all_of_it or ["radiance"], progress=True, **settings)
     for image in images:
-        more = {name: layers[name] for name in ("direct", "indirect", "depth")}
-        sf.write_image(image, layers["radiance"], **(more if Path(image).suffix.lower() == ".exr" else {}))
+        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+        sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
 
 
 def _camera(options, surfels, default):

@@ -50,6 +50,14 @@ def command_line(runs, cloud_limit):
     render = command("render", "Pictures of a solved file.")
     render.add_argument("input", metavar="OUT.ply")
     _image_options(render)
+    render.add_argument(
+        "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
+    )
+    render.add_argument("--background", type=_color, default=0.0, metavar="R,G,B", help="radiance where nothing is")
+    render.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
+    text = "N cameras around what it looks at: --image is a film (.mp4, .gif) then, or a pattern, frames/%%04d.png"
+    render.add_argument("--turntable", type=int, metavar="N", help=text)
+    render.add_argument("--fps", type=float, default=25.0, help="frames of a film in a second (default: 25)")
     _common_options(render)
 
     view = command("view", "Look at a scene, a cloud or a solved file.")
@@ -84,6 +92,9 @@ def _image_options(parser):
     text = "write a picture; again for more (default: next to the output, .png)"
     parser.add_argument("--image", action="append", metavar="OUT.exr|OUT.png", help=text)
     parser.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    parser.add_argument("--exposure", metavar="FACTOR|auto", help="of .png: factor on radiance (default: auto)")
+    parser.add_argument("--stops", type=float, default=0.0, help="of .png: so many times twice as bright")
+    parser.add_argument("--linear", action="store_true", help="of .png: cut highlights off instead of bending them")
     _camera_options(parser)
 
 
@@ -105,6 +116,10 @@ def _vector(text):
     except ValueError:
         raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
     return (x, y, z)
+
+
+def _color(text):
+    return float(text) if "," not in text else _vector(text)
 
 
 def _size(text):

@@ -2,50 +2,78 @@
 
 import numpy as np
 
+from surflux import _core
 from surflux.fields import PROBES, SHADOW_RAYS, SKY_RAYS
 
+SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take 0.3 GB
 
-def basis_layers(field, surfels, lamps, camera, size, samples, direct, splat):
-    """The layers of Solution.render, with the basis evaluated at every subpixel.
+
+def basis_layers(field, surfels, lamps, view, names, direct, splat, progress):
+    """The layers of Solution.render, with the basis evaluated at every subpixel, band by band.
 
     Args:
         field: BasisField.
         surfels: Surfels of the solution.
         lamps: as _core.render_splats takes them.
-        camera: as _core.render_splats takes it.
-        size: (width, height) in pixels.
-        samples: subpixels of a pixel each way.
+        view: rendering.View.
+        names: of the layers that are wanted.
         direct: "interpolated" or "traced".
-        splat: (exitance by surfel, lamps, width, height, samples, black background?) -> what _core.render_splats gives.
+        splat: as rendering.picture has it.
+        progress: a callback (done, total), or None.
     """
-    width, height = size
+    (width, height), samples = view.size, view.samples
+    rows = max(1, SUBPIXELS_AT_ONCE // (width * samples * samples))
+    bands = []
+    for top in range(0, height, rows):
+        _report(progress, top, height)
+        count = min(rows, height - top)
+        bands.append(_band(field, surfels, lamps, view, names, direct, splat, top, count))
+    _report(progress, height, height)
+    return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}
+
+
+def _report(progress, done, total):
+    if progress is not None and progress(done, total) is False:
+        raise _core.Cancelled("cancelled")
+
+
+def _band(field, surfels, lamps, view, names, direct, splat, top, count):
+    """The layers of rows [top, top + count)."""
+    (width, height), samples = view.size, view.samples
     fine = samples * width, samples * height
-    seen = field.basis.image(lamps, camera, *fine)
-    dark = [(*lamp[:3], np.zeros(3)) for lamp in lamps]
-    # Radiance per irradiance: reflectance / pi, and 0 where a lamp or nothing is seen.
-    white = splat(surfels.reflectance, dark, *fine, 1, True)["radiance"]
-
-    def pixels(irradiance):
-        values = white * irradiance
-        return values.reshape(height, samples, width, samples, 3).mean(axis=(1, 3))
-
+    part = {"top": samples * top, "rows": samples * count}
     beside = field.emitted is not None  # is there light that the basis leaves out?
     exitance = surfels.emission
     if beside and direct == "interpolated":
         exitance = exitance + surfels.reflectance * field.lit
-    picture = splat(exitance, lamps, width, height, samples, False)
-    picture["direct"] = picture["radiance"]
-    if direct == "traced":
-        picture["direct"] = picture["direct"] + pixels(_traced(field.basis, seen))
-    elif not beside:
-        picture["direct"] = picture["direct"] + pixels(seen["direct"])
-    picture["indirect"] = pixels(seen["all"] - seen["direct"])
+    layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
     if beside and field.emitted.any():
-        picture["indirect"] += splat(surfels.reflectance * field.emitted, dark, width, height, samples, True)[
-            "radiance"
-        ]
-    picture["radiance"] = picture["direct"] + picture["indirect"]
-    return picture
+        layers.append((surfels.reflectance * field.emitted / np.pi, False))
+    seen = field.basis.image(lamps, view.camera, *fine, **part)
+    drawn = splat(layers, fine, 1, None, **part)
+    found, albedo, *rest = drawn["layers"]
+    if direct == "traced":
+        found += albedo / np.pi * _traced(field.basis, seen)
+    elif not beside:
+        found += albedo / np.pi * seen["direct"]
+    indirect = albedo / np.pi * (seen["all"] - seen["direct"])
+    if rest:
+        indirect += rest[0]
+
+    def mean(values):
+        return values.reshape(count, samples, width, samples, 3).mean(axis=(1, 3))
+
+    middle = (slice(samples // 2, None, samples),) * 2
+    out = {name: drawn[name][middle] for name in ("depth", "normal", "index")}
+    out |= {"direct": mean(found), "indirect": mean(indirect), "albedo": mean(albedo)}
+    out["radiance"] = out["direct"] + out["indirect"]
+    if "level" in names:
+        index = out["index"]
+        there = index >= 0
+        out["level"] = np.full(index.shape, np.nan, np.float32)
+        places = seen["position"][middle][there], seen["normal"][middle][there].astype(np.float64)
+        out["level"][there] = field.basis.levels_at(*places, index[there])
+    return out
 
 
 def _traced(basis, seen):

@@ -7,11 +7,10 @@ import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
-from surflux.camera import Camera, framing
+from surflux.camera import Camera
 from surflux.fields import BasisField, SurfelField
 from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
 from surflux.lights import AreaLight
-from surflux.meshless_render import basis_layers
 from surflux.saving import ply_path
 from surflux.surfels import Surfels
 
@@ -23,6 +22,9 @@ class Solution:
         surfels: Surfels of the solution, with areas: the scene's, and those inserted in place of some of them.
         parents: (n,) index of each surfel in scene.surfels.
         objects: (n,) index of the object in scene.objects that each surfel belongs to.
+        levels: (n,) how finely light was gathered. `solve`: 0 at the surfel itself, 1, 2 and so on at a group that many
+            levels above it in the hierarchy, -1, -2 and so on for surfels inserted that many levels below the scene's
+            own. `solve_meshless`: the finest level of points that has a say, 0 being the coarsest.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
         irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk; of
             inserted surfels over the part of the patch that is theirs, or at their place.
@@ -53,6 +55,7 @@ class Solution:
         radiosity,
         irradiance,
         direct,
+        levels=None,
         error=math.nan,
         timings=None,
         history=(),
@@ -64,6 +67,10 @@ class Solution:
         self.surfels = surfels
         self.parents = _frozen(parents)
         self.objects = _frozen(objects)
+        inserted = _insertion_depth(self.parents, surfels.areas)
+        # What was inserted in a group whose light it shares is told by its depth.
+        levels = np.zeros(len(surfels), np.int64) if levels is None else np.asarray(levels, np.int64)
+        self.levels = _frozen(np.where((inserted < 0) & (levels >= 0), inserted, levels).astype(np.int32))
         self.radiosity = _frozen(radiosity)
         self.irradiance = _frozen(irradiance)
         self.direct = _frozen(direct)
@@ -121,22 +128,44 @@ class Solution:
                 self._field = SurfelField(self.surfels, self.objects, others, self.direct, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
-    def render(self, camera=None, size=(800, 600), *, background=0.0, samples=2, layers=False, direct="interpolated"):
+    def render(
+        self,
+        camera=None,
+        size=(800, 600),
+        *,
+        background=0.0,
+        samples=2,
+        layers=False,
+        direct="interpolated",
+        culling=True,
+        threads=None,
+        progress=False,
+    ):
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
 
-        Drawn by OpenGL without a window (D04 step 4), in float32. A meshless solution that is not from a file is drawn
-        from its basis, which every pixel evaluates at what it sees (L07 section 6.2); what is not in the basis, and so
-        direct light unless `indirect_only=False`, is blended from the surfels.
+        Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
+        disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
+        elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
+        Ren, Pfister and Zwicker 2002), within one object and not across creases. A meshless solution that is not from
+        a file is drawn from its basis, which every subpixel evaluates at what it sees (L07 section 6.2); what is not
+        in the basis, and so direct light unless `indirect_only=False`, is blended from the surfels.
 
         Args:
             camera: Camera; None for the scene's own, or one that has all surfels in view.
             size: (width, height) in pixels.
             background: radiance where nothing is, scalar or RGB.
             samples: the picture is drawn this many times finer each way and averaged; 1 to 8.
-            layers: True for a dict with "radiance", "direct" and "indirect" (h, w, 3), "depth" (h, w), along the
-                view axis and infinite where nothing is, "normal" (h, w, 3) and "index" (h, w) of the surfel, or -1.
-            direct: "traced": direct light by rays from what every pixel sees, slower and sharp; only where the basis
-                is drawn.
+            layers: True for a dict of all that is known about each pixel, or a list of some of the names:
+                "radiance", "direct" and "indirect" (h, w, 3), the two of which it is the sum; "albedo" (h, w, 3), the
+                reflectance, 0 where no surfel is; of the middle subpixel "normal" (h, w, 3), "depth" (h, w), along
+                the view axis and infinite where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and
+                -2 - k where the scene's area light number k is; and "level" (h, w), the entry of `levels` there (of a
+                meshless basis at the very place), or NaN.
+            direct: "traced": direct light by rays from what every subpixel sees, slower and sharp; only where the
+                basis is drawn.
+            culling: False shows surfaces from behind, too, in the colours of their fronts.
+            threads: at most this many, where OpenGL does not draw; None for all.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
 
         Returns:
             (h, w, 3) float32, linear radiance, row 0 on top; or the dict.
@@ -144,61 +173,73 @@ class Solution:
         Raises:
             ValueError: an argument out of range, by name.
             DeviceError: there is no OpenGL; says what was tried.
-        """
-        if not (isinstance(size, (tuple, list)) and len(size) == 2):
-            raise ValueError(f"size: wanted (width, height), got {size!r}")
-        width, height = (_check.count("size", v, 1, 16384) for v in size)
-        if camera is None:
-            camera = self.camera or framing(self.surfels, size)
-        if not isinstance(camera, Camera):
-            raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
-        background = _check.rgb("background", background)
-        samples = _check.count("samples", samples, 1, 8)
-        _check.flag("layers", layers)
+            Cancelled: the callback returned False.
 
-        from_basis = isinstance(self._field, BasisField)
-        if _check.choice("direct", direct, ("interpolated", "traced")) == "traced" and not from_basis:
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> layers = solution.render(sf.Camera([0.5, -1, 2], [0.5, 0.5, 0]), (40, 30), layers=["radiance", "depth"])
+        >>> layers["radiance"][15, 20].round(3), layers["depth"][15, 20].round(2)
+        (array([0.5, 0.5, 0.5], dtype=float32), np.float32(2.46))
+        """
+        from surflux import rendering
+
+        names = rendering.layer_names(layers)
+        view = rendering.View(self, camera, size, background, samples, culling)
+        _check.choice("direct", direct, ("interpolated", "traced"))
+        if direct == "traced" and not isinstance(self._field, BasisField):
             raise ValueError(
                 'direct: wanted "interpolated", for only what is drawn from a meshless basis can be traced'
             )
+        with thread_limit(threads), progress_callback(progress, "picture") as callback:
+            found = rendering.picture(self, view, names, direct, callback)
+        return found if layers is not False else found["radiance"]
 
-        drawn = self._drawn()
-        # What is buried, as the floor below a plinth is, does not darken what is lit beside it.
-        groups = (2 * self.objects + (self.radiosity == 0).all(axis=1)).astype(np.int32)
-        view = (camera.eye, camera.target, camera.up, camera.fov)
-        lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in self._lamps]
+    def animate(
+        self,
+        cameras,
+        path,
+        size=(800, 600),
+        *,
+        fps=25,
+        exposure=None,
+        stops=0.0,
+        filmic=True,
+        progress=False,
+        **options,
+    ):
+        """Pictures from one camera after another, as a film or as numbered pictures.
 
-        def draw(exitance, lamps, width=width, height=height, samples=samples, black=False):
-            behind = np.zeros(3) if black else background
-            return _core.render_splats(
-                drawn, exitance / np.pi, lamps, view, width, height, behind, FOOTPRINT, samples, groups
-            )
+        Args:
+            cameras: list of Camera, one for each frame; see turntable and camera_path.
+            path: a name that ends in .mp4 or .gif, for a film (`pip install surflux[video]`), or a pattern for
+                numbered pictures, such as "frames/%04d.png" (.png, .exr or .hdr): 0001 is the first.
+            size: (width, height) in pixels; .mp4 takes even numbers alone.
+            fps: frames of a film in a second.
+            exposure, stops, filmic: as of write_image, one for all frames: None chooses it from the first.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
+            options: all else goes to `render`. With layers=True, .exr files hold all layers.
 
-        if from_basis:
-            picture = basis_layers(self._field, self.surfels, lamps, view, (width, height), samples, direct, draw)
-            return {name: picture[name] for name in LAYERS} if layers else picture["radiance"]
-        picture = draw(self.radiosity, lamps)
-        if not layers:
-            return picture["radiance"]
-        rho = self.surfels.reflectance
-        picture["direct"] = draw(self.surfels.emission + rho * self.direct, lamps)["radiance"]
-        picture["indirect"] = draw(rho * (self.irradiance - self.direct), [])["radiance"]
-        return {name: picture[name] for name in LAYERS}
+        Returns:
+            list of the paths written: of one film, or of all pictures.
 
-    def _drawn(self):
-        """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
-        core = self.surfels._core
-        inserted = np.bincount(self.parents)[self.parents] > 1
-        if not inserted.any():
-            return core
-        s = self.surfels
-        radii = np.where(inserted, INSERTED_FOOTPRINT, 1.0) * s.radii
-        # Parts of patches overlap by a hair: where their edges meet in the middle of another's, pixels would stay open.
-        owner = s.triangle_surfel
-        grown = np.where(inserted[owner], INSERTED_OVERLAP, 1.0)[:, None, None]
-        center = s.points[owner][:, None, :]
-        triangles = center + grown * (s.triangles - center)
-        return _core.Surfels(s.points, s.normals, radii, s.areas, s.reflectance, s.emission, triangles, owner)
+        Raises:
+            ValueError: an argument, by name.
+            ImportError: a film, and the extra `video` is not there.
+            FileError: what cannot be written, by path.
+            Cancelled: the callback returned False; a film is not written then.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> cameras = sf.turntable(sf.Camera([0.5, -1, 1], [0.5, 0.5, 0]), 3)
+        >>> solution.animate(cameras, "turn%02d.png", (40, 30))
+        ['turn01.png', 'turn02.png', 'turn03.png']
+        """
+        from surflux.animation import animate
+
+        tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
+        return animate(self, cameras, path, size, fps=fps, progress=progress, **tone, **options)
 
     def plot(self, color="radiosity", *, receivers=False, **options):
         """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
@@ -232,14 +273,8 @@ class Solution:
         return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
 
     def values(self):
-        """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,).
-
-        "level" is 0 for the scene's own surfels, and -1, -2 and so on for those inserted below them.
-        """
-        count = np.bincount(self.parents)[self.parents]
-        areas = np.bincount(self.parents, self.surfels.areas)[self.parents]
-        level = np.where(count > 1, np.round(np.log(self.surfels.areas / areas) / np.log(4.0)), 0.0)
-        return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": level}
+        """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,)."""
+        return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": self.levels}
 
     def save(self, path):
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
@@ -269,19 +304,9 @@ class Solution:
             radiosity=self.radiosity,
             irradiance=self.irradiance,
             direct=self.direct,
-            columns={"parent": self.parents, "object": self.objects},
+            columns={"parent": self.parents, "object": self.objects, "level": self.levels},
             comments=pack_comments(about),
         )
-
-
-LAYERS = ("radiance", "direct", "indirect", "depth", "normal", "index")  # of a picture
-
-# What was inserted is drawn larger by this: disks, and parts of patches.
-INSERTED_FOOTPRINT = 1.6
-INSERTED_OVERLAP = 1.002
-
-# Splats reach this many radii: beyond 1, so that every pixel of a disk lies well inside of some splat.
-FOOTPRINT = 1.5
 
 
 def load_solution(path):
@@ -324,6 +349,7 @@ def load_solution(path):
         Surfels._from_core(core),
         parents=_indices(path, arrays["columns"], "parent", "a surfel"),
         objects=_indices(path, arrays["columns"], "object", "an object"),
+        levels=_levels(path, arrays["columns"]),
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
         direct=arrays["direct"],
@@ -345,6 +371,21 @@ def _indices(path, columns, name, what):
         row = int(np.argmax(bad))
         raise file_error(path, f"vertex {row}: {name} is {column[row]:g}; wanted the index of {what}")
     return column.astype(np.uint32)
+
+
+def _levels(path, columns):
+    """None of a file that was written before there were some."""
+    column = columns.get("level")
+    if column is not None and not np.all(np.abs(column) < 2**15):
+        raise file_error(path, f"vertex {int(np.argmin(np.abs(column) < 2**15))}: its level is out of range")
+    return column
+
+
+def _insertion_depth(parents, areas):
+    """0 for the scene's own surfels, and -1, -2 and so on for those inserted below them, which share their area."""
+    count = np.bincount(parents)[parents] if len(parents) else parents
+    whole = np.bincount(parents, areas)[parents] if len(parents) else areas
+    return np.where(count > 1, np.round(np.log(areas / whole) / np.log(4.0)), 0.0)
 
 
 def _frozen(values):

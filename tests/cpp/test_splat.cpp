@@ -6,72 +6,14 @@
 
 #include <gtest/gtest.h>
 
+#include "splat_pictures.h"
+
 #include "surflux/core/error.h"
 #include "surflux/core/sampling.h"
 #include "surflux/render/splat.h"
 
 namespace surflux {
 namespace {
-
-void add_disk(Surfels& s, const Vec3& position, const Vec3& normal, double radius) {
-    s.positions.push_back(position);
-    s.normals.push_back(normal);
-    s.radii.push_back(radius);
-    s.reflectance.push_back({});
-    s.emission.push_back({});
-}
-
-// A square of cells x cells patches of two triangles each.
-void add_square(Surfels& s, const Vec3& corner, const Vec3& u, const Vec3& v, int cells) {
-    const Vec3 du = u / cells, dv = v / cells;
-    for (int i = 0; i < cells; ++i) {
-        for (int j = 0; j < cells; ++j) {
-            const Vec3 a = corner + i * du + j * dv;
-            add_disk(s, a + 0.5 * (du + dv), normalized(cross(u, v)), 0.5 * length(du + dv));
-            const auto surfel = static_cast<std::uint32_t>(s.size() - 1);
-            s.triangles.push_back({a, a + du, a + du + dv, surfel});
-            s.triangles.push_back({a, a + du + dv, a + dv, surfel});
-        }
-    }
-}
-
-// The cube [-1, 1]^3, faces in the order +x -x +y -y +z -z, cells x cells patches each.
-Surfels cube(int cells) {
-    Surfels s;
-    for (int axis = 0; axis < 3; ++axis) {
-        for (const double side : {1.0, -1.0}) {
-            Vec3 corner{-1, -1, -1}, u, v;
-            corner[axis] = side;
-            u[(axis + 1) % 3] = 2.0;
-            v[(axis + 2) % 3] = 2.0;
-            if (side > 0.0)
-                add_square(s, corner, u, v, cells);
-            else
-                add_square(s, corner, v, u, cells);
-        }
-    }
-    return s;
-}
-
-Surfels sphere(std::size_t n, const Vec3& center, double radius) {
-    Surfels s;
-    for (std::size_t i = 0; i < n; ++i) {  // Fibonacci; disks that reach 1.3 times the spacing
-        const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(n);
-        const double phi = static_cast<double>(i) * pi * (3.0 - std::sqrt(5.0)), r = std::sqrt(1.0 - z * z);
-        const Vec3 normal{r * std::cos(phi), r * std::sin(phi), z};
-        add_disk(s, center + radius * normal, normal, 1.3 * radius * std::sqrt(4.0 * pi / static_cast<double>(n)));
-    }
-    return s;
-}
-
-const Camera front{{0, -4, 0}, {0, 0, 0}, {0, 0, 1}, 60.0};
-
-std::vector<Rgb> constant(const Surfels& s, const Rgb& color) { return std::vector<Rgb>(s.size(), color); }
-
-Rgb pixel(const SplatImage& image, std::size_t x, std::size_t y) {
-    const float* p = &image.radiance[3 * (y * image.width + x)];
-    return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-}
 
 double largest_difference(const Rgb& a, const Rgb& b) {
     return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
@@ -97,7 +39,7 @@ TEST_P(Splat, OneDiskCoversItsProjectedEllipse) {
     Surfels s;
     add_disk(s, {0, 0, 0}, {0, -std::cos(tilt), std::sin(tilt)}, 1.0);
     const std::size_t side = 400;
-    const SplatImage image = splat_image(s, {{2, 3, 4}}, {}, front, side, side, {}, GetParam());
+    const Picture image = picture(s, {{2, 3, 4}}, {}, front, side, side, GetParam());
     const double scale = 0.5 * static_cast<double>(side) / std::tan(30.0 * pi / 180.0);
     double area = 0.0, perimeter = 0.0;
     const auto project = [&](double t) {
@@ -136,7 +78,7 @@ TEST_P(Splat, ConstantRadianceStaysConstant) {
     const Surfels ball = sphere(500, {1.2, 0, 0}, 1.0);
     for (std::size_t i = 0; i < ball.size(); ++i) add_disk(s, ball.positions[i], ball.normals[i], ball.radii[i]);
     const Rgb color{0.37, 12.5, 1e-4};
-    const SplatImage image = splat_image(s, constant(s, color), {}, front, 200, 150, {}, GetParam());
+    const Picture image = picture(s, constant(s, color), {}, front, 200, 150, GetParam());
     std::size_t seen = 0;
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         const Rgb got = pixel(image, p % 200, p / 200);
@@ -157,7 +99,7 @@ TEST_P(Splat, FrontDiskHidesTheOneBehind) {
         add_disk(s, {0, front_first ? 1.0 : -1.0, 0}, {0, -1, 0}, 1.0);
         const std::vector<Rgb> radiance =
             front_first ? std::vector<Rgb>{{1, 0, 0}, {0, 1, 0}} : std::vector<Rgb>{{0, 1, 0}, {1, 0, 0}};
-        const SplatImage image = splat_image(s, radiance, {}, front, 64, 64, {}, GetParam());
+        const Picture image = picture(s, radiance, {}, front, 64, 64, GetParam());
         // The one behind is seen under a smaller angle: nothing of its green comes through.
         for (std::size_t p = 0; p < image.index.size(); ++p) ASSERT_EQ(image.radiance[3 * p + 1], 0.0f);
         EXPECT_EQ(image.radiance[3 * (32 * 64 + 32)], 1.0f);
@@ -170,8 +112,7 @@ TEST_P(Splat, BackFacesAreNotSeen) {
     add_disk(s, {0, 0, 0}, {0, 1, 0}, 1.0);
     add_square(s, {-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, 3);  // faces +y, away from the camera
     const VisibleEmitter lamp{{-1, -2, -1}, {0, 0, 2}, {2, 0, 0}, {9, 9, 9}};
-    const SplatImage image =
-        splat_image(s, constant(s, {1, 1, 1}), {lamp}, front, 64, 64, {{0.25, 0.5, 0.75}}, GetParam());
+    const Picture image = picture(s, constant(s, {1, 1, 1}), {lamp}, front, 64, 64, GetParam(), {}, {0.25, 0.5, 0.75});
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         ASSERT_EQ(image.index[p], -1);
         ASSERT_EQ(pixel(image, p % 64, p / 64), (Rgb{0.25, 0.5, 0.75}));
@@ -189,7 +130,7 @@ TEST_P(Splat, NothingBleedsAcrossTheEdgesOfACube) {
     }
     const Camera camera{{4, -5, 3}, {0, 0, 0}, {0, 0, 1}, 40.0};
     const std::size_t side = 200;
-    const SplatImage image = splat_image(s, radiance, {}, camera, side, side, {}, GetParam());
+    const Picture image = picture(s, radiance, {}, camera, side, side, GetParam());
     const CameraFrame frame = frame_of(camera);
     std::size_t seen = 0, wrong = 0;
     for (std::size_t p = 0; p < side * side; ++p) {
@@ -223,14 +164,14 @@ TEST_P(Splat, FarFromTheOriginThePictureIsTheSame) {
     std::vector<Rgb> radiance;
     for (std::size_t i = 0; i < s.size(); ++i)
         radiance.push_back({0.5 + 0.5 * s.positions[i].x, s.normals[i].z + 1.0, 1.0});
-    const SplatImage here = splat_image(s, radiance, {lamp}, front, 160, 120, {}, GetParam());
+    const Picture here = picture(s, radiance, {lamp}, front, 160, 120, GetParam());
     for (Vec3& p : s.positions) p += offset;
     for (Triangle& t : s.triangles) t.a += offset, t.b += offset, t.c += offset;
     lamp.corner += offset;
     Camera camera = front;
     camera.eye += offset;
     camera.target += offset;
-    const SplatImage there = splat_image(s, radiance, {lamp}, camera, 160, 120, {}, GetParam());
+    const Picture there = picture(s, radiance, {lamp}, camera, 160, 120, GetParam());
     // Doubles at 5e6 step by 1e-9: no more than a stray pixel on an outline can differ.
     std::size_t different = 0;
     for (std::size_t p = 0; p < here.index.size(); ++p) {
@@ -247,7 +188,7 @@ TEST_P(Splat, ALinearRampIsSmooth) {
     add_square(s, {-2, 0, -2}, {4, 0, 0}, {0, 0, 4}, 20);
     std::vector<Rgb> radiance;
     for (const Vec3& p : s.positions) radiance.push_back({1.0 + 0.5 * p.x, 1.0 + 0.5 * p.z, 1.0});
-    const SplatImage image = splat_image(s, radiance, {}, front, 120, 120, {}, GetParam());
+    const Picture image = picture(s, radiance, {}, front, 120, 120, GetParam());
     const double scale = 60.0 / std::tan(30.0 * pi / 180.0);
     for (std::size_t y = 20; y < 100; ++y) {
         for (std::size_t x = 20; x < 100; ++x) {
@@ -263,7 +204,7 @@ TEST_P(Splat, ATriangleFarFromItsSurfelHasItsColour) {
     Surfels s;
     add_disk(s, {0, 0, 0}, {0, -1, 0}, 0.01);
     s.triangles.push_back({{0.9, 0, -0.05}, {1.0, 0, -0.05}, {0.9, 0, 0.05}, 0});
-    const SplatImage image = splat_image(s, {{3, 2, 1}}, {}, front, 200, 200, {}, GetParam());
+    const Picture image = picture(s, {{3, 2, 1}}, {}, front, 200, 200, GetParam());
     const auto seen = std::count(image.index.begin(), image.index.end(), 0);
     EXPECT_GT(seen, 5);
     for (std::size_t p = 0; p < image.index.size(); ++p) {
@@ -277,7 +218,7 @@ TEST_P(Splat, EmitterInThePlaneOfACeilingIsInFrontOfIt) {
     Surfels s;
     add_square(s, {-3, 0, -3}, {6, 0, 0}, {0, 0, 6}, 10);
     const VisibleEmitter lamp{{-0.5, 0, -0.5}, {1, 0, 0}, {0, 0, 1}, {7, 8, 9}};
-    const SplatImage image = splat_image(s, constant(s, {1, 1, 1}), {lamp}, front, 120, 120, {}, GetParam());
+    const Picture image = picture(s, constant(s, {1, 1, 1}), {lamp}, front, 120, 120, GetParam());
     const double scale = 60.0 / std::tan(30.0 * pi / 180.0) / 4.0;
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         const double right = (static_cast<double>(p % 120) + 0.5 - 60.0) / scale;
@@ -296,7 +237,7 @@ TEST_P(Splat, ColoursStayWithinTheirObject) {
     add_disk(s, {0, 0.9, 0}, {0, -1, 0}, 0.5);
     SplatOptions options;
     const auto brightest_beside = [&](const SplatOptions& o) {
-        const SplatImage image = splat_image(s, {{1, 1, 1}, {9, 9, 9}}, {}, front, 120, 120, o, GetParam());
+        const Picture image = picture(s, {{1, 1, 1}, {9, 9, 9}}, {}, front, 120, 120, GetParam(), o);
         float brightest = 0.0f;
         for (std::size_t p = 0; p < image.index.size(); ++p)
             if (image.index[p] == 0) brightest = std::max(brightest, image.radiance[3 * p]);
@@ -312,7 +253,7 @@ TEST_P(Splat, KnownAreasBoundTheDisks) {
     Surfels s;
     add_disk(s, {0, 0, 0}, {0, -1, 0}, 2.0);
     s.areas = {pi / 4.0};
-    const SplatImage image = splat_image(s, {{1, 1, 1}}, {}, front, 400, 400, {}, GetParam());
+    const Picture image = picture(s, {{1, 1, 1}}, {}, front, 400, 400, GetParam());
     const double radius = 1.4 * std::sqrt(pi / 4.0) * 200.0 / std::tan(30.0 * pi / 180.0) / 4.0;
     const auto seen = static_cast<double>(std::count(image.index.begin(), image.index.end(), 0));
     EXPECT_NEAR(seen, pi * radius * radius, 0.1 * 2.0 * pi * radius);
@@ -321,9 +262,11 @@ TEST_P(Splat, KnownAreasBoundTheDisks) {
 TEST_P(Splat, SubpixelsAverage) {
     Surfels s;
     add_square(s, {-1, 0, -1}, {2, 0, 0}, {0, 0, 2}, 2);
-    const SplatOptions one{{0, 0, 0}, 1.5, 1}, four{{0, 0, 0}, 1.5, 4};
-    const SplatImage fine = splat_image(s, constant(s, {1, 1, 1}), {}, front, 400, 400, one, GetParam());
-    const SplatImage coarse = splat_image(s, constant(s, {1, 1, 1}), {}, front, 100, 100, four, GetParam());
+    SplatOptions one, four;
+    one.samples = 1;
+    four.samples = 4;
+    const Picture fine = picture(s, constant(s, {1, 1, 1}), {}, front, 400, 400, GetParam(), one);
+    const Picture coarse = picture(s, constant(s, {1, 1, 1}), {}, front, 100, 100, GetParam(), four);
     for (std::size_t y = 0; y < 100; ++y) {
         for (std::size_t x = 0; x < 100; ++x) {
             double mean = 0.0;
@@ -340,7 +283,7 @@ TEST_P(Splat, InsideOfARoomEveryPixelIsCovered) {
     for (Vec3& n : s.normals) n = -n;
     for (Triangle& t : s.triangles) std::swap(t.b, t.c);
     const Camera camera{{-0.9, -0.9, -0.2}, {0.5, 0.5, 0}, {0, 0, 1}, 100.0};
-    const SplatImage image = splat_image(s, constant(s, {1, 2, 3}), {}, camera, 160, 120, {}, GetParam());
+    const Picture image = picture(s, constant(s, {1, 2, 3}), {}, camera, 160, 120, GetParam());
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         ASSERT_GE(image.index[p], 0);
         ASSERT_LE(largest_difference(pixel(image, p % 160, p / 160), {1, 2, 3}), 3e-5);
@@ -354,7 +297,7 @@ TEST(SplatArguments, AreRefusedByName) {
     const double nan = std::nan("");
     const auto with = [&](const Camera& camera, std::size_t width, const SplatOptions& options,
                           const std::vector<Rgb>& radiance, const std::vector<VisibleEmitter>& lamps) {
-        return [=] { splat_image(s, radiance, lamps, camera, width, 8, options); };
+        return [=] { splat_image(s, {{radiance}}, lamps, camera, width, 8, options); };
     };
     expect_argument_error(with({{0, 0, 0}, {0, 0, 0}}, 8, {}, one, {}), "target: wanted a point other than the eye");
     expect_argument_error(with({{0, 0, 0}, {0, 0, 1}}, 8, {}, one, {}), "up: wanted a direction not parallel");
@@ -366,12 +309,16 @@ TEST(SplatArguments, AreRefusedByName) {
         expect_argument_error(with({{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, fov}, 8, {}, one, {}), "fov: wanted degrees");
     }
     expect_argument_error(with(front, 0, {}, one, {}), "size: wanted 1 to 65536 pixels");
-    expect_argument_error(with(front, 60000, {{}, 1.5, 16}, one, {}), "size: this GL device draws at most");
-    expect_argument_error(with(front, 8, {{nan, 0, 0}}, one, {}), "background: wanted finite");
-    expect_argument_error(with(front, 8, {{}, 0.9}, one, {}), "footprint: wanted 1 to 10");
-    expect_argument_error(with(front, 8, {{}, 1.5, 0}, one, {}), "samples: wanted 1 to 16");
-    expect_argument_error(with(front, 8, {}, {}, {}), "radiance: wanted one RGB value for each of 1 surfels, got 0");
-    expect_argument_error(with(front, 8, {}, {{nan, 0, 0}}, {}), "radiance: wanted finite");
+    expect_argument_error(with(front, 60000, {1.5, 16}, one, {}), "size: this GL device draws at most");
+    expect_argument_error([&] { splat_image(s, {{one, {nan, 0, 0}}}, {}, front, 8, 8); }, "background: wanted finite");
+    SplatOptions rows;
+    rows.rows = {8, 2};
+    expect_argument_error(with(front, 8, rows, one, {}), "rows: wanted some of 8, got 2 from 8 on");
+    expect_argument_error(with(front, 8, {1.5, 1, true, {0, 0}}, one, {}), "objects: wanted one for each of 1");
+    expect_argument_error(with(front, 8, {0.9}, one, {}), "footprint: wanted 1 to 10");
+    expect_argument_error(with(front, 8, {1.5, 0}, one, {}), "samples: wanted 1 to 16");
+    expect_argument_error(with(front, 8, {}, {}, {}), "values: wanted one RGB value for each of 1 surfels, got 0");
+    expect_argument_error(with(front, 8, {}, {{nan, 0, 0}}, {}), "values: wanted finite");
     expect_argument_error(with(front, 8, {}, one, {{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1, 1, 1}}}),
                           "emitters: the edges");
     expect_argument_error(with(front, 8, {}, one, {{{nan, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}}}),
@@ -379,7 +326,7 @@ TEST(SplatArguments, AreRefusedByName) {
 }
 
 TEST(SplatArguments, AnEmptySceneIsAllBackground) {
-    const SplatImage image = splat_image({}, {}, {}, front, 5, 4, {{1, 2, 3}});
+    const Picture image = picture({}, {}, {}, front, 5, 4, gl::Api::any, {}, {1, 2, 3});
     for (std::size_t p = 0; p < 20; ++p) EXPECT_EQ(pixel(image, p % 5, p / 5), (Rgb{1, 2, 3}));
 }
 

@@ -12,6 +12,7 @@ import pytest
 import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
+GUIDE = sorted((README.parent / "docs").glob("*.md"))
 MODULES = ["surflux", *(f"surflux.{m.name}" for m in pkgutil.iter_modules(sf.__path__) if m.name != "__main__")]
 
 
@@ -50,6 +51,16 @@ def test_docstrings_have_one_style(module):
     """Args:, Returns:, Raises:, not headings with a line under them."""
     for line in inspect.getsource(importlib.import_module(module)).splitlines():
         assert line.strip().strip("-") or not line.strip(), f"{module}: a heading underlined"
+
+
+@pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
+def test_guide(page, elsewhere):
+    """The examples of one page go on from each other."""
+    shared = {"__name__": "__main__"}
+    found = blocks(page.read_text())
+    assert found
+    for block in found:
+        exec(compile(block, page, "exec"), shared)
 
 
 @pytest.mark.parametrize("block", blocks(README.read_text()))

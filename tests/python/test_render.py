@@ -17,17 +17,20 @@ def disk(radius=1.0):
 
 
 def render(surfels, radiance, emitters=(), width=40, height=30, background=(0, 0, 0), samples=1):
-    return _core.render_splats(surfels, radiance, list(emitters), CAMERA, width, height, background, 1.5, samples)
+    layers = [(radiance, background, True)]
+    out = _core.render_splats(surfels, layers, list(emitters), CAMERA, width, height, 1.5, samples)
+    (out["radiance"],) = out.pop("layers")
+    return out
 
 
 def test_shapes_and_types():
     out = render(disk(), [[1.0, 2.0, 3.0]], background=(4, 5, 6))
     assert {k: (v.shape, v.dtype) for k, v in out.items()} == {
-        "radiance": ((30, 40, 3), np.float32),
         "coverage": ((30, 40), np.float32),
         "depth": ((30, 40), np.float32),
         "normal": ((30, 40, 3), np.float32),
         "index": ((30, 40), np.int32),
+        "radiance": ((30, 40, 3), np.float32),
     }
     np.testing.assert_allclose(out["radiance"][15, 20], [1, 2, 3], rtol=1e-6)
     np.testing.assert_array_equal(out["radiance"][0, 0], [4, 5, 6])
@@ -47,7 +50,7 @@ def test_emitters_are_seen():
 
 
 def test_refusals_are_value_errors_by_name():
-    with pytest.raises(ValueError, match=r"^radiance: wanted one RGB value for each of 1 surfels"):
+    with pytest.raises(ValueError, match=r"^values: wanted one RGB value for each of 1 surfels"):
         render(disk(), np.zeros((0, 3)))
     with pytest.raises(ValueError, match=r"^samples: "):
         render(disk(), [[1.0] * 3], samples=0)

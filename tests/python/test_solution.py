@@ -173,8 +173,8 @@ def test_other_files(tmp_path):
 def test_a_picture_and_its_layers(solved):
     layers = solved.render(size=(120, 90), layers=True)
     assert {name: a.shape[2:] for name, a in layers.items()} == {
-        **dict.fromkeys(("radiance", "direct", "indirect", "normal"), (3,)),
-        **dict.fromkeys(("depth", "index"), ()),
+        **dict.fromkeys(("radiance", "direct", "indirect", "albedo", "normal"), (3,)),
+        **dict.fromkeys(("depth", "index", "level"), ()),
     }
     # Inside of a closed room every pixel shows something.
     assert np.isfinite(layers["depth"]).all()
@@ -220,7 +220,10 @@ def test_without_a_camera_all_is_in_view():
         ("size", [None, 800, (800,), (800, 0), (800.0, 600), (1, 2, 3), "ab", (800, 20_000)]),
         ("background", [None, -1, [1, 2], float("nan"), "black"]),
         ("samples", [0, 9, 1.5, None, True]),
-        ("layers", [1, None, "radiance"]),
+        ("layers", [1, None, "radiance", ["radiance", "colour"], [3]]),
+        ("culling", [1, None, "back"]),
+        ("progress", [1, "bar"]),
+        ("threads", [0, 1.5]),
     ],
 )
 def test_render_refuses(solved, argument, values):

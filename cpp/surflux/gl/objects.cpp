@@ -107,7 +107,7 @@ void Texture::write(GLsizei width, GLsizei height, GLenum format, GLenum type, c
     gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, format, type, texels);
 }
 
-Framebuffer::Framebuffer(const Functions& gl, std::initializer_list<const Texture*> colors, const Texture* depth)
+Framebuffer::Framebuffer(const Functions& gl, const std::vector<const Texture*>& colors, const Texture* depth)
     : gl_(gl) {
     gl.GenFramebuffers(1, &framebuffer_);
     bind();

@@ -74,7 +74,7 @@ private:
 // live as long. Throws DeviceError where the driver cannot draw into them.
 class Framebuffer {
 public:
-    Framebuffer(const Functions& gl, std::initializer_list<const Texture*> colors, const Texture* depth = nullptr);
+    Framebuffer(const Functions& gl, const std::vector<const Texture*>& colors, const Texture* depth = nullptr);
     ~Framebuffer();
     Framebuffer(const Framebuffer&) = delete;
     Framebuffer& operator=(const Framebuffer&) = delete;

@@ -17,4 +17,12 @@ MeshlessField::At MeshlessField::at(const Vec3& point, const Vec3& normal, std::
     return sum;
 }
 
+std::int32_t MeshlessField::level_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
+    std::int32_t finest = 0;
+    basis.for_functions(point, normal, object, [&](const BasisWeight& w) {
+        if (gathered[w.function]) finest = std::max(finest, static_cast<std::int32_t>(basis.level_of(w.function)));
+    });
+    return finest;
+}
+
 }  // namespace surflux

@@ -327,6 +327,7 @@ void MeshlessRadiosity::write() {
         }
     }
     out_.parents.resize(n);
+    out_.levels.resize(n);
     out_.direct.resize(n);
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
@@ -355,6 +356,7 @@ void MeshlessRadiosity::write() {
                     mean.direct += light_.direct_at_surfel(i);
                 }
                 out_.parents[k] = i;
+                out_.levels[k] = field_->level_at(s.positions[k], s.normals[k], object);
                 out_.direct[k] = mean.direct;
                 out_.irradiance[k] = mean.all;
                 out_.radiosity[k] = s.emission[k] + s.reflectance[k] * mean.all;

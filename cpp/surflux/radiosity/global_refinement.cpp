@@ -310,7 +310,8 @@ void GlobalRefinement::write() {
         const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
         const Span<Interpolation::Weight> near = system_->weights(p);
         const Rgb direct = sources_.from_lights(p) + field_->at(sky, at, normal, near);
-        return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near)};
+        return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near),
+                         tree_.level(cut_.nodes[cut_.place_of[p]])};
     });
     watch_.lap("interpolation");
 }

@@ -61,7 +61,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     if (tree.points() > n) {
         write_leaves(tree, solution, [&](std::uint32_t p) {
             const Rgb direct = lit.from_lights(p) + sky[p];
-            return LeafLight{direct, direct + others[p]};
+            return LeafLight{direct, direct + others[p], tree.level(p)};
         });
         for (auto& [name, figure] : solution.history.back()) {
             if (name == "surfels") figure = static_cast<double>(tree.leaves());

@@ -1,6 +1,7 @@
 #include "surflux/radiosity/surfel_tree.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "surflux/core/parallel.h"
 #include "surflux/neighbors/point_index.h"
@@ -45,6 +46,15 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
         levels_.push_back(here - first_group_);
     }
     if (!hierarchy.levels.empty()) find_neighbors();
+}
+
+std::int32_t SurfelTree::level(std::uint32_t node) const {
+    if (!is_point(node)) {
+        const auto above = std::upper_bound(levels_.begin(), levels_.end(), node - first_group_);
+        return static_cast<std::int32_t>(above - levels_.begin());
+    }
+    // Each has half the radius of what it was inserted below.
+    return -static_cast<std::int32_t>(std::lround(std::log2(scene_.surfels.radii[surfel(node)] / radius(node))));
 }
 
 std::pair<std::uint32_t, std::uint32_t> SurfelTree::level_of_at_least(std::size_t count) const {

@@ -58,6 +58,8 @@ public:
         const Group& group = groups_[node - first_group_];
         for (std::uint32_t m = group.first; m < group.last; ++m) visit(members_[m]);
     }
+    // Levels that groups stand above the surfels: from 1 up; 0 of a surfel, -1 and so on of inserted ones.
+    std::int32_t level(std::uint32_t node) const;
     // A level of groups, the coarsest that has at least so many; else the surfels.
     std::pair<std::uint32_t, std::uint32_t> level_of_at_least(std::size_t count) const;
 

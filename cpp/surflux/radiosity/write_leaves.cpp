@@ -10,6 +10,7 @@ void write_leaves(const SurfelTree& tree, Solution& out, const std::function<Lea
     out.surfels = tree.surfels_at(leaves);
     const std::size_t n = leaves.size();
     out.parents.resize(n);
+    out.levels.resize(n);
     out.direct.resize(n);
     out.irradiance.resize(n);
     out.radiosity.resize(n);
@@ -17,6 +18,7 @@ void write_leaves(const SurfelTree& tree, Solution& out, const std::function<Lea
         const std::uint32_t p = leaves[k];
         const LeafLight light = light_of(p);
         out.parents[k] = tree.surfel(p);
+        out.levels[k] = light.level;
         out.direct[k] = light.direct;
         out.irradiance[k] = light.irradiance;
         out.radiosity[k] = tree.emission(p) + tree.reflectance(p) * light.irradiance;

@@ -10,10 +10,11 @@ namespace surflux {
 
 struct LeafLight {
     Rgb direct, irradiance;  // of all light, direct light with it
+    std::int32_t level;      // SurfelTree::level of the node that light was gathered for
 };
 
-// Fills in surfels, parents, direct, irradiance and radiosity of `out`: those of the leaves, each surfel's together.
-// `light_of` is asked on many threads at once.
+// Fills in surfels, parents, levels, direct, irradiance and radiosity of `out`: those of the leaves, each surfel's
+// together. `light_of` is asked on many threads at once.
 void write_leaves(const SurfelTree& tree, Solution& out, const std::function<LeafLight(std::uint32_t leaf)>& light_of);
 
 }  // namespace surflux

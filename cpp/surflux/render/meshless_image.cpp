@@ -28,10 +28,10 @@ struct Function {
 
 // What the passes leave.
 struct Raw {
-    std::vector<float> surface;  // depth, normal in the camera's frame
-    std::vector<float> place;    // relative to the origin, and object
-    std::vector<float> normal;   // in the camera's frame
-    std::vector<std::int32_t> index;
+    std::vector<float> surface;      // depth, normal in the camera's frame
+    std::vector<float> place;        // relative to the origin, and object
+    std::vector<float> normal;       // in the camera's frame
+    std::vector<std::int32_t> seen;  // surfel, group
     std::vector<float> all, direct;  // 4 per pixel
 };
 
@@ -77,8 +77,9 @@ std::vector<Function> in_view(const MeshlessField& field, const std::vector<std:
         const double radius = basis.radius(j), reach = 1.0001 * radius;
         if (center.z + reach <= 0.0) return;
         const auto [left, right] = bounds(center.x, center.z, reach, near, static_cast<double>(view.tan_x), view.width);
-        const auto [top, bottom] =
-            bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
+        auto [top, bottom] = bounds(center.y, center.z, reach, near, static_cast<double>(view.tan_y), view.height);
+        top = std::max(top, view.top) - view.top;
+        bottom = std::min(bottom, view.top + view.rows) - view.top;
         Function& f = out[k];
         store(f.center, center - origin);
         store(f.normal, frame.turn(basis.normal(j)));
@@ -92,7 +93,7 @@ std::vector<Function> in_view(const MeshlessField& field, const std::vector<std:
         store(f.all, field.coefficients[j]);
         store(f.direct, field.direct[j]);
         f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
-        const auto width = static_cast<float>(view.width), height = static_cast<float>(view.height);
+        const auto width = static_cast<float>(view.width), height = static_cast<float>(view.rows);
         for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
         std::size_t cuts = 0;
         for (const SupportCut& cut : basis.cuts(j)) {
@@ -136,17 +137,19 @@ struct Passes {
     }
     // Where no direct light is told apart a single pixel stands for it, which nothing draws and nothing reads.
     gl::Texture direct_texture() const {
-        return {gl, GL_RGBA32F, functions.direct ? view.width : 1, functions.direct ? view.height : 1};
+        return {gl, GL_RGBA32F, functions.direct ? view.width : 1, functions.direct ? view.rows : 1};
     }
     gl::Framebuffer target(const gl::Texture& all, const gl::Texture& direct,
                            const gl::Texture* depth = nullptr) const {
-        return functions.direct ? gl::Framebuffer(gl, {&all, &direct}, depth) : gl::Framebuffer(gl, {&all}, depth);
+        std::vector<const gl::Texture*> colors{&all};
+        if (functions.direct) colors.push_back(&direct);
+        return {gl, colors, depth};
     }
     void whole_image() const { gl.DrawArrays(GL_TRIANGLES, 0, 3); }
 
     void add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
                     const SeenTiles& tiles, const gl::Framebuffer& image) const {
-        const gl::Texture sum(gl, GL_RGBA32F, view.width, view.height), direct_sum = direct_texture();
+        const gl::Texture sum(gl, GL_RGBA32F, view.width, view.rows), direct_sum = direct_texture();
         const gl::Framebuffer sums = target(sum, direct_sum, &visibility.depth);
         const gl::Program function_program =
             program(meshless_shaders::function_vertex, meshless_shaders::function_fragment);
@@ -181,15 +184,14 @@ struct Passes {
 };
 
 Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
-         const DrawnGeometry& geometry, const CameraFrame& frame, const Vec3& origin, GLsizei width, GLsizei height) {
+         const DrawnGeometry& geometry, const CameraFrame& frame, const Vec3& origin, const DrawnView& view) {
+    const GLsizei width = view.width, height = view.rows;
     check_drawable(gl, width, height);
-    const DrawnView view(width, height, frame.tan_half, geometry.far_depth);
     const Passes passes{gl, field, functions, frame, view, origin};
     GLuint vertex_array = 0;
     gl.GenVertexArrays(1, &vertex_array);
     gl.BindVertexArray(vertex_array);
-    const DrawBatches<Splat> splats(gl, geometry.splats);
-    const SurfacePass visibility(gl, view, geometry, splats);
+    const SurfacePass visibility(gl, view, geometry.disks, geometry.triangles);
 
     const gl::Texture place(gl, GL_RGBA32F, width, height), facing(gl, GL_RGBA32F, width, height);
     const gl::Framebuffer seen(gl, {&place, &facing});
@@ -229,8 +231,8 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     raw.surface = read(visibility.target, 0);
     raw.all = read(image, 0);
     if (functions.direct) raw.direct = read(image, 1);
-    raw.index.resize(pixels);
-    visibility.target.read(1, width, height, GL_RED_INTEGER, GL_INT, raw.index.data());
+    raw.seen.resize(2 * pixels);
+    visibility.target.read(1, width, height, GL_RG_INTEGER, GL_INT, raw.seen.data());
     return raw;
 }
 
@@ -249,16 +251,18 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
     image.depth.resize(pixels, std::numeric_limits<float>::infinity());
     image.normal.resize(3 * pixels);
     image.position.resize(pixels);
-    image.index = raw.index;
+    image.index.resize(pixels);
     std::atomic<std::size_t> fallbacks{0};
     parallel_for(pixels, 4096, [&](std::size_t p) {
-        if (raw.index[p] == -1) return;
+        const std::int32_t seen = image.index[p] = raw.seen[2 * p];
+        if (seen == -1) return;
         image.depth[p] = raw.surface[4 * p];
-        if (raw.index[p] < 0) return;
+        if (seen < 0) return;
         const Vec3 local = origin + vec3_of(&raw.place[4 * p]);
         image.position[p] = frame.eye + local.x * frame.right + local.y * frame.down + local.z * frame.forward;
-        const auto surfel = static_cast<std::size_t>(raw.index[p]);
-        const Vec3& normal = scene.surfels.normals[surfel];
+        const auto surfel = static_cast<std::size_t>(seen);
+        const Vec3 turned = vec3_of(&raw.normal[4 * p]);
+        const Vec3 normal = normalized(turned.x * frame.right + turned.y * frame.down + turned.z * frame.forward);
         store(&image.normal[3 * p], normal);
         Rgb all = vec3_of(&raw.all[4 * p]), direct;
         if (functions.direct) direct = vec3_of(&raw.direct[4 * p]);
@@ -289,23 +293,28 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
 
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
                              const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
-                             std::size_t height, gl::Api api) {
+                             std::size_t height, const ImageRows& rows, gl::Api api) {
     require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
             "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
+    const std::size_t count = rows.within(height);
     require(scene.object.size() == scene.surfels.size(), "scene: wanted one object for each of ", scene.surfels.size(),
             " surfels, got ", scene.object.size());
     const CameraFrame frame = frame_of(camera);
     const Vec3 origin = origin_of(scene.surfels, frame);
-    const std::vector<Rgb> black(scene.surfels.size());
-    const DrawnGeometry geometry = drawn_geometry(scene.surfels, black, emitters, frame, 1.5);
+    const PixelGrid grid{static_cast<int>(width), static_cast<int>(height),
+                         frame.tan_half * static_cast<double>(width) / static_cast<double>(height), frame.tan_half};
+    const std::vector<std::int32_t> objects(scene.object.begin(), scene.object.end());
+    DrawingOptions drawing;
+    drawing.kernels = false;
+    const DrawnGeometry geometry = drawn_geometry(scene.surfels, objects, emitters, frame, grid, drawing);
+    const DrawnView view(grid, static_cast<int>(rows.first), static_cast<int>(count), geometry.far_depth);
     Raw raw;
     gl::run_pass(
         [&](const gl::Context& context) {
-            raw = draw(context.gl, field, functions, scene, geometry, frame, origin, static_cast<GLsizei>(width),
-                       static_cast<GLsizei>(height));
+            raw = draw(context.gl, field, functions, scene, geometry, frame, origin, view);
         },
         api);
-    return resolve(raw, field, functions, scene, frame, origin, width, height);
+    return resolve(raw, field, functions, scene, frame, origin, width, count);
 }
 
 }  // namespace surflux

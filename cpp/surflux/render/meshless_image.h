@@ -8,6 +8,7 @@
 #include "surflux/meshless/meshless_field.h"
 #include "surflux/render/camera.h"
 #include "surflux/render/drawn_functions.h"
+#include "surflux/render/image_rows.h"
 #include "surflux/render/visible_emitter.h"
 #include "surflux/scene/scene.h"
 
@@ -28,9 +29,9 @@ struct MeshlessImage {
 // rectangle around each function that may be in view, weights and weighted coefficients added up, and the quotients
 // added to the image. Where none covers the coarsest level the nearest function speaks, as in
 // MultilevelBasis::at_level: those few pixels are evaluated on the CPU. Throws ArgumentError, and DeviceError where
-// there is no GL.
+// there is no GL. The image has the height of the rows drawn.
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
                              const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
-                             std::size_t height, gl::Api api = gl::requested_api());
+                             std::size_t height, const ImageRows& rows = {}, gl::Api api = gl::requested_api());
 
 }  // namespace surflux

@@ -1,154 +1,185 @@
 #pragma once
 
 // The shaders of surface_pass.cpp and splat.cpp. Everything is in the camera's frame: x right, y down, z depth, the eye
-// at the origin. Image row 0 is on top and is row 0 of the framebuffer. Clip z only cuts what is nearer than
-// `near_depth`; the depth test compares gl_FragDepth, which is linear in depth, so that its precision is that of a
-// float everywhere.
+// at the origin. Image row 0 is on top and is row 0 of the framebuffer, which holds a band of the image's rows. Clip z
+// only cuts what is nearer than `near_depth`; the depth test compares gl_FragDepth, which is linear in depth, so that
+// its precision is that of a float everywhere.
 
 namespace surflux::splat_shaders {
 
-// Splat and FlatTriangle of surface_pass.h, as the buffers hold them.
-#define SURFLUX_SPLAT_BUFFER                                                                                        \
-    "#version 430\n"                                                                                                \
-    "struct Splat { vec4 center_kernel; vec4 normal_disk; vec4 radiance_index; };\n"                                \
-    "layout(std430, binding = 0) readonly buffer Splats { Splat splats[]; };\n"                                     \
-    "const vec2 quad[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(-1, 1), vec2(-1, 1), vec2(1, -1), vec2(1, 1));\n" \
-    "const vec4 nowhere = vec4(2, 2, 2, 1);\n"
-
-// Pass 1, disks: the quad around each disk.
-constexpr const char* disk_vertex = SURFLUX_SPLAT_BUFFER R"(
-uniform vec2 scale;
-uniform float near_depth;
-out vec2 local;
-flat out float sag;
-flat out vec3 normal;
-flat out int index;
-
-void main() {
-    Splat splat = splats[gl_VertexID / 6];
-    local = quad[gl_VertexID % 6];
-    normal = splat.normal_disk.xyz;
-    index = floatBitsToInt(splat.radiance_index.w);
-    gl_Position = nowhere;
-    sag = 0.4 * splat.normal_disk.w;
-    if (splat.normal_disk.w <= 0.0 || dot(normal, splat.center_kernel.xyz) >= 0.0) return;
-    // Orthonormal frame around the normal, Duff et al. 2017, as in core/vec.h.
-    float s = normal.z < 0.0 ? -1.0 : 1.0;
-    float a = -1.0 / (s + normal.z), b = normal.x * normal.y * a;
-    vec3 u = vec3(1.0 + s * normal.x * normal.x * a, s * b, -s * normal.x);
-    vec3 v = vec3(b, s + normal.y * normal.y * a, -normal.y);
-    vec3 p = splat.center_kernel.xyz + splat.normal_disk.w * (local.x * u + local.y * v);
-    gl_Position = vec4(p.xy * scale, p.z - 2.0 * near_depth, p.z);
+// For a vertex shader: how the pixels of a box (splats.h) are covered; `band`: width and rows of the framebuffer, its
+// first row, and the vertices of a primitive: 6 of two triangles, or 1 of a point. A point's square has its middle
+// within the band, else it would be clipped.
+constexpr const char* box = R"(#version 430
+const vec2 quad[6] = vec2[6](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
+uniform vec4 band;
+int primitive() { return gl_VertexID / int(band.w); }
+vec4 corner_of(ivec4 box) {
+    vec2 low = vec2(box.xy) - vec2(0, band.z), high = vec2(box.zw) - vec2(0, band.z);
+    vec2 at = mix(low, high, quad[gl_VertexID % 6]);
+    gl_PointSize = 1.0;
+    if (band.w == 1.0) {
+        float size = max(high.x - low.x, high.y - low.y);
+        gl_PointSize = size;
+        at = clamp(low, vec2(0), band.xy - size) + 0.5 * size;
+    }
+    return vec4(2.0 * at / band.xy - 1.0, 0, 1);
 }
 )";
 
-// Pass 1, triangles of patches and of emitters.
-constexpr const char* triangle_vertex = R"(#version 430
-struct Triangle { vec4 corner[3]; vec4 normal_index; };
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-uniform vec2 scale;
-uniform float near_depth;
-out vec2 local;
+// Pass 1, disks: DrawnDisk. `box` goes before this text.
+constexpr const char* disk_vertex = R"(
+struct Disk {
+    vec4 center_radius; vec4 normal_along; vec4 direction_across; vec4 sag_names; vec4 creases[2]; ivec4 box;
+};
+layout(std430, binding = 0) readonly buffer Disks { Disk disks[]; };
+flat out vec4 center_radius;
+flat out vec4 normal_along;
+flat out vec4 direction_across;
 flat out float sag;
-flat out vec3 normal;
-flat out int index;
+flat out ivec2 names;
+flat out vec4 creases[2];
 
 void main() {
-    sag = 0.0;
-    Triangle t = triangles[gl_VertexID / 3];
-    vec3 p = t.corner[gl_VertexID % 3].xyz;
-    local = vec2(0);
-    normal = t.normal_index.xyz;
-    index = floatBitsToInt(t.normal_index.w);
-    gl_Position = vec4(p.xy * scale, p.z - 2.0 * near_depth, p.z);
+    Disk disk = disks[primitive()];
+    center_radius = disk.center_radius;
+    normal_along = disk.normal_along;
+    direction_across = disk.direction_across;
+    sag = disk.sag_names.x;
+    names = floatBitsToInt(disk.sag_names.yz);
+    creases = disk.creases;
+    gl_Position = corner_of(disk.box);
 }
 )";
 
-constexpr const char* surface_fragment = R"(#version 430
-in vec2 local;
+// Where the ray meets the disk bent to a paraboloid, its height over the tangent plane (along x^2 + across y^2) / 2.
+// Distances count from the depth of the centre, where numbers are small.
+constexpr const char* disk_fragment = R"(#version 430
+flat in vec4 center_radius;
+flat in vec4 normal_along;
+flat in vec4 direction_across;
 flat in float sag;
-flat in vec3 normal;
-flat in int index;
+flat in ivec2 names;
+flat in vec4 creases[2];
+uniform vec4 ray;
+uniform float near_depth;
 uniform float far_depth;
 layout(location = 0) out vec4 depth_normal;
-layout(location = 1) out int seen;
+layout(location = 1) out ivec2 seen;
 
 void main() {
-    if (dot(local, local) > 1.0) discard;
+    vec3 way = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1), n = normal_along.xyz, u = direction_across.xyz;
+    vec3 v = cross(n, u), from = way * center_radius.z - center_radius.xyz;
+    vec2 bend = vec2(normal_along.w, direction_across.w);
+    vec2 start = vec2(dot(from, u), dot(from, v)), go = vec2(dot(way, u), dot(way, v));
+    // a t^2 + 2 b t + c = 0; the front is where the left side rises.
+    float a = 0.5 * dot(bend, go * go), b = 0.5 * (dot(bend, start * go) - dot(way, n));
+    float c = 0.5 * dot(bend, start * start) - dot(from, n), d = b * b - a * c;
+    if (d < 0.0) discard;
+    float root = sqrt(d), t = b >= 0.0 ? -c / (b + root) : (root - b) / a;
+    if (b < 0.0 && a == 0.0) discard;
+    float depth = center_radius.z + t;
+    vec2 local = start + t * go;
+    float squared = dot(local, local) / (center_radius.w * center_radius.w);
+    if (!(squared <= 1.0) || depth <= near_depth) discard;
+    vec3 at = local.x * u + local.y * v;
+    if (dot(at, creases[0].xyz) > creases[0].w || dot(at, creases[1].xyz) > creases[1].w) discard;
+    depth_normal = vec4(depth, normalize(n - bend.x * local.x * u - bend.y * local.y * v));
+    seen = names;
+    // Of disks that overlap the one whose centre is nearest wins, not the one that sticks out.
+    // Of the two sides of a sheet that is the front.
+    gl_FragDepth = (depth + sag * squared) / far_depth * ((names.y & 1) == 1 ? 1.00001 : 1.0);
+}
+)";
+
+// Pass 1, triangles of patches and of emitters: FlatTriangle. The band is a part of the image's height.
+constexpr const char* triangle_vertex = R"(#version 430
+struct Triangle { vec4 corner[3]; vec4 normal_index; ivec4 group; };
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+uniform vec4 scale;
+uniform float near_depth;
+flat out vec3 normal;
+flat out ivec2 names;
+
+void main() {
+    Triangle t = triangles[gl_VertexID / 3];
+    vec3 p = t.corner[gl_VertexID % 3].xyz;
+    normal = t.normal_index.xyz;
+    names = ivec2(floatBitsToInt(t.normal_index.w), t.group.x);
+    gl_Position = vec4(p.x * scale.x, p.y * scale.y + p.z * scale.z, p.z - 2.0 * near_depth, p.z);
+}
+)";
+
+constexpr const char* triangle_fragment = R"(#version 430
+flat in vec3 normal;
+flat in ivec2 names;
+uniform float far_depth;
+layout(location = 0) out vec4 depth_normal;
+layout(location = 1) out ivec2 seen;
+
+void main() {
     float depth = 1.0 / gl_FragCoord.w;
     depth_normal = vec4(depth, normal);
-    seen = index;
-    // The disk as a paraboloid: of disks that overlap the one whose centre is nearest wins, not the one that sticks out.
+    seen = names;
     // An emitter in the plane of a ceiling is in front of it.
-    gl_FragDepth = (depth + sag * dot(local, local)) / far_depth * (index < -1 ? 0.99999 : 1.0);
+    gl_FragDepth = depth / far_depth * (names.x < -1 ? 0.99999 : (names.y & 1) == 1 ? 1.00001 : 1.0);
 }
 )";
 
-// Pass 2: a rectangle of the image around the ellipsoid in which a splat's kernel is not 0: radius `kernel` in its
-// plane, `thickness` times that along its normal.
-constexpr const char* blend_vertex = SURFLUX_SPLAT_BUFFER R"(
-uniform vec2 scale;
-uniform float near_depth;
-uniform float thickness;
-flat out vec4 center_kernel;
-flat out vec3 normal;
-flat out vec3 radiance;
-flat out int index;
-
-// Bounds of x / z over a box around `c`; what reaches behind the eye is bounded on one side only, or not at all.
-vec2 bounds(float c, float half_size, float z_low, float z_high) {
-    float low = c - half_size, high = c + half_size;
-    if (z_low <= near_depth) return vec2(low > 0.0 ? low / z_high : -1e6, high < 0.0 ? high / z_high : 1e6);
-    return vec2(low / (low < 0.0 ? z_low : z_high), high / (high < 0.0 ? z_high : z_low));
-}
+// Pass 2, DrawnKernel, and LAYERS values of each (`box` and a line that says how many go before these
+// texts).
+constexpr const char* kernel_vertex = R"(
+struct Kernel { vec4 center_group; vec4 normal_amplitude; vec4 direction_agreement; vec4 shrink_index; ivec4 box; };
+layout(std430, binding = 0) readonly buffer Kernels { Kernel kernels[]; };
+layout(std430, binding = 1) readonly buffer Values { vec4 values[]; };
+flat out vec4 center_group;
+flat out vec4 normal_amplitude;
+flat out vec4 direction_agreement;
+flat out vec3 shrink;
+flat out vec3 value[LAYERS];
 
 void main() {
-    Splat splat = splats[gl_VertexID / 6];
-    center_kernel = splat.center_kernel;
-    normal = splat.normal_disk.xyz;
-    radiance = splat.radiance_index.xyz;
-    index = floatBitsToInt(splat.radiance_index.w);
-    vec3 squared = normal * normal;
-    vec3 size = center_kernel.w * sqrt(max(vec3(0), 1.0 - squared + thickness * thickness * squared));
-    vec3 c = center_kernel.xyz;
-    vec2 x = scale.x * bounds(c.x, size.x, c.z - size.z, c.z + size.z);
-    vec2 y = scale.y * bounds(c.y, size.y, c.z - size.z, c.z + size.z);
-    vec2 low = clamp(vec2(x.x, y.x), -1.0, 1.0), high = clamp(vec2(x.y, y.y), -1.0, 1.0);
-    gl_Position = vec4(mix(low, high, quad[gl_VertexID % 6] * 0.5 + 0.5), 0, 1);
+    int at = primitive();
+    Kernel kernel = kernels[at];
+    center_group = kernel.center_group;
+    normal_amplitude = kernel.normal_amplitude;
+    direction_agreement = kernel.direction_agreement;
+    shrink = kernel.shrink_index.xyz;
+    for (int k = 0; k < LAYERS; ++k) value[k] = values[LAYERS * at + k].xyz;
+    gl_Position = corner_of(kernel.box);
 }
 )";
 
-// The weight depends on the point of the surface that the pixel sees, not on where a ray meets the splat's plane: it is
-// the same from every eye and needs no care at grazing angles. Where the normals differ it fades, so that nothing
-// bleeds across a crease, and one object takes nothing from another, however near. Emitters and the background take
-// nothing at all.
-constexpr const char* blend_fragment = R"(#version 430
+// The weight depends on the point of the surface that the pixel sees, not on where a ray meets the tangent plane: it
+// needs no care at grazing angles. Where the normals differ it fades, so that nothing bleeds across a crease - less so
+// where a pixel sees many surfels, whose mean it shows -, and one object takes nothing from another, however near.
+// Emitters and the background take nothing at all.
+constexpr const char* kernel_fragment = R"(
 layout(binding = 0) uniform sampler2D surface;
 layout(binding = 1) uniform isampler2D seen;
-layout(std430, binding = 1) readonly buffer Objects { int objects[]; };
-flat in int index;
 uniform vec4 ray;
-uniform float thickness;
-flat in vec4 center_kernel;
-flat in vec3 normal;
-flat in vec3 radiance;
-layout(location = 0) out vec4 sum;
+flat in vec4 center_group;
+flat in vec4 normal_amplitude;
+flat in vec4 direction_agreement;
+flat in vec3 shrink;
+flat in vec3 value[LAYERS];
+layout(location = 0) out vec4 sum[LAYERS];
 
 void main() {
-    vec4 depth_normal = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
-    float agreement = smoothstep(0.5, 0.95, dot(depth_normal.yzw, normal));
-    int there = texelFetch(seen, ivec2(gl_FragCoord.xy), 0).r;
-    if (agreement <= 0.0 || there < 0 || objects[there] != objects[index]) discard;
-    vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_kernel.xyz;
-    float height = dot(d, normal);
-    float raised = height / thickness;
-    float s = (dot(d, d) - height * height + raised * raised) / (center_kernel.w * center_kernel.w);
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    if (texelFetch(seen, at, 0).y != floatBitsToInt(center_group.w)) discard;
+    vec4 depth_normal = texelFetch(surface, at, 0);
+    vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_group.xyz;
+    vec3 n = normal_amplitude.xyz, u = direction_agreement.xyz;
+    vec3 local = vec3(dot(d, u), dot(d, cross(n, u)), dot(d, n));
+    float s = dot(local * local, shrink);
     if (s >= 1.0) discard;
-    float weight = agreement * exp(-2.0 * s) * (1.0 - s) * (1.0 - s);
-    sum = weight * vec4(radiance, 1);
+    float close = direction_agreement.w;
+    float agreement = smoothstep(0.5 * close, mix(0.5, 0.95, close), dot(depth_normal.yzw, n));
+    if (agreement <= 0.0) discard;
+    float weight = normal_amplitude.w * agreement * exp(-2.0 * s) * (1.0 - s) * (1.0 - s);
+    for (int k = 0; k < LAYERS; ++k) sum[k] = weight * vec4(value[k], 1);
 }
 )";
-
-#undef SURFLUX_SPLAT_BUFFER
 
 }  // namespace surflux::splat_shaders

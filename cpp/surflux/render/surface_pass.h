@@ -1,98 +1,101 @@
 #pragma once
 
-// What the passes of this room share: surfels, triangles and emitters as the GL draws them, and the pass that finds the
-// surface that each pixel sees.
+// What the passes of this room share: primitives in buffers, the view, and the pass that finds the surface that each
+// pixel sees.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <vector>
 
 #include "surflux/gl/objects.h"
-#include "surflux/render/camera.h"
-#include "surflux/render/visible_emitter.h"
-#include "surflux/scene/surfels.h"
+#include "surflux/render/splats.h"
 
 namespace surflux {
-
-// As the shaders read them (std430): camera frame, float32 relative to the eye.
-struct Splat {
-    float center[3], kernel;
-    float normal[3], disk;  // disk radius; 0 for a surfel that triangles stand for
-    float radiance[3];
-    std::int32_t index;
-};
-
-struct FlatTriangle {
-    float corners[3][4];
-    float normal[3];
-    std::int32_t index;
-};
-
-// In view, as far as is easy to tell.
-struct DrawnGeometry {
-    std::vector<Splat> splats;
-    std::vector<FlatTriangle> triangles;
-    double far_depth = 0.0;
-};
-
-inline void store(float* to, const Vec3& from) {
-    for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(from[axis]);
-}
-
-// Kernels of disks and patches reach `footprint` times as far as what is drawn of them. Throws ArgumentError, naming
-// `emitters`, for one that is no rectangle.
-DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<Rgb>& radiance,
-                             const std::vector<VisibleEmitter>& emitters, const CameraFrame& frame, double footprint);
 
 // Primitives in buffers of a size that every driver takes in one block (128 MiB is promised).
 template <class Primitive>
 class DrawBatches {
 public:
-    DrawBatches(const gl::Functions& gl, const std::vector<Primitive>& primitives)
-        : gl_(gl), total_(primitives.size()) {
+    DrawBatches(const gl::Functions& gl, const std::vector<Primitive>& primitives, std::size_t each = 1)
+        : gl_(gl), total_(primitives.size() / each) {
         for (std::size_t begin = 0; begin < total_; begin += batch) {
-            buffers_.emplace_back(gl, primitives.data() + begin, std::min(batch, total_ - begin) * sizeof(Primitive));
+            buffers_.emplace_back(gl, primitives.data() + begin * each,
+                                  std::min(batch, total_ - begin) * each * sizeof(Primitive));
         }
     }
 
+    // As points where each has one vertex, else as triangles.
     void draw(int vertices_each) const {
+        for (std::size_t i = 0; i < buffers_.size(); ++i) draw(i, vertices_each);
+    }
+    // Together with what else goes by the same numbers, in binding 1.
+    template <class Other>
+    void draw_with(const DrawBatches<Other>& others, int vertices_each) const {
         for (std::size_t i = 0; i < buffers_.size(); ++i) {
-            buffers_[i].bind(0);
-            const std::size_t count = std::min(batch, total_ - i * batch);
-            gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(count) * vertices_each);
+            others.bind(i, 1);
+            draw(i, vertices_each);
         }
     }
+    void bind(std::size_t i, GLuint binding) const { buffers_[i].bind(binding); }
 
 private:
+    void draw(std::size_t i, int vertices_each) const {
+        bind(i, 0);
+        const std::size_t count = std::min(batch, total_ - i * batch);
+        gl_.DrawArrays(vertices_each == 1 ? GL_POINTS : GL_TRIANGLES, 0, static_cast<GLsizei>(count) * vertices_each);
+    }
+
     static constexpr std::size_t batch = 1u << 20;
     const gl::Functions& gl_;
     std::size_t total_;
     std::deque<gl::Buffer> buffers_;
 };
 
-// Pixels of an image, and how the shaders of splat_shaders.h are told of them.
+// Rows [top, top + rows) of an image, and how the shaders of splat_shaders.h are told of them.
 struct DrawnView {
     GLsizei width, height;
+    GLsizei top, rows;
     float tan_x, tan_y;  // of half the field of view
     float near_depth, far_depth;
 
-    DrawnView(GLsizei width, GLsizei height, double tan_half, double far_depth);
-    // Makes the program current and sets what it shares with the others.
-    void use(const gl::Functions& gl, const gl::Program& program) const;
+    DrawnView(const PixelGrid& grid, int top, int rows, double far_depth);
+    // Makes the program current and sets what it shares with the others. corners: vertices of each primitive that has a
+    // box.
+    void use(const gl::Functions& gl, const gl::Program& program, int corners = 6) const;
 };
 
-// Throws ArgumentError, naming `size`, for what the device cannot draw, and DeviceError for one that lacks the means.
-void check_drawable(const gl::Functions& gl, GLsizei width, GLsizei height);
+// Pixels of a side of a box that is drawn as a point.
+int largest_point(const gl::Functions& gl);
 
-// The surface that each pixel sees: disks of surfels without triangles, and triangles, front faces only.
+// Throws ArgumentError, naming `size`, for what the device cannot draw, and DeviceError for one that lacks the means.
+void check_drawable(const gl::Functions& gl, GLsizei width, GLsizei rows);
+
+// Primitives with boxes, by how a view shows them: small boxes as points, which are squares of one vertex - llvmpipe
+// spends most of its time on vertices -, larger ones as two triangles.
+template <class Primitive>
+struct InView {
+    static constexpr std::array<int, 2> corners{1, 6};
+    std::array<std::vector<Primitive>, 2> parts;
+
+    InView(const gl::Functions& gl, const DrawnView& view, const std::vector<Primitive>& all) {
+        const int most = std::min({largest_point(gl), static_cast<int>(view.width), static_cast<int>(view.rows)});
+        for (const Primitive& one : all) {
+            const std::int32_t (&box)[4] = one.box;
+            if (box[1] >= view.top + view.rows || box[3] <= view.top) continue;
+            parts[box[2] - box[0] <= most && box[3] - box[1] <= most ? 0 : 1].push_back(one);
+        }
+    }
+};
+
+// The surface that each pixel sees: disks of surfels without triangles, and triangles.
 struct SurfacePass {
-    SurfacePass(const gl::Functions& gl, const DrawnView& view, const DrawnGeometry& geometry,
-                const DrawBatches<Splat>& splats);
+    SurfacePass(const gl::Functions& gl, const DrawnView& view, const std::vector<DrawnDisk>& disks,
+                const std::vector<FlatTriangle>& triangles);
 
     gl::Texture surface;  // RGBA32F: depth along the view axis, normal in the camera's frame
-    gl::Texture seen;     // R32I: surfel, -1 where nothing is, -2 - k for emitter k
+    gl::Texture seen;     // RG32I: surfel, -1 where nothing is, -2 - k for emitter k; and group, -1 but for surfels
     gl::Texture depth;    // linear, over the view's far depth
     gl::Framebuffer target;
 };

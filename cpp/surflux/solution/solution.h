@@ -16,6 +16,7 @@ using Figures = std::vector<std::pair<std::string, double>>;
 struct Solution {
     Surfels surfels;
     std::vector<std::uint32_t> parents;  // of each surfel, its index in the scene
+    std::vector<std::int32_t> levels;    // of what light was gathered for (see Solution.levels in Python)
     std::vector<Rgb> radiosity;          // B, exitance
     std::vector<Rgb> irradiance;         // H
     std::vector<Rgb> direct;             // the part of H from lights and Environments alone

@@ -1,0 +1,254 @@
+#include "surflux/render/splats.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/render/bends.h"
+#include "surflux/render/creases.h"
+
+namespace surflux {
+
+namespace {
+
+// How far a kernel reaches along its normal, over how far in its plane: a neighbour on a curved surface lies off the
+// plane by up to a tenth of it where the surfels sample the surface well, another sheet mostly farther.
+constexpr double thickness = 0.45;
+
+// The low-pass filter of the picture, in subpixels: where its kernel ends. Its standard deviation is .31 of that, half
+// a subpixel: what one subpixel sees is not seen by none of them, and not by three.
+constexpr double filter_reach = 1.6;
+
+// Least cosine between view and normal for which the filter is stretched in full.
+constexpr double grazing = 0.02;
+
+// Disks that are smaller than this, in subpixels, are drawn flat: nobody could tell.
+constexpr double bent_from = 2.0;
+
+// How disks are drawn that fill pixels enough to tell.
+struct Shapes {
+    std::vector<Bend> bends;
+    std::vector<Creases> creases;
+};
+
+// What surfels are drawn with: a disk that closes the surface, and a kernel that blends it smoothly.
+struct Reach {
+    double disk, kernel;
+};
+
+// Disks that reach far stick out of silhouettes and creases; where areas are known, 1.4 sqrt(S) closes the surface as
+// well as R does: on random points of a sphere neither leaves a hole. Kernels of that size are smooth, where those of
+// estimated radii, which just close the surface, show every surfel. A patch's own radius reaches its farthest corner,
+// which in a square is nearer than the next centre: there the kernel needs the spacing of the patches, sqrt(S).
+std::vector<Reach> reaches(const Surfels& surfels) {
+    std::vector<double> patch(surfels.size(), 0.0);
+    for (const Triangle& t : surfels.triangles) patch[t.surfel] += area_of(t);
+    std::vector<Reach> out;
+    out.reserve(surfels.size());
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+        const double radius = surfels.radii[i];
+        out.push_back({radius, radius});
+        if (patch[i] > 0.0) {
+            out[i] = {0.0, std::max(radius, std::sqrt(patch[i]))};
+        } else if (!surfels.areas.empty()) {
+            const double even = 1.4 * std::sqrt(surfels.areas[i]);
+            out[i] = {std::min(radius, even), std::min(2.0 * radius, even)};
+        }
+    }
+    return out;
+}
+
+void store_box(std::int32_t* to, const PixelBox& box) {
+    to[0] = box.left, to[1] = box.top, to[2] = box.right, to[3] = box.bottom;
+}
+
+// Those of all that `make` makes, in their order.
+template <class Primitive, class Make>
+std::vector<Primitive> made(std::size_t count, const Make& make) {
+    constexpr std::size_t grain = 8192;
+    std::vector<std::vector<Primitive>> parts((count + grain - 1) / grain);
+    parallel_blocks(count, grain, [&](std::size_t begin, std::size_t end) {
+        std::vector<Primitive>& part = parts[begin / grain];
+        Primitive one{};
+        for (std::size_t i = begin; i < end; ++i)
+            if (make(i, one)) part.push_back(one);
+    });
+    std::size_t total = 0;
+    for (const auto& part : parts) total += part.size();
+    std::vector<Primitive> all;
+    all.reserve(total);
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+// A surfel in the camera's frame, turned towards the eye where backs are drawn.
+struct Seen {
+    Vec3 center, normal;
+    bool back;
+};
+
+struct Drawing {
+    const Surfels& surfels;
+    const std::vector<std::int32_t>& objects;
+    const CameraFrame& frame;
+    const PixelGrid& grid;
+    const DrawingOptions& options;
+
+    Seen seen(std::size_t i) const {
+        Seen out{frame.to_camera(surfels.positions[i]), frame.turn(surfels.normals[i]), false};
+        out.back = !options.culling && dot(out.center, out.normal) > 0.0;
+        if (out.back) out.normal = -out.normal;
+        return out;
+    }
+    // Fronts and backs of one object do not blend.
+    std::int32_t group(std::size_t i, bool back) const { return 2 * objects[i] + (back ? 1 : 0); }
+    // Of a subpixel, over depth.
+    double subpixel() const { return 2.0 * grid.tan_y / grid.height; }
+
+    bool make(std::size_t i, double radius, const Bend& bend, const Creases& creases, DrawnDisk& disk) const {
+        const Seen s = seen(i);
+        if (!(radius > 0.0) || s.center.z + radius <= 0.0) return false;
+        const double curve = std::max(std::abs(bend.along), std::abs(bend.across));
+        const double sagitta = 0.5 * curve * radius * radius;
+        // What faces away on all of it shows no front; of a disk that bends, the rim may.
+        if (options.culling && dot(s.normal, s.center) >= std::min(1.0, 2.0 * curve * radius) * length(s.center))
+            return false;
+        const Frame axes = frame_around(s.normal);
+        const double wide = curve > 0.0 ? 1.3 : 1.0;
+        const Ellipsoid around{s.center, {wide * radius * axes.u, wide * radius * axes.v, 1.6 * sagitta * s.normal}};
+        const PixelBox box = seen_pixels(around, grid.tan_x, grid.tan_y, grid.width, grid.height);
+        if (box.empty()) return false;
+        store(disk.center, s.center);
+        store(disk.normal, s.normal);
+        store(disk.direction, curve > 0.0 ? frame.turn(bend.direction) : axes.u);
+        const double side = s.back ? -1.0 : 1.0;
+        disk.radius = static_cast<float>(radius);
+        disk.along = static_cast<float>(side * bend.along);
+        disk.across = static_cast<float>(side * bend.across);
+        // Flat disks that overlap on a bent surface stand off it by up to as much; bent ones lie on it.
+        disk.sag = static_cast<float>((curve > 0.0 ? 0.15 : 0.4) * radius);
+        for (std::size_t k = 0; k < creases.size(); ++k) {
+            store(disk.creases[k], frame.turn(creases[k].normal));
+            // A hair beyond, where the disks on the other side begin.
+            disk.creases[k][3] = static_cast<float>(creases[k].limit + 1e-3 * radius);
+        }
+        disk.index = static_cast<std::int32_t>(i);
+        disk.group = group(i, s.back);
+        store_box(disk.box, box);
+        return true;
+    }
+
+    // The kernel of radius `reach` on the surface, widened by the filter of the picture as it falls on the tangent
+    // plane (object-space EWA, Ren, Pfister and Zwicker 2002, eq. 8): in its plane the variances add up.
+    bool make(std::size_t i, double reach, DrawnKernel& kernel) const {
+        const Seen s = seen(i);
+        const double pixel = filter_reach * subpixel() * std::max(s.center.z, 0.0);
+        if (!(reach > 0.0) || s.center.z + std::hypot(reach, pixel / grazing) <= 0.0) return false;
+        const double distance = length(s.center), along_view = dot(s.normal, s.center) / distance;
+        // Turned away so far that no front-facing surface agrees with its normal (see kernel_fragment).
+        if (options.culling && distance > 10.0 * reach && along_view > 0.9) return false;
+        const double cosine = std::max(std::abs(along_view), grazing);
+        const Vec3 tilt = s.center / distance - along_view * s.normal;
+        const Vec3 direction = length(tilt) > 1e-6 ? normalized(tilt) : frame_around(s.normal).u;
+        const double squares[3] = {reach * reach + pixel * pixel / (cosine * cosine), reach * reach + pixel * pixel,
+                                   thickness * thickness * (reach * reach + pixel * pixel)};
+        const Ellipsoid around{s.center,
+                               {std::sqrt(squares[0]) * direction, std::sqrt(squares[1]) * cross(s.normal, direction),
+                                std::sqrt(squares[2]) * s.normal}};
+        const PixelBox box = seen_pixels(around, grid.tan_x, grid.tan_y, grid.width, grid.height);
+        if (box.empty()) return false;
+        store(kernel.center, s.center);
+        store(kernel.normal, s.normal);
+        store(kernel.direction, direction);
+        // As the mass of the kernel stays what it was, the peak of a wider one is lower.
+        kernel.amplitude = static_cast<float>(reach * reach / std::sqrt(squares[0] * squares[1]));
+        // 1 where the surfel fills many pixels, towards 0 where a pixel sees many.
+        kernel.agreement = static_cast<float>(reach * reach / squares[1]);
+        for (int axis = 0; axis < 3; ++axis) kernel.shrink[axis] = static_cast<float>(1.0 / squares[axis]);
+        kernel.index = static_cast<std::int32_t>(i);
+        kernel.group = group(i, s.back);
+        store_box(kernel.box, box);
+        return true;
+    }
+
+    Shapes shapes(const std::vector<Reach>& reach) const {
+        std::vector<std::uint32_t> asked, around, sharp;
+        for (std::size_t i = 0; i < surfels.size(); ++i) {
+            const Vec3 center = frame.to_camera(surfels.positions[i]);
+            const double radius = reach[i].disk, smallest = bent_from * subpixel() * center.z;
+            // Neighbours of those asked for are about as large, and may be out of view.
+            if (!(radius > 0.0) || radius < 0.5 * smallest || center.z + 5.0 * radius <= 0.0) continue;
+            if (std::abs(center.x) > grid.tan_x * center.z + 5.0 * radius * (1.0 + grid.tan_x)) continue;
+            if (std::abs(center.y) > grid.tan_y * center.z + 5.0 * radius * (1.0 + grid.tan_y)) continue;
+            around.push_back(static_cast<std::uint32_t>(i));
+            if (radius >= smallest) asked.push_back(static_cast<std::uint32_t>(i));
+        }
+        Shapes out{std::vector<Bend>(surfels.size()), std::vector<Creases>(surfels.size())};
+        const std::vector<Bend> bends = bends_of(surfels, objects, asked, around);
+        for (std::size_t k = 0; k < asked.size(); ++k) {
+            out.bends[asked[k]] = bends[k];
+            if (bends[k].sharp) sharp.push_back(asked[k]);
+        }
+        const std::vector<Creases> creases = creases_of(surfels, objects, sharp, around);
+        for (std::size_t k = 0; k < sharp.size(); ++k) out.creases[sharp[k]] = creases[k];
+        return out;
+    }
+
+    void add_triangle(DrawnGeometry& geometry, const Triangle& world, const Vec3& normal, int index, int object) const {
+        Triangle t{frame.to_camera(world.a), frame.to_camera(world.b), frame.to_camera(world.c), 0};
+        const double farthest = std::max({t.a.z, t.b.z, t.c.z});
+        if (farthest <= 0.0) return;
+        const bool away = dot(cross_of(t), t.a) >= 0.0, back = away && !options.culling && index >= 0;
+        if (away && !back) return;
+        FlatTriangle& flat = geometry.triangles.emplace_back();
+        store(flat.corners[0], t.a);
+        store(flat.corners[1], t.b);
+        store(flat.corners[2], t.c);
+        store(flat.normal, (back ? -1.0 : 1.0) * frame.turn(normal));
+        flat.index = index;
+        flat.group = object < 0 ? -1 : 2 * object + (back ? 1 : 0);
+        geometry.far_depth = std::max(geometry.far_depth, farthest);
+    }
+
+    void add_emitter(DrawnGeometry& geometry, const VisibleEmitter& e, int index) const {
+        const Vec3 opposite = e.corner + e.u + e.v;
+        const Vec3 normal = normalized(cross(e.u, e.v));
+        add_triangle(geometry, {e.corner, e.corner + e.u, opposite, 0}, normal, index, -1);
+        add_triangle(geometry, {e.corner, opposite, e.corner + e.v, 0}, normal, index, -1);
+    }
+};
+
+}  // namespace
+
+DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int32_t>& objects,
+                             const std::vector<VisibleEmitter>& emitters, const CameraFrame& frame,
+                             const PixelGrid& grid, const DrawingOptions& options) {
+    const Drawing drawing{surfels, objects, frame, grid, options};
+    DrawnGeometry geometry;
+    const std::vector<Reach> reach = reaches(surfels);
+    const Shapes shapes = drawing.shapes(reach);
+    geometry.disks = made<DrawnDisk>(surfels.size(), [&](std::size_t i, DrawnDisk& disk) {
+        return reach[i].disk > 0.0 && drawing.make(i, reach[i].disk, shapes.bends[i], shapes.creases[i], disk);
+    });
+    if (options.kernels) {
+        geometry.kernels = made<DrawnKernel>(surfels.size(), [&](std::size_t i, DrawnKernel& kernel) {
+            return drawing.make(i, options.footprint * reach[i].kernel, kernel);
+        });
+    }
+    for (const Triangle& t : surfels.triangles) {
+        drawing.add_triangle(geometry, t, surfels.normals[t.surfel], static_cast<std::int32_t>(t.surfel),
+                             objects[t.surfel]);
+    }
+    for (std::size_t k = 0; k < emitters.size(); ++k) {
+        const VisibleEmitter& e = emitters[k];
+        require(is_finite(e.corner) && is_finite(e.u) && is_finite(e.v) && is_finite(e.radiance), "emitters: number ",
+                k, " is not finite");
+        require(length(cross(e.u, e.v)) > 0.0, "emitters: the edges of number ", k, " span no area");
+        drawing.add_emitter(geometry, e, -2 - static_cast<std::int32_t>(k));
+    }
+    for (const DrawnDisk& disk : geometry.disks)
+        geometry.far_depth = std::max(geometry.far_depth, static_cast<double>(disk.center[2] + disk.radius + disk.sag));
+    return geometry;
+}
+
+}  // namespace surflux

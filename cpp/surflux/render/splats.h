@@ -1,0 +1,77 @@
+#pragma once
+
+// Surfels, triangles and emitters as the GL draws them: in the camera's frame, float32 relative to the eye.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/render/camera.h"
+#include "surflux/render/screen_bounds.h"
+#include "surflux/render/visible_emitter.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// As the shaders read them (std430).
+
+// A disk, bent along the surface (bends.h).
+struct DrawnDisk {
+    float center[3], radius;
+    float normal[3], along;
+    float direction[3], across;
+    float sag;  // see surface_fragment
+    std::int32_t index, group;
+    float unused;
+    float creases[2][4];  // where it ends: normal . (p - center) <= the fourth
+    std::int32_t box[4];  // pixels that it may cover: left, top, right, bottom
+};
+
+// What a surfel adds to the pixels around it: an elliptical Gaussian, brought to 0 at the rim of an ellipsoid.
+struct DrawnKernel {
+    float center[3];
+    std::int32_t group;
+    float normal[3], amplitude;
+    float direction[3], agreement;  // the long axis in its plane; see kernel_fragment
+    float shrink[3];                // 1 / half axis^2: along the direction, across, along the normal
+    std::int32_t index;
+    std::int32_t box[4];
+};
+
+struct FlatTriangle {
+    float corners[3][4];
+    float normal[3];
+    std::int32_t index;
+    std::int32_t group, unused[3];
+};
+
+struct PixelGrid {
+    int width, height;  // subpixels
+    double tan_x, tan_y;
+};
+
+// In view, as far as is easy to tell.
+struct DrawnGeometry {
+    std::vector<DrawnDisk> disks;
+    std::vector<DrawnKernel> kernels;
+    std::vector<FlatTriangle> triangles;
+    double far_depth = 0.0;
+};
+
+struct DrawingOptions {
+    double footprint = 1.5;  // as of SplatOptions
+    bool culling = true;
+    bool kernels = true;  // else only what the surface pass needs
+};
+
+inline void store(float* to, const Vec3& from) {
+    for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(from[axis]);
+}
+
+// objects: of each surfel; light blends within one alone. Throws ArgumentError, naming `emitters`, for one that is no
+// rectangle.
+DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int32_t>& objects,
+                             const std::vector<VisibleEmitter>& emitters, const CameraFrame& frame,
+                             const PixelGrid& grid, const DrawingOptions& options = {});
+
+}  // namespace surflux

@@ -1,0 +1,104 @@
+"""`surflux render`: pictures and films of solved files."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import surflux as sf
+from surflux import cli
+
+
+@pytest.fixture
+def solved(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    floor = sf.Surfels.from_mesh(([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    scene = sf.Scene([floor], [sf.PointLight([0.5, 0, 1], 3.0)], camera=sf.Camera([0, -3, 2], [0, 0, 0]))
+    solution = sf.solve(scene)
+    solution.save("a.ply")
+    return solution
+
+
+@pytest.fixture
+def run(capfd):
+    def call(*arguments):
+        status = cli.main([str(a) for a in arguments])
+        return status, *capfd.readouterr()
+
+    return call
+
+
+def shown(path):
+    return np.asarray(Image.open(path)) / 255.0
+
+
+def test_tone(solved, run):
+    image = solved.render(size=(40, 30))
+    cases = {
+        "auto.png": ([], {}),
+        "dark.png": (["--stops", "-2"], {"stops": -2.0}),
+        "given.png": (["--exposure", "0.4", "--linear"], {"exposure": 0.4, "filmic": False}),
+    }
+    for name, (options, same) in cases.items():
+        assert run("render", "a.ply", "--size", "40x30", "--image", name, *options)[0] == 0
+        np.testing.assert_allclose(shown(name), sf.tone_map(image, **same), atol=0.5 / 255 + 1e-4)
+
+
+def test_all_layers_go_into_an_exr(solved, run):
+    options = ("--samples", 1, "--background", "0.1,0.2,0.3", "--image", "a.exr", "--image", "a.hdr")
+    assert run("render", "a.ply", "--size", "40x30", *options)[0] == 0
+    layers = solved.render(size=(40, 30), samples=1, background=[0.1, 0.2, 0.3], layers=True)
+    for name, values in layers.items():
+        np.testing.assert_allclose(sf.read_image("a.exr", None if name == "radiance" else name), values, rtol=1e-5)
+    np.testing.assert_allclose(sf.read_image("a.hdr"), layers["radiance"], rtol=1 / 64, atol=3e-3)
+
+
+def test_both_sides(solved, run):
+    below = ("--eye", "0,-3,-2", "--image", "a.exr", "--size", "40x30")
+    assert run("render", "a.ply", *below)[0] == 0
+    assert not np.any(sf.read_image("a.exr", "index") >= 0)
+    assert run("render", "a.ply", "--both-sides", *below)[0] == 0
+    assert np.mean(sf.read_image("a.exr", "index") >= 0) > 0.1
+
+
+def test_a_turntable_of_numbered_pictures(solved, run, tmp_path):
+    (tmp_path / "frames").mkdir()
+    options = ("--turntable", 3, "--image", "frames/%02d.png", "--size", "40x30", "--json", "--stops", 1)
+    status, out, _ = run("render", "a.ply", *options)
+    assert status == 0
+    assert json.loads(out)["images"] == [f"frames/{k:02d}.png" for k in (1, 2, 3)]
+    cameras = sf.turntable(solved.camera, 3)
+    solved.animate(cameras, "%d.png", (40, 30), stops=1.0)
+    for k in (1, 2, 3):
+        assert np.array_equal(shown(f"frames/{k:02d}.png"), shown(f"{k}.png"))
+
+
+def test_a_film(solved, run):
+    pytest.importorskip("imageio.v2", reason="needs surflux[video]")
+    pytest.importorskip("imageio_ffmpeg", reason="needs surflux[video]")
+    status, out, _ = run("render", "a.ply", "--turntable", 4, "--fps", 5, "--image", "a.mp4", "--size", "40x30")
+    assert (status, out) == (0, "picture: a.mp4\n")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--samples", "0"], "--samples: wanted a whole number from 1 to 8, got 0"),
+        (["--exposure", "bright"], "--exposure: wanted a number above 0 or auto, got 'bright'"),
+        (["--exposure", "0"], "--exposure: wanted a number above 0 or auto, got '0'"),
+        (["--stops", "nan"], "--stops: wanted a finite number"),
+        (["--fps", "0"], "--fps: wanted"),
+        (["--turntable", "0"], "--turntable: wanted a whole number from 1"),
+        (["--turntable", "4"], "--turntable: wants an --image"),
+        (["--turntable", "4", "--image", "a.png"], "--image: wanted a pattern for numbered pictures"),
+        (["--turntable", "4", "--image", "a.avi"], "--image: wanted a name ending in .mp4"),
+        (["--turntable", "4", "--image", "none/%d.png"], "there is no folder"),
+        (["--image", "a.mp4"], "--image: wanted a name ending in .exr, .png or .hdr"),
+    ],
+)
+def test_refusals_come_before_the_file_is_read(tmp_path, monkeypatch, run, options, message):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run("render", "none.ply", *options)
+    assert status == 2
+    assert message in err.splitlines()[-1]
