@@ -32,6 +32,7 @@ py::dict to_dict(const Scene& scene, Solution&& solution) {
     std::vector<std::uint32_t> objects;
     for (std::uint32_t parent : solution.parents) objects.push_back(scene.object[parent]);
     out["objects"] = to_array(objects);
+    out["cut"] = solution.cut.empty() ? py::object(py::none()) : py::object(to_array(solution.cut));
     out["radiosity"] = to_array(solution.radiosity);
     out["irradiance"] = to_array(solution.irradiance);
     out["direct"] = to_array(solution.direct);

@@ -22,6 +22,7 @@ _HOME = {
     "DirectionalLight": "lights",
     "Environment": "lights",
     "Hierarchy": "hierarchy",
+    "Page": "page",
     "PointLight": "lights",
     "Scene": "scene",
     "Solution": "solution",

@@ -123,6 +123,7 @@ def solve(
         radiosity=result["radiosity"],
         irradiance=result["irradiance"],
         direct=result["direct"],
+        cut=result["parents"] if result["cut"] is None else result["cut"],
         error=result["error"],
         timings=timings,
         history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],

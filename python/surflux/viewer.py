@@ -31,7 +31,7 @@ def to_polydata(s, **values):
     cloud.point_data["reflectance"] = s.reflectance
     cloud.point_data["emission"] = s.emission
     for name, value in values.items():
-        cloud.point_data[name] = _per_surfel(name, value, len(s))
+        cloud.point_data[name] = _check.per_row(name, value, len(s))
     return cloud
 
 
@@ -99,7 +99,7 @@ def coverage(s, areas):
 def colors_of(s, color, values):
     """Per surfel what `color` shows: ("rgb", uint8 (n, 3)) or ("scalar", (n,)); values are further arrays by name."""
     there = {"reflectance": s.reflectance, "emission": s.emission, "radius": s.radii, "normal": s.normals}
-    there |= {name: _per_surfel(name, value, len(s)) for name, value in values.items() if value is not None}
+    there |= {name: _check.per_row(name, value, len(s)) for name, value in values.items() if value is not None}
     names = {*there, "area", "coverage"}
     if not isinstance(color, str) or color not in names:
         raise ValueError(f"color: wanted one of {', '.join(sorted(names))}, which these surfels have, got {color!r}")
@@ -243,12 +243,3 @@ def _picture(path):
     if not path.parent.is_dir():
         raise FileError(f"{path}: cannot be written: there is no folder {path.parent}")
     return path
-
-
-def _per_surfel(name, value, n):
-    array = _check.numeric(name, value)
-    if array.ndim not in (1, 2) or len(array) != n:
-        raise ValueError(
-            f"{name}: wanted shape ({n},) or ({n}, 3) for {_check.counted(n, 'surfel')}, got {array.shape}"
-        )
-    return array

@@ -312,6 +312,7 @@ void GlobalRefinement::write() {
         const Rgb direct = sources_.from_lights(p) + field_->at(sky, at, normal, near);
         return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near)};
     });
+    tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });
     watch_.lap("interpolation");
 }
 

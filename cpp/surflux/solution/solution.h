@@ -16,6 +16,8 @@ using Figures = std::vector<std::pair<std::string, double>>;
 struct Solution {
     Surfels surfels;
     std::vector<std::uint32_t> parents;  // of each surfel, its index in the scene
+    std::vector<std::uint32_t> cut;      // of each surfel, the node of the last cut above it; empty where all pairs
+                                         // of surfels, or no surfels, exchanged light
     std::vector<Rgb> radiosity;          // B, exitance
     std::vector<Rgb> irradiance;         // H
     std::vector<Rgb> direct;             // the part of H from lights and Environments alone
