@@ -38,9 +38,11 @@ _HOME = {
     "read": "files",
     "read_image": "images",
     "reference_irradiance": "reference",
+    "save_camera": "camera_file",
     "solve": "solver",
     "solve_meshless": "meshless",
     "tone_map": "images",
+    "view": "viewing",
     "write_image": "images",
 }
 

@@ -174,7 +174,7 @@ class _Store:
 
 
 def _disks_first(s, triangles):
-    """(order (n,) of the surfels: disks, then patches; corners (t, 3, 3) around the origin; owners (t,) in that order)."""
+    """(order (n,): disks, then patches; corners (t, 3, 3) around the middle; owners (t,), places in that order)."""
     patch = np.zeros(len(s), bool)
     patch[s.triangle_surfel] = True
     order = np.concatenate([np.flatnonzero(~patch), np.flatnonzero(patch)])

@@ -87,7 +87,7 @@ def property_of(subject, name, light="all", groups=None):
             values = getattr(solution, name)
         else:
             values = part if name == "irradiance" else s.reflectance * part + (s.emission if light == "direct" else 0.0)
-            title = f"{title}, {light} light alone"
+            title = f"{title.removesuffix(', W/m2')} by {light} light alone, W/m2"
     elif name == "indirect":
         values = solution.irradiance - solution.direct
     elif name in ("direct", "cut"):

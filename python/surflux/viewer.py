@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _check
+from surflux._color import display_bytes
 from surflux.areas import effective_areas
+from surflux.view_colors import coverage, white_of
+from surflux.view_shapes import disk_corners, polygon_cells, rings
 
-# Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
-_CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
-_RGB = ("radiosity", "irradiance", "direct", "reflectance", "emission")
 _DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
 
@@ -48,52 +48,15 @@ def disks(s, corners=None):
         corners = disk_corners(len(round_ones))
     rims = rings(s.points[round_ones], s.normals[round_ones], s.radii[round_ones], corners).reshape(-1, 3)
     triangles = s.triangles.reshape(-1, 3)
-    cells = _cells(len(round_ones), corners, 0), _cells(len(s.triangles), 3, len(rims))
+    cells = polygon_cells(len(round_ones), corners, 0), polygon_cells(len(s.triangles), 3, len(rims))
     mesh = pyvista.PolyData(np.concatenate([rims, triangles]), faces=np.concatenate(cells))
     mesh.cell_data["surfel"] = np.concatenate([round_ones, s.triangle_surfel.astype(np.int64)])
     return mesh
 
 
-def disk_corners(count):
-    """How many corners each of count disks is drawn with."""
-    return _CORNERS if count <= _MANY else _FEW_CORNERS
-
-
-def rings(centers, normals, radii, corners):
-    """Points (n, corners, 3) around n centres, counterclockwise as seen against the normals."""
-    helper = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    u = np.cross(normals, helper)
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
-    v = np.cross(normals, u)
-    angle = 2 * np.pi * np.arange(corners) / corners
-    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
-    return centers[:, None] + radii[:, None, None] * ring
-
-
-def polygons(corners):
-    """pyvista.PolyData of n polygons with corners (n, k, 3)."""
-    import pyvista
-
-    return pyvista.PolyData(corners.reshape(-1, 3), faces=_cells(*corners.shape[:2], 0))
-
-
-def _cells(count, corners, first):
-    corner = first + np.arange(count * corners).reshape(count, corners)
-    return np.hstack([np.full((count, 1), corners), corner]).ravel()
-
-
 def tone_mapped(values):
     """Linear RGB (n, 3) for the screen: the brightest percent is white, the rest by the sRGB curve; uint8 (n, 3)."""
-    luminance = values @ np.array([0.2126, 0.7152, 0.0722])
-    white = np.percentile(luminance, 99) if len(values) else 0.0
-    linear = np.clip(values / white if white > 0 else values, 0.0, 1.0)
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
-
-
-def coverage(s, areas):
-    """(n,) the share of its disk that each surfel keeps: area / (pi R^2)."""
-    return areas / (np.pi * s.radii**2)
+    return display_bytes(values / white_of(values)).astype(np.uint8)
 
 
 def colors_of(s, color, values):
