@@ -88,7 +88,7 @@ def _rewritten(text, wanted):
     while k < len(body):
         key, until = _assignment(body, k)
         if key in wanted:
-            tail = re.search(r"\s*(#.*)?$", body[until - 1].rstrip("\r\n"))[0] if until == k + 1 else ""
+            tail = re.search(r"\s*(#.*)?$", body[until - 1].rstrip("\r\n"))[0]
             ending = body[until - 1][len(body[until - 1].rstrip("\r\n")) :]
             head = body[k][: len(body[k]) - len(body[k].lstrip())]
             out.append(f"{head}{key} = {_text(wanted[key])}{tail}{ending}")

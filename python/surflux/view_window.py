@@ -13,7 +13,7 @@ from surflux.view_words import caption, values_of
 INSERTED = (255, 140, 0)
 LINKS = 24  # drawn
 _NAMED = 5  # of them with a number
-_PARTS = ("members", "rims", "links", "shares")  # of what is drawn for a pick
+_PARTS = ("members", "rims", "links", "shares-labels", "shares-points")  # of what is drawn for a pick
 
 
 class SceneView:

@@ -103,6 +103,7 @@ def view(
                 listen(window, start=start, write=camera_writer(window, file), export=page_writer(window, file))
                 window.plotter.show()
             else:
+                window.plotter.render()
                 window.plotter.screenshot(path)
         finally:
             window.plotter.close()
