@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,8 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
         options: go to pyvista.Plotter.add_mesh.
 
     Returns:
-        The path of the picture, or None after a window was closed.
+        The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+        which the notebook shows.
 
     Raises:
         ValueError: an argument, by name.
@@ -108,6 +110,11 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
     width, height = window_size(size)
     kind, value = colors_of(s, color, dict(values or {}))
     camera_or_none(camera)
+    if screenshot is None and in_notebook():
+        with tempfile.TemporaryDirectory() as folder:
+            shown = Path(folder) / "plot.png"
+            plot(s, color=color, values=values, marks=marks, screenshot=shown, camera=camera, size=size, **options)
+            return Picture(shown.read_bytes())
     path = destination(screenshot)
 
     import pyvista
@@ -174,6 +181,23 @@ def has_display():
     if sys.platform in ("win32", "darwin"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def in_notebook():
+    """Whether this runs in a Jupyter kernel, without a display of its own."""
+    shell = sys.modules.get("IPython")
+    shell = shell and shell.get_ipython()
+    return shell is not None and hasattr(shell, "kernel") and not has_display()
+
+
+class Picture:
+    """A picture in a cell of a notebook; `png` has its bytes."""
+
+    def __init__(self, png):
+        self.png = png
+
+    def _repr_png_(self):
+        return self.png
 
 
 @contextlib.contextmanager

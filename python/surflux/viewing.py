@@ -1,13 +1,12 @@
 """Looking at surfels, scenes and solutions: a window, a picture of it, or a page in a notebook."""
 
-import sys
 from pathlib import Path
 
 from surflux import _check
 from surflux.camera_file import save_camera
 from surflux.page import Page
 from surflux.subject import Subject
-from surflux.viewer import camera_or_none, destination, has_display, quiet_vtk, window_size
+from surflux.viewer import camera_or_none, destination, in_notebook, quiet_vtk, window_size
 
 
 def view(
@@ -140,10 +139,3 @@ def page_writer(window, file):
         return f"{path.resolve()}: {path.stat().st_size / 1e6:.1f} MB"
 
     return write
-
-
-def in_notebook():
-    """Whether this runs in a kernel that shows HTML, without a display of its own."""
-    shell = sys.modules.get("IPython")
-    shell = shell and shell.get_ipython()
-    return shell is not None and hasattr(shell, "kernel") and not has_display()

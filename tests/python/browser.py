@@ -124,6 +124,14 @@ class Browser:
                 raise RuntimeError(f"the page does not come to: {condition}")
             time.sleep(0.02)
 
+    def wait_until(self, holds):
+        """Asks again and again."""
+        until = time.monotonic() + SECONDS
+        while not holds():
+            if time.monotonic() > until:
+                raise RuntimeError("the page does not come to what is waited for")
+            time.sleep(0.05)
+
     def settled(self, what):
         """Does something that makes the page draw anew, and waits until it stands still."""
         self.run("document.body.dataset.still = ''")
