@@ -112,10 +112,10 @@ def coverage(s, areas):
 
 
 def white_of(values):
-    """What is shown as white of light (n, 3): the brightest percent, by luminance; if that is dark, the brightest."""
-    luminance = values @ LUMINANCE
-    white = np.percentile(luminance, 99) if len(values) else 0.0
-    white = white if white > 0 else luminance.max(initial=0.0)
+    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all."""
+    brightest = values.max(axis=1, initial=0.0)
+    white = np.percentile(brightest, 99) if len(values) else 0.0
+    white = white if white > 0 else brightest.max(initial=0.0)
     return float(white) if white > 0 else 1.0
 
 
