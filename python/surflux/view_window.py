@@ -6,14 +6,12 @@ from surflux import _check, sharing
 from surflux.camera import Camera
 from surflux.hierarchy import build_hierarchy
 from surflux.links import LinkFinder
-from surflux.view_colors import LIGHTS, names_of, property_of, range_of, screen_bytes, white_of
+from surflux.view_colors import LIGHTS, Shown, names_of, property_of, range_of, screen_bytes, white_of
+from surflux.view_pick import PARTS, draw_links, draw_members
 from surflux.view_shapes import STYLES, Shape, polygons, rings
 from surflux.view_words import caption, values_of
 
 INSERTED = (255, 140, 0)
-LINKS = 24  # drawn
-_NAMED = 5  # of them with a number
-_PARTS = ("members", "rims", "links", "shares-labels", "shares-points")  # of what is drawn for a pick
 
 
 class SceneView:
@@ -33,6 +31,7 @@ class SceneView:
         plotter: pyvista.Plotter.
         subject, color, style, light, exposure, level: what is shown; set by the methods.
         picked: index of the picked surfel, or None. links: its Links, or None.
+        centers: (n, 3) of the surfels around subject.origin(); extent: how far they reach from there.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class SceneView:
         self.picked = self.links = None
         self.zeta, self.culling, self.marked = None, True, False
         self.note = ""  # what the last solving came to
-        self._tree = None
+        self._tree = self._kept = None
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
         self.plotter.set_background("white")
         self.font = max(6, round(min(size[1] / 46, size[0] / 62)))
@@ -76,13 +75,11 @@ class SceneView:
         if shown.kind == "number":
             values, (low, high) = self._shape.spread(shown.values), range_of(shown.values)
             look = {"cmap": "viridis", "clim": (low, high if high > low else low + 1e-12), "nan_color": "lightgrey"}
-        elif shown.kind == "light":
-            linear = self._shape.spread(np.asarray(shown.values))
-            values = screen_bytes(type(shown)(shown.name, "light", "", linear), 2.0**self.exposure, self.white())
-        elif shown.kind == "members":
-            values = self._shape.spread(screen_bytes(shown).astype(float)).astype(np.uint8)
+        elif self.style == "splats" and shown.kind in ("light", "surface"):  # linear ones run into each other
+            values = screen_bytes(self._blended(shown), 2.0**self.exposure, self._white(shown))
         else:
-            values = screen_bytes(type(shown)(shown.name, "surface", "", self._shape.spread(shown.values)))
+            values = self._shape.spread(screen_bytes(shown, 2.0**self.exposure, self._white(shown)))
+            values = values.astype(np.uint8)
         mesh = self._shape.mesh
         (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = values
         if self.style == "points":
@@ -91,7 +88,7 @@ class SceneView:
             look |= {"culling": "back"}
         preference = "point" if self._shape.by_point else "cell"
         self._bar(None)
-        actor = self._draw("surfels", mesh, scalars="shown", preference=preference, **look)
+        actor = self.draw("surfels", mesh, scalars="shown", preference=preference, **look)
         self._bar(actor.mapper if shown.kind == "number" else None, shown.name)
         self.write("caption", caption(self, shown), (0.985, 0.985), top=True, right=True)
 
@@ -106,6 +103,16 @@ class SceneView:
     def white(self):
         """What is shown as white at exposure 0, whatever part of the light is on."""
         return white_of(property_of(self.subject, self.color).values)
+
+    def _white(self, shown):
+        return self.white() if shown.kind == "light" else None
+
+    def _blended(self, shown):
+        """A Shown at the points of the shape; kept, for only the exposure may change."""
+        key = (self._shape, self.color, self.light)
+        if self._kept is None or self._kept[0] != key:
+            self._kept = key, Shown(shown.name, shown.kind, shown.title, self._shape.spread(np.asarray(shown.values)))
+        return self._kept[1]
 
     def tree(self):
         """The Hierarchy of the surfels, made when first asked for."""
@@ -157,9 +164,9 @@ class SceneView:
         there = np.flatnonzero(self.subject.inserted()) if marked else []
         if len(there):
             s = self.subject.surfels
-            place = self._centers[there] + 0.05 * s.radii[there, None] * s.normals[there]
+            place = self.centers[there] + 0.05 * s.radii[there, None] * s.normals[there]
             dots = polygons(rings(place, s.normals[there], 0.25 * s.radii[there], 8))
-            self._draw("inserted", dots, color=INSERTED, culling="back")
+            self.draw("inserted", dots, color=INSERTED, culling="back")
 
     def solve_again(self, zeta, progress=True):
         """Solves the scene with another zeta and shows that; takes as long as solving takes."""
@@ -189,7 +196,7 @@ class SceneView:
 
     def pick(self, index):
         """Shows the values of a surfel, its neighbours and where its light comes from; None shows no more of that."""
-        for name in _PARTS:
+        for name in PARTS:
             self.plotter.remove_actor(name, render=False)
         self._link_bar(None)
         self.picked, self.links = index, None
@@ -199,8 +206,8 @@ class SceneView:
         picked = sharing.pick(self.subject.surfels, index, "curved")
         if self.subject.solution is not None:
             self.links = self._find_links(index)
-            self._draw_links()
-        self._draw_members(picked)
+            self._link_bar(draw_links(self, self.links))
+        draw_members(self, picked)
         self.write(
             "values", "\n".join(values_of(self.subject, picked, self.links)), (0.015, 0.985), top=True, fixed=True
         )
@@ -215,56 +222,6 @@ class SceneView:
             ends.append(point[:3] / point[3])
         start = ends[0] + self.subject.origin()
         self.pick(sharing.surfel_under(self.subject.surfels, start, ends[1] - ends[0]))
-
-    def _draw_members(self, picked):
-        """The picked surfel in its colour, and the rims of those that share its disk in theirs."""
-        s, centers = self.subject.surfels, self._centers
-        i, members = picked.index, picked.members
-        lift = 0.03 * s.radii[i] * s.normals[i]
-        flat = s.triangles[s.triangle_surfel == i] - self.subject.origin()
-        if len(flat):
-            self._draw("members", polygons(flat + lift), color=sharing.PICKED)
-            return
-        disk = rings(centers[i : i + 1], s.normals[i : i + 1], 0.5 * s.radii[i : i + 1], 32) + lift
-        self._draw("members", polygons(disk), color=sharing.PICKED)
-        around = rings(centers[members], s.normals[members], s.radii[members], 32) + lift
-        closed = np.concatenate([around, around[:, :1]], axis=1)
-        lines = _lines(closed)
-        lines.cell_data["color"] = picked.colors
-        self._draw("rims", lines, scalars="color", rgb=True, line_width=max(2.0, self.font / 6))
-
-    def _draw_links(self):
-        links, count = self.links, min(LINKS, len(self.links.shares))
-        if not count:
-            return
-        s, i, origin = self.subject.surfels, links.index, self.subject.origin()
-        start = links.start + 0.1 * s.radii[i] * s.normals[i] - origin
-        ends = links.ends[:count] - origin
-        lines = _lines(np.stack([np.broadcast_to(start, ends.shape), ends], axis=1))
-        share = links.shares[:count]
-        widest = 0.006 * self._extent
-        lines.point_data["width"] = np.repeat(widest * np.sqrt(share / share.max()), 2)
-        tubes = lines.tube(scalars="width", absolute=True, n_sides=8)
-        tubes.point_data["percent"] = np.interp(
-            tubes.point_data["width"], *_by_width(widest * np.sqrt(share / share.max()), 100 * share)
-        )
-        look = {"cmap": "plasma", "clim": (0.0, 100 * float(share.max()))}
-        actor = self._draw("links", tubes, scalars="percent", **look)
-        self._link_bar(actor.mapper)
-        named = slice(0, min(_NAMED, count))
-        self.plotter.add_point_labels(
-            ends[named],
-            [f"{100 * v:.1f}%" for v in share[named]],
-            font_size=self.font,
-            text_color="black",
-            shape_color="white",
-            shape_opacity=0.6,
-            show_points=False,
-            always_visible=True,
-            reset_camera=False,
-            pickable=False,
-            name="shares",
-        )
 
     # --- the camera
 
@@ -316,8 +273,8 @@ class SceneView:
     def _take(self, subject):
         self.subject = subject
         self._shape = Shape(subject, self.style)
-        self._centers = subject.surfels.points - subject.origin()
-        self._extent = float(np.max(np.linalg.norm(self._centers, axis=1) + subject.surfels.radii))
+        self.centers = subject.surfels.points - subject.origin()
+        self.extent = float(np.max(np.linalg.norm(self.centers, axis=1) + subject.surfels.radii))
         self._find_links = LinkFinder(subject)
         if subject.lamps:
             corner, u, v = (
@@ -325,9 +282,10 @@ class SceneView:
             )
             low = corner - subject.origin()
             quads = np.stack([low, low + u, low + u + v, low + v], axis=1)
-            self._draw("lamps", polygons(quads), color="white", culling="back")
+            self.draw("lamps", polygons(quads), color="white", culling="back")
 
-    def _draw(self, name, mesh, **look):
+    def draw(self, name, mesh, **look):
+        """Adds a mesh in place of what had that name; the actor."""
         fixed = {"lighting": False, "show_scalar_bar": False, "reset_camera": False, "pickable": False}
         return self.plotter.add_mesh(mesh, name=name, **fixed, **look)
 
@@ -358,17 +316,4 @@ class SceneView:
             fmt="%.4g",
         )
         bar.SetTitle(title)
-
-
-def _lines(points):
-    """pyvista.PolyData of n lines through points (n, k, 3)."""
-    import pyvista
-
-    n, k = points.shape[:2]
-    cells = np.column_stack([np.full(n, k), np.arange(n * k).reshape(n, k)])
-    return pyvista.PolyData(points.reshape(-1, 3), lines=cells.ravel())
-
-
-def _by_width(width, percent):
-    order = np.argsort(width)
-    return width[order], percent[order]
+        bar.SetVerticalTitleSeparation(self.font)
