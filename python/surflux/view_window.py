@@ -313,7 +313,7 @@ class SceneView:
             title_font_size=self.font,
             unconstrained_font_size=True,
             color="black",
-            fmt="%.4g",
+            fmt="%.3g",
         )
         bar.SetTitle(title)
         bar.SetVerticalTitleSeparation(self.font)
