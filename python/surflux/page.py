@@ -177,7 +177,8 @@ def _disks_first(s, triangles):
     """(order (n,): disks, then patches; corners (t, 3, 3) around the middle; owners (t,), places in that order)."""
     patch = np.zeros(len(s), bool)
     patch[s.triangle_surfel] = True
-    order = np.concatenate([np.flatnonzero(~patch), np.flatnonzero(patch)])
+    # Disks in no order: the first ones stand for all where a page has to be quick.
+    order = np.concatenate([np.random.default_rng(0).permutation(np.flatnonzero(~patch)), np.flatnonzero(patch)])
     place = np.empty(len(s), np.int64)
     place[order] = np.arange(len(s))
     middle = (s.points.min(axis=0) + s.points.max(axis=0)) / 2

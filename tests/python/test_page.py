@@ -135,6 +135,31 @@ def test_the_wheel_comes_closer(browser, tmp_path):
     assert is_red(browser.picture()).sum() == pytest.approx(before / 4, rel=0.05)
 
 
+def test_where_drawing_takes_long_all_is_there_in_the_end(browser, tmp_path):
+    x = np.linspace(-1, 1, 41)
+    points = [[a, b, 0] for b in x for a in x]
+    s = sf.Surfels(
+        points, [[0, 0, 1]] * len(points), radii=0.05, reflectance=[RED if a < 0 else BLUE for b in x for a in x]
+    )
+    before = shown(browser, tmp_path, s)
+    # Its clock says that every picture takes a second.
+    browser.run(
+        "{ const now = performance.now.bind(performance); let k = 0; performance.now = () => now() + (k += 1000) }"
+    )
+    for end in (300, 180, 240):
+        browser.settled(lambda end=end: browser.drag((240, 180), (end, 180)))
+    after = browser.picture()
+    assert (np.abs(after - before).max(axis=2) > 60).mean() < 0.02  # edges are not smoothed then
+    assert len(np.unique(after[180, 220:260], axis=0)) > 4  # splats again
+    browser.mouse("mousePressed", 240, 180, button="left", buttons=1, clickCount=1)
+    browser.mouse("mouseMoved", 241, 180, button="left", buttons=1)
+    moving = browser.picture()
+    browser.mouse("mouseReleased", 241, 180, button="left", buttons=0, clickCount=1)
+    inside = moving[100:260, 160:320]
+    assert (inside.min(axis=2) > 200).mean() < 0.05  # fewer disks, but larger: few gaps
+    browser.wait("document.body.dataset.still")
+
+
 def test_a_click_tells_the_values_of_a_surfel(browser, tmp_path):
     shown(browser, tmp_path, lit(), camera=ABOVE)
     browser.settled(lambda: browser.click(240, 180))

@@ -37,8 +37,9 @@ function start() {
     const right = add(across.map((v) => v * -Math.sin(azimuth)), ahead, Math.cos(azimuth));
     return [right, cross(back, right), back];
   }
-  // In steps: 0 while something moves where splats take long, 1 as asked, 2 finer and averaged once all stands still.
-  let waiting = 0, later = 0, drawn = 0, slow = false;
+  // In steps: 0 while something moves where that takes long, with disks for splats, and with larger ones for many; 1 as
+  // asked; 2 finer and averaged, once all stands still.
+  let waiting = 0, later = 0, drawn = 0, slow = false, part = 1;
   function draw(step) {
     waiting = 0;
     clearTimeout(later);
@@ -54,10 +55,12 @@ function start() {
     const far = Math.hypot(...sub(eye, scene.center)) + scene.extent;
     const near = Math.max(far - 2 * scene.extent, 1e-3 * Math.min(distance, scene.extent));
     const began = performance.now();
-    drawing.draw(view, [...lens, near, far], step ? look : { ...look, smooth: false }, step === 2 ? 2 : 1);
-    if (step === 1) {
+    drawing.draw(view, [...lens, near, far], { ...look, smooth: look.smooth && step > 0, part: step ? 1 : part }, step === 2 ? 2 : 1);
+    if (step < 2) {
       drawing.surfelAt(0.5, 0.5); // waits for the picture
-      slow = drawn++ > 0 && performance.now() - began > 150; // the first one compiles
+      const took = performance.now() - began;
+      if (step) slow = drawn++ > 0 && took > 150; // the first one compiles
+      else if (took > 100) part = Math.max(part / 2, 1 / 32, Math.min(1, 5000 / scene.disks));
     }
     const next = step === 0 ? 1 : step === 1 && !slow && 4 * width * height <= 9e6 ? 2 : 0;
     document.body.dataset.still = next ? "" : "yes";

@@ -11,6 +11,7 @@ uniform mat4 uView;      // world to eye
 uniform vec4 uLens;      // 1 / tan at the sides, 1 / tan above, near, far
 uniform float uPixel;    // half a pixel at distance 1
 uniform float uReach;    // of what is drawn of a disk, in radii
+uniform float uGrown;    // disks, where fewer of them stand for all
 vec3 unfold(vec2 o) {    // an octahedral normal
   vec3 n = vec3(o, 1.0 - abs(o.x) - abs(o.y));
   if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
@@ -30,7 +31,7 @@ out vec3 vEye;
 void main() {
   vec3 n = unfold(aNormal), c = (uView * vec4(aPlace.xyz, 1.0)).xyz;
   vNormal = mat3(uView) * n;
-  float r = max(aPlace.w, 1.4 * uPixel * -c.z);
+  float r = max(uGrown * aPlace.w, 1.4 * uPixel * -c.z);
   vIndex = gl_InstanceID;
   vPlace = vec4(c, r);
   vec3 u = normalize(cross(vNormal, abs(vNormal.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0)));
@@ -211,12 +212,13 @@ function makeDrawing(canvas, scene) {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, sums, 0);
     made = [places, shown, sums, depth];
   }
-  function use({ made: what, at }, view, lens, reach) {
+  function use({ made: what, at }, view, lens, reach, grown = 1) {
     gl.useProgram(what);
     gl.uniformMatrix4fv(at.uView, false, view);
     gl.uniform4fv(at.uLens, lens);
     gl.uniform1f(at.uPixel, 1 / (lens[1] * size[1]));
     gl.uniform1f(at.uReach, reach);
+    gl.uniform1f(at.uGrown, grown);
     ["uColor", "uPlaces", "uColors", "uSums"].forEach((name, unit) => at[name] && gl.uniform1i(at[name], unit));
   }
 
@@ -233,9 +235,10 @@ function makeDrawing(canvas, scene) {
       gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
       gl.clearBufferfv(gl.DEPTH, 0, [1]);
       gl.enable(gl.DEPTH_TEST);
-      use(disk, view, lens, 1);
+      const few = Math.ceil(look.part * scene.disks);  // they stand in no order
+      use(disk, view, lens, 1, few ? Math.sqrt(scene.disks / few) : 1);
       gl.bindVertexArray(disks);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, scene.disks);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, few);
       gl.enable(gl.CULL_FACE);
       use(triangle, view, lens, 1);
       gl.bindVertexArray(corners);
