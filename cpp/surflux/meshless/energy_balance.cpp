@@ -8,8 +8,8 @@
 namespace surflux {
 
 double energy_correction(const Scene& scene, const SurfaceLight& light, const MeshlessField& field,
-                         const std::vector<Rgb>& bounced, const std::vector<Rgb>& lost,
-                         const std::vector<double>& spacing, const std::vector<char>& inside, bool indirect_only) {
+                         const std::vector<Rgb>& bounced, const std::vector<Rgb>& lost, const std::vector<double>& even,
+                         const std::vector<char>& inside, bool indirect_only) {
     const Surfels& s = scene.surfels;
     const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
     struct Flux {
@@ -19,7 +19,7 @@ double energy_correction(const Scene& scene, const SurfaceLight& light, const Me
     const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
         if (inside[i]) return;
         thread_local std::vector<Departure> places;
-        light.places_on(static_cast<std::uint32_t>(i), spacing[scene.object[i]], 0, places);
+        light.places_on(static_cast<std::uint32_t>(i), even[i], 0, places);
         Rgb all = indirect_only ? light.at_surfel(i) : Rgb{}, arrived;
         double away = 0.0;
         for (const Departure& place : places)

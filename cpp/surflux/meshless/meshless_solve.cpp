@@ -238,12 +238,20 @@ private:
         return out;
     }
 
-    // Of the points of the finest level, by object.
-    std::vector<double> finest_spacing() const {
-        std::vector<double> out;
-        const PlacedPoints& points = placement_.points();
-        for (const double first : points.first_radius) out.push_back(at_level(first, points.level_begin.size() - 2));
-        return out;
+    // Over how much of each surfel the field is about even: the spacing of the finest level that it is on.
+    void find_even() {
+        const Surfels& s = scene_.surfels;
+        const std::vector<double>& first = placement_.points().first_radius;
+        const std::size_t finest = placement_.points().level_begin.size() - 2;
+        even_.resize(s.size());
+        parallel_for(s.size(), 256, [&](std::size_t k) {
+            const auto i = static_cast<std::uint32_t>(k);
+            const double spacing = first[scene_.object[i]];
+            even_[i] = at_level(spacing, finest);
+            if (!light_.points().is_patch(i) || 2.0 * s.radii[i] <= even_[i]) return;
+            const std::size_t level = field_->basis.finest_at(s.positions[i], s.normals[i], scene_.object[i]);
+            even_[i] = at_level(spacing, std::min(level + 1, finest));  // the next may reach what is off the middle
+        });
     }
 
     void balance() {
@@ -251,13 +259,14 @@ private:
         for (std::size_t row = 0; row < bounced.size(); ++row) bounced[row] = values_[row] - unbounced_[row];
         receivers_.coefficients(bounced, bounced_coefficients);
         receivers_.coefficients(left_, left);
-        const double correction = energy_correction(scene_, light_, *field_, bounced_coefficients, left,
-                                                    finest_spacing(), inside_, options_.indirect_only);
+        const double correction = energy_correction(scene_, light_, *field_, bounced_coefficients, left, even_, inside_,
+                                                    options_.indirect_only);
         gain_ = std::clamp(gain_ * correction, 1.0 / most_gain, most_gain);
         watch_.lap("solve");
     }
 
     void finish() {
+        find_even();
         if (options_.bounces < 0) {
             for (int round = 0; round < 2; ++round) {
                 solve(std::max(options_.tolerance, balanced_tolerance), 0);
@@ -299,6 +308,7 @@ private:
     std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<char> inside_;                // of each surfel: in the middle, is it inside geometry?
+    std::vector<double> even_;                // of each surfel
     double gain_ = 1.0;                       // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
@@ -309,7 +319,6 @@ private:
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
-    const std::vector<double> spacing = finest_spacing();
     out_.surfels = s;
     if (options_.indirect_only) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -328,7 +337,7 @@ void MeshlessRadiosity::write() {
             for (std::size_t k = begin; k < end; ++k) {
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[i];
-                light_.places_on(i, spacing[object], options_.seed, places);
+                light_.places_on(i, even_[i], options_.seed, places);
                 // Inside geometry, where no points are, is no light (L07 6.1).
                 const std::vector<char> inside = places.size() == 1
                                                      ? std::vector<char>(1, inside_[i])

@@ -1,7 +1,7 @@
 #include "surflux/neighbors/distinct_places.h"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "surflux/core/error.h"
 
@@ -10,18 +10,18 @@ namespace surflux {
 DistinctPlaces distinct_places(const std::vector<Vec3>& points) {
     for (std::size_t i = 0; i < points.size(); ++i)
         require(is_finite(points[i]), "points: wanted finite coordinates, got others at index ", i);
-    std::vector<std::uint32_t> order(points.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
-        const Vec3 &a = points[i], &b = points[j];
-        if (a.x != b.x) return a.x < b.x;
-        if (a.y != b.y) return a.y < b.y;
-        return a.z != b.z ? a.z < b.z : i < j;
+    std::vector<std::pair<Vec3, std::uint32_t>> sorted(
+        points.size());  // with the positions: sorting finds them near by
+    for (std::uint32_t i = 0; i < points.size(); ++i) sorted[i] = {points[i], i};
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        if (a.first.x != b.first.x) return a.first.x < b.first.x;
+        if (a.first.y != b.first.y) return a.first.y < b.first.y;
+        return a.first.z != b.first.z ? a.first.z < b.first.z : a.second < b.second;
     });
     std::vector<std::uint32_t> first(points.size());  // of the points at the same place
-    for (std::size_t k = 0; k < order.size(); ++k) {
-        const bool known = k > 0 && points[order[k]] == points[order[k - 1]];
-        first[order[k]] = known ? first[order[k - 1]] : order[k];
+    for (std::size_t k = 0; k < sorted.size(); ++k) {
+        const bool known = k > 0 && sorted[k].first == sorted[k - 1].first;
+        first[sorted[k].second] = known ? first[sorted[k - 1].second] : sorted[k].second;
     }
     DistinctPlaces out;
     out.of_point.resize(points.size());

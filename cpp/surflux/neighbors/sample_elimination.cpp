@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 #include "surflux/neighbors/distinct_places.h"
+#include "surflux/neighbors/falling_queue.h"
 #include "surflux/neighbors/point_index.h"
 
 namespace surflux {
@@ -32,6 +34,9 @@ std::vector<std::uint32_t> candidates(const std::vector<Vec3>& points, std::size
     const DistinctPlaces cells = distinct_places(corners);
     std::vector<std::uint32_t> order(points.size());
     std::iota(order.begin(), order.end(), 0u);
+    std::vector<std::uint32_t> in_cell(cells.places.size(), 0);
+    for (const std::uint32_t cell : cells.of_point) ++in_cell[cell];
+    if (*std::max_element(in_cell.begin(), in_cell.end()) <= cell_limit) return order;
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t i, std::uint32_t j) { return lots[i] != lots[j] ? lots[i] < lots[j] : i < j; });
     std::vector<std::uint32_t> taken(cells.places.size(), 0);
@@ -60,18 +65,22 @@ public:
             }
         const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
         const double side = std::max(reach, extent / most_cells);
-        std::vector<Vec3> cell(points.size());
-        for (std::size_t i = 0; i < points.size(); ++i)
-            for (int axis = 0; axis < 3; ++axis) cell[i][axis] = std::floor((points[i][axis] - low[axis]) / side);
-        std::iota(order_.begin(), order_.end(), 0u);
-        std::sort(order_.begin(), order_.end(), [&](std::uint32_t i, std::uint32_t j) {
-            return before(cell[i], cell[j]) || (!before(cell[j], cell[i]) && i < j);
+        std::vector<std::pair<Vec3, std::uint32_t>> sorted(points.size());
+        for (std::uint32_t i = 0; i < points.size(); ++i) {
+            sorted[i].second = i;
+            for (int axis = 0; axis < 3; ++axis)
+                sorted[i].first[axis] = std::floor((points[i][axis] - low[axis]) / side);
+        }
+        std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+            return before(a.first, b.first) || (!before(b.first, a.first) && a.second < b.second);
         });
-        for (std::size_t k = 0; k < order_.size(); ++k)
-            if (k == 0 || before(cell[order_[k - 1]], cell[order_[k]])) {
-                corner_.push_back(cell[order_[k]]);
+        for (std::size_t k = 0; k < order_.size(); ++k) {
+            order_[k] = sorted[k].second;
+            if (k == 0 || before(sorted[k - 1].first, sorted[k].first)) {
+                corner_.push_back(sorted[k].first);
                 first_.push_back(k);
             }
+        }
         first_.push_back(order_.size());
     }
 
@@ -201,39 +210,13 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
         for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
     });
 
-    // Crowding only ever falls: an entry holds at least the candidate's present one, and sinks where that is less.
-    struct Entry {
-        double crowding;
-        std::uint32_t candidate;
+    const auto wins = [&](std::uint32_t i, std::uint32_t j) {
+        return lots[stand[i]] != lots[stand[j]] ? lots[stand[i]] > lots[stand[j]] : i > j;
     };
-    const auto below = [&](const Entry& a, const Entry& b) {
-        if (a.crowding != b.crowding) return a.crowding < b.crowding;
-        const std::uint64_t lot_a = lots[stand[a.candidate]], lot_b = lots[stand[b.candidate]];
-        return lot_a != lot_b ? lot_a < lot_b : a.candidate < b.candidate;
-    };
-    std::vector<Entry> heap(n);
-    for (std::uint32_t i = 0; i < n; ++i) heap[i] = {crowding[i], i};
-    std::make_heap(heap.begin(), heap.end(), below);
-    // Puts an entry in place of the first.
-    const auto replace_first = [&](const Entry& entry) {
-        std::size_t at = 0;
-        for (std::size_t child = 1; child < heap.size(); at = child, child = 2 * at + 1) {
-            if (child + 1 < heap.size() && below(heap[child], heap[child + 1])) ++child;
-            if (!below(entry, heap[child])) break;
-            heap[at] = heap[child];
-        }
-        heap[at] = entry;
-    };
+    FallingQueue queue(crowding, wins);
     std::vector<bool> gone(n, false);
     for (std::size_t step = 0; step < steps;) {
-        const auto [w, i] = heap.front();
-        if (w != crowding[i]) {
-            replace_first({crowding[i], i});
-            continue;
-        }
-        const Entry last = heap.back();
-        heap.pop_back();
-        if (!heap.empty()) replace_first(last);
+        const std::uint32_t i = queue.take();
         gone[i] = true;
         for (std::uint32_t j : crowd[i])
             if (!gone[j]) crowding[j] -= weight(i, j);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/parallel.h"
 #include "surflux/neighbors/point_index.h"
 
 namespace surflux {
@@ -53,7 +54,8 @@ Interpolation::Interpolation(const std::vector<Vec3>& positions, const std::vect
             object.high[axis] = std::max(object.high[axis], positions[i][axis]);
         }
     }
-    for (Object& object : objects_) object.index = std::make_unique<PointIndex>(object.points);
+    parallel_for(objects_.size(), 1,
+                 [&](std::size_t k) { objects_[k].index = std::make_unique<PointIndex>(objects_[k].points); });
 }
 
 void Interpolation::nearest(const Vec3& point, const Vec3& normal, std::uint32_t object, std::size_t count,
