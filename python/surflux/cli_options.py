@@ -59,7 +59,7 @@ def command_line(runs, cloud_limit):
     view.add_argument(
         "--color",
         help="radiosity, irradiance, direct, indirect, emission, reflectance, normal, radius, area, "
-        "coverage, level, object, group, cut: those that there are; c goes on",
+        "coverage, level, object, parent, group, cut: those that there are; c goes on",
     )
     view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on")
     view.add_argument("--light", default="all", help="of radiosity and irradiance: all (default), direct or indirect")

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux import _check, _core
-from surflux.hierarchy import build_hierarchy
 from surflux.surfels import Surfels
 from surflux.view_colors import LUMINANCE
 
@@ -99,7 +98,7 @@ class LinkFinder:
         if len(drawn) <= _MOST_GROUPS:
             self._groups = np.arange(len(drawn))
         else:
-            tree = build_hierarchy(subject.surfels)
+            tree = subject.tree()
             fitting = [level for level, count in zip(tree.levels, tree.counts, strict=True) if count <= _MOST_GROUPS]
             self._groups = fitting[0] if fitting else tree.levels[-1]
         parts = [drawn[subject.objects == k] for k in np.unique(subject.objects)]

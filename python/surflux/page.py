@@ -26,7 +26,8 @@ class Page:
         thing: Surfels, Scene or Solution.
         colors: names of what to colour by, the one to begin with first; None for what there is of radiosity, direct and
             indirect irradiance, reflectance, emission, normal, cut and object. Further ones: irradiance, radius, area,
-            coverage, level, and the names in values. Each takes 4 bytes a surfel, all else 20, and 40 a triangle.
+            coverage, level, parent, group (the finest), and the names in values. Each takes 4 bytes a surfel, all else
+            24, and 40 a triangle.
         values: dict of further arrays by name: (n, 3) is linear light, (n,) numbers.
         camera: Camera to begin with; None for the one that comes with the thing, or one that has all in view.
         title: of the page.

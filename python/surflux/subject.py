@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux import _check
 from surflux.camera import framing
+from surflux.hierarchy import build_hierarchy
 from surflux.scene import Scene
 from surflux.solution import Solution
 from surflux.surfels import Surfels
@@ -31,6 +32,7 @@ class Subject:
         self.solution = thing if isinstance(thing, Solution) else None
         self.scene = thing if isinstance(thing, Scene) else None if self.solution is None else thing._scene
         self.surfels = thing if isinstance(thing, Surfels) else thing.surfels
+        self._tree = None
         n = len(self.surfels)
         if self.solution is not None:
             self.objects = self.solution.objects.astype(np.int64)
@@ -55,6 +57,12 @@ class Subject:
     def framed(self, size):
         """The Camera to begin with in a picture of size (width, height)."""
         return framing(self.surfels, size) if self.camera is None else self.camera
+
+    def tree(self):
+        """The Hierarchy of the surfels, made when first asked for."""
+        if self._tree is None:
+            self._tree = build_hierarchy(self.surfels)
+        return self._tree
 
     def inserted(self):
         """(n,) booleans: which surfels stand for a part of one of the scene's."""

@@ -23,6 +23,7 @@ PROPERTIES = {
     "coverage": ("number", "area / disk area"),
     "level": ("number", "level: 0 the scene's own, -1 and below inserted"),
     "object": ("members", "objects of the scene"),
+    "parent": ("members", "surfels of the scene; those inserted in place of one have its colour"),
     "group": ("members", "groups of the hierarchy"),
     "cut": ("members", "the cut: nodes that light was solved for"),
 }
@@ -56,6 +57,7 @@ def names_of(subject):
         "emission": bool(subject.surfels.emission.any()),
         "level": solved and bool(subject.inserted().any()),
         "object": several,
+        "parent": solved and bool(subject.inserted().any()),
         "cut": solved and subject.solution.cut is not None,
     }
     return [*(name for name in PROPERTIES if there.get(name, True)), *subject.values]
@@ -68,7 +70,7 @@ def property_of(subject, name, light="all", groups=None):
         subject: Subject.
         name: one of names_of(subject).
         light: "all", "direct" or "indirect": what radiosity and irradiance are made of. Emission is direct light.
-        groups: (n,) of the level of the hierarchy that "group" shows.
+        groups: (n,) of the level of the hierarchy that "group" shows; None for the finest.
 
     Raises:
         ValueError: name and light, by those names.
@@ -90,15 +92,15 @@ def property_of(subject, name, light="all", groups=None):
             title = f"{title.removesuffix(', W/m2')} by {light} light alone, W/m2"
     elif name == "indirect":
         values = solution.irradiance - solution.direct
-    elif name in ("direct", "cut"):
-        values = getattr(solution, name)
+    elif name in ("direct", "cut", "parent"):
+        values = getattr(solution, "parents" if name == "parent" else name)
     elif name in ("area", "coverage"):
         values = effective_areas(s) if s.areas is None else s.areas
         values = coverage(s, values) if name == "coverage" else values
     elif name == "level":
         values = solution.values()["level"]
     elif name == "group":
-        values = np.zeros(len(s), np.int64) if groups is None else groups
+        values = subject.tree().levels[0] if groups is None else groups
     else:
         values = {"emission": s.emission, "reflectance": s.reflectance, "normal": s.normals, "radius": s.radii}.get(
             name, subject.objects

@@ -121,7 +121,7 @@ class Controls:
         view = self.view
         if view.subject.solution is not None or view.subject.surfels.emission.any():
             self._slider("exposure", 0.03, (-6.0, 6.0), view.exposure, view.set_exposure, "exposure, stops", "always")
-        coarsest = len(view.tree()) - 1
+        coarsest = len(view.subject.tree()) - 1
         if coarsest > 0:
 
             def at_level(value):

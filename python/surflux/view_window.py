@@ -4,7 +4,6 @@ import numpy as np
 
 from surflux import _check, sharing
 from surflux.camera import Camera
-from surflux.hierarchy import build_hierarchy
 from surflux.links import LinkFinder
 from surflux.view_colors import LIGHTS, Shown, names_of, property_of, range_of, screen_bytes, white_of
 from surflux.view_pick import PARTS, draw_links, draw_members
@@ -61,7 +60,7 @@ class SceneView:
         self.picked = self.links = None
         self.zeta, self.culling, self.marked = None, True, False
         self.note = ""  # what the last solving came to
-        self._tree = self._kept = None
+        self._kept = None
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
         self.plotter.set_background("white")
         self.font = max(6, round(min(size[1] / 46, size[0] / 62)))
@@ -96,7 +95,7 @@ class SceneView:
         """The view_colors.Shown of the colour that is chosen."""
         groups = None
         if self.color == "group":
-            levels = self.tree().levels
+            levels = self.subject.tree().levels
             groups = levels[min(self.level, len(levels) - 1)]
         return property_of(self.subject, self.color, self.light, groups)
 
@@ -113,12 +112,6 @@ class SceneView:
         if self._kept is None or self._kept[0] != key:
             self._kept = key, Shown(shown.name, shown.kind, shown.title, self._shape.spread(np.asarray(shown.values)))
         return self._kept[1]
-
-    def tree(self):
-        """The Hierarchy of the surfels, made when first asked for."""
-        if self._tree is None:
-            self._tree = build_hierarchy(self.subject.surfels)
-        return self._tree
 
     def set_color(self, color):
         self.color = _check.choice("color", color, names_of(self.subject))
@@ -148,7 +141,7 @@ class SceneView:
 
     def set_level(self, level):
         """Shows the groups of that level of the hierarchy (D03 fig. 6b)."""
-        self.level, self.color = int(np.clip(level, 0, len(self.tree()) - 1)), "group"
+        self.level, self.color = int(np.clip(level, 0, len(self.subject.tree()) - 1)), "group"
         self.redraw()
 
     def show_backs(self, backs):
@@ -180,7 +173,6 @@ class SceneView:
         marked, camera = self.marked, self.camera()
         self.pick(None)
         self.mark_inserted(False)
-        self._tree = None
         self._take(type(self.subject)(solution))
         self.plotter.remove_actor("surfels", render=False)
         self.redraw()

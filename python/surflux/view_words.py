@@ -16,8 +16,8 @@ def caption(view, shown):
     else:
         lines.append(shown.title)
     if shown.name == "group":
-        level = min(view.level, len(view.tree()) - 1)
-        lines[0] += f": level {level}, {_check.counted(view.tree().counts[level], 'group')}"
+        level = min(view.level, len(view.subject.tree()) - 1)
+        lines[0] += f": level {level}, {_check.counted(view.subject.tree().counts[level], 'group')}"
     if shown.name == "cut":
         lines[0] += f", {len(np.unique(shown.values))} of them"
     lines.append(_check.counted(len(view.subject), "surfel"))

@@ -40,9 +40,9 @@ def view(
     Args:
         thing: Surfels, Scene or Solution.
         color: what to begin with: "radiosity", "irradiance", "direct", "indirect", "emission", "reflectance", "normal",
-            "radius", "area", "coverage" (area / disk area), "level" (of inserted surfels), "object", "group" (of the
-            hierarchy), "cut" (nodes that light was solved for), or a name in values; those that there are. None for
-            radiosity, or reflectance where nothing is solved.
+            "radius", "area", "coverage" (area / disk area), "level" and "parent" (of inserted surfels), "object",
+            "group" (of the hierarchy), "cut" (nodes that light was solved for), or a name in values; those that there
+            are. None for radiosity, or reflectance where nothing is solved.
         style: "disks", "splats" (colours run into each other) or "points".
         light: "all", "direct" or "indirect": what radiosity and irradiance show.
         exposure: stops; 0 shows the brightest percent as white.

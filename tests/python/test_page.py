@@ -5,6 +5,7 @@ import pytest
 
 import surflux as sf
 from surflux.page import folded, packed_light
+from surflux.view_colors import member_colors
 
 SIZE = (480, 360)
 # Looking down from 4: 90 pixels make one unit at z = 0.
@@ -100,6 +101,17 @@ def test_light_is_exposed(browser, tmp_path):
     assert browser.run("document.getElementById('note').textContent").startswith("irradiance from surfels H - D")
     browser.settled(lambda: browser.run("location.hash = '#panel=0&color=normal'"))
     assert at(browser.picture(), 0, 0).tolist() == pytest.approx([128, 128, 255], abs=1)
+
+
+def test_groups_have_their_colours(browser, tmp_path):
+    x = np.linspace(-1, 1, 21)
+    s = sf.Surfels([[a, b, 0] for b in x for a in x], [[0, 0, 1]] * 441, radii=0.1)
+    image = shown(browser, tmp_path, s, "#panel=0&style=disks", colors=["group"])
+    groups = sf.build_hierarchy(s).levels[0]
+    colors = member_colors(groups)
+    assert len(np.unique(groups)) > 10
+    for i in range(0, 441, 17):
+        assert at(image, *s.points[i, :2]).tolist() == pytest.approx(colors[i], abs=1)
 
 
 def test_a_lamp_is_seen_from_its_front(browser, tmp_path):

@@ -147,7 +147,7 @@ def test_objects_groups_and_the_cut_have_a_colour_each(window, lit):
     colors = member_colors(np.arange(1000))
     assert at(shot(view), 0, 0) == pytest.approx(colors[0], abs=1)
     view.set_level(1)
-    tree = view.tree()
+    tree = view.subject.tree()
     i = int(np.argmin(np.linalg.norm(lit.surfels.points - [0.05, 0.05, 0], axis=1)))
     x, y, _ = lit.surfels.points[i]
     assert at(shot(view), x, y) == pytest.approx(colors[tree.levels[1][i]], abs=1)
@@ -204,6 +204,10 @@ def test_inserted_surfels_are_marked(window):
         assert abs(r - b) < 5
     view.mark_inserted(False)
     assert not is_color(shot(view), orange).any()
+    view.set_color("parent")
+    colors, image = member_colors(solution.parents), shot(view)
+    for i in np.flatnonzero(~inserted & seen)[:50]:
+        assert at(image, *solution.surfels.points[i, :2]) == pytest.approx(colors[i], abs=1)
 
 
 def test_backs_are_drawn_when_asked(window):
