@@ -19,7 +19,8 @@ function readScene() {
 function start() {
   const scene = readScene(), canvas = find("view"), drawing = makeDrawing(canvas, scene);
   const vertical = unit(scene.camera.up);
-  const across = unit(cross(vertical, Math.abs(vertical[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0])), ahead = cross(vertical, across);
+  const across = unit(cross(vertical, Math.abs(vertical[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0]));
+  const ahead = cross(vertical, across);
   const look = { color: 0, smooth: true, exposure: 1, marked: -1 };
   let target, distance, azimuth, elevation;
 
@@ -44,7 +45,7 @@ function start() {
     waiting = 0;
     clearTimeout(later);
     const dense = Math.min(window.devicePixelRatio || 1, 2);
-    const width = Math.max(1, Math.round(canvas.clientWidth * dense)), height = Math.max(1, Math.round(canvas.clientHeight * dense));
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.round(v * dense)));
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const [right, up, back] = frame(), eye = add(target, back, distance);
     const view = [0, 1, 2].flatMap((k) => [right[k], up[k], back[k], 0]);
@@ -55,7 +56,8 @@ function start() {
     const far = Math.hypot(...sub(eye, scene.center)) + scene.extent;
     const near = Math.max(far - 2 * scene.extent, 1e-3 * Math.min(distance, scene.extent));
     const began = performance.now();
-    drawing.draw(view, [...lens, near, far], { ...look, smooth: look.smooth && step > 0, part: step ? 1 : part }, step === 2 ? 2 : 1);
+    const now = { ...look, smooth: look.smooth && step > 0, part: step ? 1 : part };
+    drawing.draw(view, [...lens, near, far], now, step === 2 ? 2 : 1);
     if (step < 2) {
       drawing.surfelAt(0.5, 0.5); // waits for the picture
       const took = performance.now() - began;
@@ -90,7 +92,7 @@ function start() {
     look.exposure = 2 ** stops;
     note(), redraw();
   }
-  const numbers = (values, digits = 5) => Array.from(values, (v) => Number(v.toPrecision(digits))).join("  ");
+  const numbers = (values, digits = 6) => Array.from(values, (v) => Number(v.toPrecision(digits))).join("  ");
   function light(packed, scale) {
     const step = 2 ** ((packed >>> 27) - 24) * scale;
     return [packed & 511, (packed >>> 9) & 511, (packed >>> 18) & 511].map((v) => v * step);
@@ -100,10 +102,14 @@ function start() {
     find("values").style.display = k < 0 ? "none" : "block";
     if (k >= 0) {
       const place = scene.places.subarray(4 * k, 4 * k + 3);
-      const lines = [k < scene.surfels ? `surfel ${scene.indices[k]}` : `lamp ${scene.indices[k]}`, `position     ${numbers(place.map((v, c) => v + scene.origin[c]))}`,
-        `radius       ${numbers([scene.places[4 * k + 3]])}`];
+      const lines = [
+        `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
+        `position     ${numbers(Array.from(place, (v, c) => v + scene.origin[c]))}`,
+        `radius       ${numbers([scene.places[4 * k + 3]])}`,
+      ];
       for (const color of scene.colors) {
-        if (color.kind === "light") lines.push(`${color.name.padEnd(12)} ${numbers(light(color.data[k], color.white), 3)}`);
+        if (color.kind !== "light") continue;
+        lines.push(`${color.name.padEnd(12)} ${numbers(light(color.data[k], color.white), 3)}`);
       }
       find("values").textContent = lines.join("\n");
     }
@@ -115,7 +121,8 @@ function start() {
   };
   const closer = (factor) => (distance = Math.max(1e-4 * scene.extent, Math.min(20 * scene.extent, distance * factor)));
   function move(dx, dy) {
-    const [right, up] = frame(), step = (2 * distance * Math.tan((scene.camera.fov * Math.PI) / 360)) / canvas.clientHeight;
+    const [right, up] = frame();
+    const step = (2 * distance * Math.tan((scene.camera.fov * Math.PI) / 360)) / canvas.clientHeight;
     target = add(add(target, right, -dx * step), up, dy * step);
   }
 
@@ -133,7 +140,8 @@ function start() {
     travelled += Math.hypot(dx, dy);
     if (fingers.size === 2) {
       const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
-      closer(Math.hypot(before[0] - other[0], before[1] - other[1]) / Math.max(1, Math.hypot(at[0] - other[0], at[1] - other[1])));
+      const apart = (place) => Math.max(1, Math.hypot(place[0] - other[0], place[1] - other[1]));
+      closer(apart(before) / apart(at));
       move(dx / 2, dy / 2);
     } else if (event.shiftKey || event.buttons & 6) move(dx, dy);
     else turn((dx * 5) / canvas.clientHeight, (dy * 5) / canvas.clientHeight);
@@ -169,7 +177,8 @@ function start() {
   // #azimuth=30&elevation=20&color=direct&style=disks&exposure=1: degrees beyond the first camera's azimuth, and stops.
   function fromAddress() {
     home();
-    const given = new URLSearchParams(location.hash.slice(1)), degrees = (name) => (Number(given.get(name)) * Math.PI) / 180;
+    const given = new URLSearchParams(location.hash.slice(1));
+    const degrees = (name) => (Number(given.get(name)) * Math.PI) / 180;
     azimuth += degrees("azimuth");
     if (given.has("elevation")) elevation = Math.max(-1.5, Math.min(1.5, degrees("elevation")));
     setColor(Math.max(0, scene.colors.findIndex((color) => color.name === given.get("color"))));

@@ -1,6 +1,6 @@
-// Drawing surfels by WebGL 2. First what is nearest at each pixel: its depth, its normal, which surfel, its colour. Then
-// splats: every pixel takes the mean of the surfels around the place that it shows, by Gaussian weights (object space,
-// as Ren, Pfister and Zwicker 2002), of those alone that face about the same way.
+// Drawing surfels by WebGL 2. First what is nearest at each pixel: its depth, its normal, which surfel, its colour.
+// Then splats: every pixel takes the mean of the surfels around the place that it shows, by Gaussian weights (object
+// space, as Ren, Pfister and Zwicker 2002), of those alone that face about the same way.
 
 const WIDTH = 2048; // of textures by surfel
 const COMMON = `#version 300 es
@@ -104,7 +104,10 @@ uniform float uExposure; // 0: colours are for the screen as they are
 uniform bool uSmooth;
 uniform float uMarked;   // this surfel has a colour of its own
 out vec4 oColor;
-vec3 srgb(vec3 c) { c = clamp(c, 0.0, 1.0); return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c)); }
+vec3 srgb(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}
 vec4 shade(ivec2 p) {  // and whether there is anything
   float index = texelFetch(uPlaces, p, 0).w;
   if (index == 0.0) return vec4(0.0);
@@ -133,7 +136,8 @@ void main() {
 function makeDrawing(canvas, scene) {
   const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
   if (!gl) throw new Error("This page needs WebGL 2, which this browser does not have or has switched off.");
-  if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("This page needs textures of floats, which this browser's WebGL lacks.");
+  if (!gl.getExtension("EXT_color_buffer_float"))
+    throw new Error("This page needs pictures of floats, which this browser's WebGL lacks.");
 
   function program(vertex, fragment) {
     const made = gl.createProgram();
@@ -171,7 +175,8 @@ function makeDrawing(canvas, scene) {
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, made);
     gl.texImage2D(gl.TEXTURE_2D, 0, format, width, height, 0, layout, type, data);
-    for (const which of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, which, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     return made;
   }
 
