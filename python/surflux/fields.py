@@ -45,10 +45,14 @@ class BasisField:
 
     def irradiance(self, points, normals, direct, seed, callback):
         total, direct_in_basis = self.basis.at(points, normals, callback)
+        if direct == "interpolated":
+            rest = self._rest_of(callback)
+            return total + (rest.irradiance(points, normals, direct, seed, callback) if rest else 0.0)
+        total += self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback) - direct_in_basis
+        rest = self._rest_of(callback) if np.any(self.emitted) else None
+        return total + (rest.others(points, normals, callback) if rest else 0.0)
+
+    def _rest_of(self, callback):
         if self._rest is None and self._make_rest is not None:
             self._rest = self._make_rest(callback)
-        if direct == "interpolated":
-            return total + (self._rest.irradiance(points, normals, direct, seed, callback) if self._rest else 0.0)
-        total -= direct_in_basis
-        total += self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
-        return total + (self._rest.others(points, normals, callback) if self._rest else 0.0)
+        return self._rest

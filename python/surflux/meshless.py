@@ -1,15 +1,9 @@
 """Solving a scene in a meshless basis (Lehtinen and others 2007)."""
 
-import warnings
-from time import perf_counter
-
 from surflux import _check, _core
-from surflux._passes import stage_callback, thread_limit
+from surflux._solving import check_scene, solution_by
 from surflux.fields import BasisField, SurfelField
-from surflux.lights import AreaLight
-from surflux.scene import Scene
-from surflux.solution import Solution
-from surflux.surfels import Surfels
+from surflux.solve_options import shadow_options
 
 
 def solve_meshless(
@@ -69,8 +63,7 @@ def solve_meshless(
     >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
     [[3.1416 3.1416 3.1416]]
     """
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    check_scene(scene)
     options = {
         "levels": _check.count("levels", levels, 1, 10),
         "radius": 0.0 if radius is None else _check.number("radius", radius, 0.0, low_open=True),
@@ -80,40 +73,18 @@ def solve_meshless(
         "bounces": -1 if bounces is None else _check.count("bounces", bounces, 0),
         "indirect_only": _check.flag("indirect_only", indirect_only),
         "tolerance": _check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
-        "probes": _check.count("probes", probes),
-        "shadow_rays": _check.count("shadow_rays", shadow_rays),
+        **shadow_options(probes, shadow_rays),
         "seed": _check.seed("seed", seed),
     }
-    if options["shadow_rays"] < options["probes"]:
-        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
-    if not scene.lights and not any(s.emission.any() for s in scene.objects):
-        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=2)
-    with thread_limit(threads):
-        start = perf_counter()
-        core = scene._to_core(progress=progress)
-        areas_seconds = perf_counter() - start
-        with stage_callback(progress) as callback:
-            result = _core.solve_meshless(core, **options, progress=callback)
-    residual = result["history"][-1]["residual"]
-    if bounces is None and residual > options["tolerance"]:
-        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=2)
-    surfels = Surfels._from_core(result["surfels"])
 
-    def rest(callback):
-        return SurfelField(surfels, result["objects"], result["emitted"], result["lit"], core, callback)
+    def field(core, result, surfels):
+        if not indirect_only:
+            return BasisField(result["field"], None)
+        emitted, lit = result["emitted"], result["lit"]
 
-    return Solution(
-        surfels,
-        parents=result["parents"],
-        objects=result["objects"],
-        radiosity=result["radiosity"],
-        irradiance=result["irradiance"],
-        direct=result["direct"],
-        error=result["error"],
-        timings={"areas": areas_seconds, **result["timings"]},
-        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
-        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
-        camera=scene.camera,
-        scene=scene,
-        field=BasisField(result["field"], *((rest, result["emitted"], result["lit"]) if indirect_only else (None,))),
-    )
+        def rest(callback):
+            return SurfelField(surfels, result["objects"], emitted, lit, core, callback)
+
+        return BasisField(result["field"], rest, emitted, lit)
+
+    return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)

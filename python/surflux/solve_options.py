@@ -24,6 +24,14 @@ def most_surfels(max_surfels, insert, count):
     return max_surfels
 
 
+def shadow_options(probes, shadow_rays):
+    """{"probes", "shadow_rays"}, checked."""
+    options = {"probes": _check.count("probes", probes), "shadow_rays": _check.count("shadow_rays", shadow_rays)}
+    if shadow_rays < probes:
+        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
+    return options
+
+
 TRANSPORTS = ("auto", "pairs", "rays")
 
 # Every keyword of solve() but threads and progress, which belong to a run and not to a scene.
@@ -49,6 +57,4 @@ def check_options(options):
         if name not in _CHECKS:
             raise ValueError(f"{name}: is not an option of solve; there is {', '.join(OPTIONS)}")
         _CHECKS[name](name, value)
-    probes, shadow_rays = options.get("probes", 16), options.get("shadow_rays", 64)
-    if shadow_rays < probes:
-        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
+    shadow_options(options.get("probes", 16), options.get("shadow_rays", 64))

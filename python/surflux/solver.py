@@ -1,17 +1,11 @@
 """Solving a scene: radiosity per surfel, and form factors."""
 
 import warnings
-from time import perf_counter
-
-import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import stage_callback, thread_limit
-from surflux.lights import AreaLight
-from surflux.scene import Scene
-from surflux.solution import Solution
-from surflux.solve_options import TRANSPORTS, most_surfels
-from surflux.surfels import Surfels
+from surflux._solving import check_scene, solution_by
+from surflux.solve_options import TRANSPORTS, most_surfels, shadow_options
 
 
 def solve(
@@ -84,8 +78,7 @@ def solve(
     >>> bool(abs(solution.irradiance - 3.14159).max() < 1e-4)  # a flat cloud sees the whole sky
     True
     """
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    check_scene(scene)
     count = sum(len(s) for s in scene.objects)
     options = {
         "transport": _check.choice("transport", transport, TRANSPORTS),
@@ -94,43 +87,17 @@ def solve(
         "max_surfels": most_surfels(max_surfels, insert, count),
         "tolerance": _check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
         "rays": _check.count("rays", rays, 16, 65535),
-        "probes": _check.count("probes", probes),
-        "shadow_rays": _check.count("shadow_rays", shadow_rays),
+        **shadow_options(probes, shadow_rays),
         "epsilon": _check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
         "max_memory": 0.0 if max_memory is None else _check.number("max_memory", max_memory, 0.0, low_open=True),
         "seed": _check.seed("seed", seed),
     }
-    if options["shadow_rays"] < options["probes"]:
-        raise ValueError(f"shadow_rays: wanted at least the {probes} probes, got {shadow_rays}")
     if transport == "pairs" or (transport == "auto" and count <= _core.PAIRS_UP_TO):
         _core.require_memory_for_pairs(count, options["max_memory"])
-    if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
-        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=2)
-    with thread_limit(threads):
-        start = perf_counter()
-        core = scene._to_core(progress=progress)
-        areas_seconds = perf_counter() - start
-        with stage_callback(progress) as callback:
-            result = _core.solve(core, **options, progress=callback)
-    residual = result["history"][-1]["residual"]
-    if residual > options["tolerance"]:
-        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=2)
-    timings = {"areas": areas_seconds, **result["timings"]}
-    return Solution(
-        Surfels._from_core(result["surfels"]),
-        parents=result["parents"],
-        objects=result["objects"],
-        radiosity=result["radiosity"],
-        irradiance=result["irradiance"],
-        direct=result["direct"],
-        cut=result["parents"] if result["cut"] is None else result["cut"],
-        error=result["error"],
-        timings=timings,
-        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
-        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
-        camera=scene.camera,
-        scene=scene,
-    )
+    solution = solution_by(_core.solve, scene, options, threads, progress)
+    if solution.cut is None:  # of all pairs, every surfel of the scene is a node
+        solution.cut = solution.parents
+    return solution
 
 
 def form_factors(
@@ -190,8 +157,7 @@ def form_factors(
     >>> print(f"{F[:100, 100:].sum() / 100:.3f}")  # opposite faces of a cube: .1998
     0.200
     """
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+    check_scene(scene)
     count = sum(len(s) for s in scene.objects)
     if count > 20_000:
         raise ValueError(f"scene: wanted at most 20000 surfels for a dense matrix, got {count}")

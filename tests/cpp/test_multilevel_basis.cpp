@@ -9,7 +9,6 @@
 #include "shapes.h"
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/multilevel_basis.h"
-#include "surflux/solution/sight.h"
 
 namespace surflux {
 namespace {
@@ -212,55 +211,6 @@ TEST(MultilevelBasis, FineLevelsAddNothingWhereNothingCoversThem) {
     ASSERT_EQ(weights.size(), 1u);
     EXPECT_EQ(weights[0].function, basis.first(2) - 1);
     EXPECT_EQ(MultilevelBasis().evaluate(far, up, 0, std::vector<double>{}), 0.0);
-}
-
-TEST(MultilevelBasis, NothingGoesThroughAWallForThoseWhoAskWhatIsJoined) {
-    // A floor, light on one side of a wall without thickness. L07's functions leak on all levels.
-    Surfels wall;
-    shapes::add_rectangle(wall, {0.5, -1, -1}, {0, 3, 0}, {0, 0, 3}, 1, 1);
-    shapes::finish(wall, 0.5, 0.0);
-    const Scene scene = shapes::scene_of({wall});
-    const Tracer tracer(scene);
-    const Sight sight(tracer);
-    const MultilevelBasis basis = basis_of(shapes::nested_points(shapes::draw_on_square, 0.2, 3, 1));
-    const Joined joined = [&](const Vec3& point, const Vec3& normal, std::uint32_t j) {
-        return sight.joined(point, normal, basis.position(j), basis.normal(j));
-    };
-    std::vector<double> values(basis.size());
-    for (std::uint32_t j = 0; j < basis.size(); ++j) values[j] = basis.position(j).x < 0.5;
-    const std::vector<double> leaking = basis.project(values), tight = basis.project(values, {}, joined);
-    const SurfacePoints points = shapes::drawn(shapes::draw_on_square, 3000, 5);
-    for (std::size_t level = 0; level < 3; ++level) {
-        const auto l = basis.evaluate(points.positions, points.normals, points.objects, leaking, level);
-        const auto t = basis.evaluate(points.positions, points.normals, points.objects, tight, level, joined);
-        double leak = 0.0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const double exact = points.positions[i].x < 0.5 ? 1.0 : 0.0;
-            EXPECT_NEAR(t[i], exact, 1e-12);
-            leak = std::max(leak, std::abs(l[i] - exact));
-        }
-        EXPECT_GT(leak, 0.3);
-    }
-    // What is joined still sums to 1, and where nothing is the heaviest of the coarsest level speaks.
-    std::vector<BasisWeight> weights, before;
-    const Vec3 beside{0.49, 0.5, 0.0};
-    basis.at_level(0, beside, up, 0, before);
-    basis.at_level(0, beside, up, 0, weights, joined);
-    EXPECT_LT(weights.size(), before.size());
-    double sum = 0.0, heaviest = 0.0;
-    for (const BasisWeight& w : weights) sum += w.weight;
-    EXPECT_NEAR(sum, 1.0, 1e-12);
-    const Joined never = [](const Vec3&, const Vec3&, std::uint32_t) { return false; };
-    for (const BasisWeight& w : before) heaviest = std::max(heaviest, w.weight);
-    basis.at_level(0, beside, up, 0, weights, never);
-    ASSERT_EQ(weights.size(), 1u);
-    for (const BasisWeight& w : before) EXPECT_EQ(w.function == weights[0].function, w.weight == heaviest);
-    basis.at_level(1, beside, up, 0, weights, never);
-    EXPECT_TRUE(weights.empty());
-    // A rule that joins everything changes nothing.
-    basis.at_level(0, beside, up, 0, weights, [](const Vec3&, const Vec3&, std::uint32_t) { return true; });
-    ASSERT_EQ(weights.size(), before.size());
-    for (std::size_t k = 0; k < weights.size(); ++k) EXPECT_EQ(weights[k].weight, before[k].weight);
 }
 
 TEST(MultilevelBasis, IsTheSameForAnyNumberOfThreads) {

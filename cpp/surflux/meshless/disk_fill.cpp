@@ -47,12 +47,11 @@ private:
         std::vector<Part> rest;
         PartFinder finder(fill_.pieces);
         for (const std::uint32_t piece : fill_.pieces.of_object(fill_.object)) {
-            if (is_spot(fill_, piece)) {
+            if (fill_.pieces.is_disk(piece)) {
                 parts_.push_back({piece, 0});
                 continue;
             }
             rest.push_back({piece, 1});
-            if (fill_.pieces.is_disk(piece)) rest.push_back({piece + 1, 1});
             while (!rest.empty()) {
                 const Part part = rest.back();
                 rest.pop_back();

@@ -23,26 +23,6 @@ double magnitude(const Rgb& value) { return std::max({std::abs(value.x), std::ab
 // level and steps nowhere; ours are only where they are wanted). Within a level weights sum up to 2 or more.
 double at_rim(double sum) { return sum >= 1.0 ? 1.0 : sum * sum * (3.0 - 2.0 * sum); }
 
-// Leaves what is joined, of sum 1. Where nothing is, the heaviest or nothing.
-void keep_joined(std::vector<BasisWeight>& weights, bool heaviest_stays, const Vec3& point, const Vec3& normal,
-                 const Joined& joined) {
-    if (weights.empty()) return;
-    const BasisWeight heaviest = *std::max_element(
-        weights.begin(), weights.end(), [](const BasisWeight& a, const BasisWeight& b) { return a.weight < b.weight; });
-    const std::size_t before = weights.size();
-    weights.erase(std::remove_if(weights.begin(), weights.end(),
-                                 [&](const BasisWeight& w) { return !joined(point, normal, w.function); }),
-                  weights.end());
-    if (weights.size() == before) return;
-    if (weights.empty()) {
-        if (heaviest_stays) weights.assign(1, {heaviest.function, 1.0});
-        return;
-    }
-    double sum = 0.0;
-    for (const BasisWeight& w : weights) sum += w.weight;
-    for (BasisWeight& w : weights) w.weight /= sum;
-}
-
 }  // namespace
 
 void MultilevelBasis::add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
@@ -66,7 +46,7 @@ std::size_t MultilevelBasis::level_of(std::uint32_t function) const {
 }
 
 void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
-                               std::vector<BasisWeight>& out, const Joined& joined) const {
+                               std::vector<BasisWeight>& out) const {
     const auto coarsest = [&] {
         for (std::size_t above = 0; above < level; ++above)
             if (levels_[above].has(object)) return false;
@@ -78,7 +58,6 @@ void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3&
     else if (const double fade = at_rim(levels_[level].at(point, normal, object, out)); fade < 1.0)
         for (BasisWeight& w : out) w.weight *= fade;
     for (BasisWeight& w : out) w.function += first_[level];
-    if (joined) keep_joined(out, falls_back, point, normal, joined);
 }
 
 std::size_t MultilevelBasis::finest_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
@@ -92,12 +71,12 @@ std::size_t MultilevelBasis::finest_at(const Vec3& point, const Vec3& normal, st
 
 template <class Value>
 Value MultilevelBasis::evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object,
-                                const std::vector<Value>& coefficients, std::size_t up_to, const Joined& joined) const {
+                                const std::vector<Value>& coefficients, std::size_t up_to) const {
     require(coefficients.size() == size(), "coefficients: there are ", coefficients.size(), ", wanted ", size());
     thread_local std::vector<BasisWeight> weights;
     Value value{};
     for (std::size_t level = 0; level < levels() && level <= up_to; ++level) {
-        at_level(level, point, normal, object, weights, joined);
+        at_level(level, point, normal, object, weights);
         for (const BasisWeight& w : weights) value += w.weight * coefficients[w.function];
     }
     return value;
@@ -106,8 +85,7 @@ Value MultilevelBasis::evaluate(const Vec3& point, const Vec3& normal, std::uint
 template <class Value>
 std::vector<Value> MultilevelBasis::evaluate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
                                              const std::vector<std::uint32_t>& objects,
-                                             const std::vector<Value>& coefficients, std::size_t up_to,
-                                             const Joined& joined) const {
+                                             const std::vector<Value>& coefficients, std::size_t up_to) const {
     require(normals.size() == points.size(), "normals: there are ", normals.size(), ", wanted one for each of ",
             points.size(), " points");
     require(objects.size() == points.size(), "objects: there are ", objects.size(), ", wanted one for each of ",
@@ -119,23 +97,21 @@ std::vector<Value> MultilevelBasis::evaluate(const std::vector<Vec3>& points, co
     if (size() > large) along = morton_order(points);
     parallel_for(points.size(), grain, [&](std::size_t k) {
         const std::size_t i = along.empty() ? k : along[k];
-        out[i] = evaluate(points[i], normals[i], objects[i], coefficients, up_to, joined);
+        out[i] = evaluate(points[i], normals[i], objects[i], coefficients, up_to);
     });
     return out;
 }
 
 template <class Value>
-Value MultilevelBasis::coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients,
-                                   const Joined& joined) const {
+Value MultilevelBasis::coefficient(std::uint32_t function, const Value& value,
+                                   const std::vector<Value>& coefficients) const {
     const std::size_t level = level_of(function);
     if (level == 0) return value;
-    return value -
-           evaluate(positions_[function], normals_[function], objects_[function], coefficients, level - 1, joined);
+    return value - evaluate(positions_[function], normals_[function], objects_[function], coefficients, level - 1);
 }
 
 template <class Value>
-std::vector<Value> MultilevelBasis::project(const std::vector<Value>& values, const std::vector<char>& active,
-                                            const Joined& joined) const {
+std::vector<Value> MultilevelBasis::project(const std::vector<Value>& values, const std::vector<char>& active) const {
     require(values.size() == size(), "values: there are ", values.size(), ", wanted ", size());
     require(active.empty() || active.size() == size(), "active: there are ", active.size(), ", wanted ", size(),
             " or none");
@@ -143,7 +119,7 @@ std::vector<Value> MultilevelBasis::project(const std::vector<Value>& values, co
     for (std::size_t level = 0; level < levels(); ++level)
         parallel_for(first_[level + 1] - first_[level], grain, [&](std::size_t k) {
             const auto j = static_cast<std::uint32_t>(first_[level] + k);
-            if (active.empty() || active[j]) coefficients[j] = coefficient(j, values[j], coefficients, joined);
+            if (active.empty() || active[j]) coefficients[j] = coefficient(j, values[j], coefficients);
         });
     return coefficients;
 }
@@ -167,16 +143,14 @@ MultilevelBasis::Dropped MultilevelBasis::drop(std::vector<Value>& coefficients,
     return dropped;
 }
 
-#define SURFLUX_BASIS_OF(Value)                                                                                        \
-    template Value MultilevelBasis::evaluate(const Vec3&, const Vec3&, std::uint32_t, const std::vector<Value>&,       \
-                                             std::size_t, const Joined&) const;                                        \
-    template std::vector<Value> MultilevelBasis::evaluate(                                                             \
-        const std::vector<Vec3>&, const std::vector<Vec3>&, const std::vector<std::uint32_t>&,                         \
-        const std::vector<Value>&, std::size_t, const Joined&) const;                                                  \
-    template std::vector<Value> MultilevelBasis::project(const std::vector<Value>&, const std::vector<char>&,          \
-                                                         const Joined&) const;                                         \
-    template Value MultilevelBasis::coefficient(std::uint32_t, const Value&, const std::vector<Value>&, const Joined&) \
-        const;                                                                                                         \
+#define SURFLUX_BASIS_OF(Value)                                                                                      \
+    template Value MultilevelBasis::evaluate(const Vec3&, const Vec3&, std::uint32_t, const std::vector<Value>&,     \
+                                             std::size_t) const;                                                     \
+    template std::vector<Value> MultilevelBasis::evaluate(const std::vector<Vec3>&, const std::vector<Vec3>&,        \
+                                                          const std::vector<std::uint32_t>&,                         \
+                                                          const std::vector<Value>&, std::size_t) const;             \
+    template std::vector<Value> MultilevelBasis::project(const std::vector<Value>&, const std::vector<char>&) const; \
+    template Value MultilevelBasis::coefficient(std::uint32_t, const Value&, const std::vector<Value>&) const;       \
     template MultilevelBasis::Dropped MultilevelBasis::drop(std::vector<Value>&, double) const;
 
 SURFLUX_BASIS_OF(double)

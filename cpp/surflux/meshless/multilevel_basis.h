@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "surflux/core/vec.h"
@@ -9,12 +8,6 @@
 #include "surflux/meshless/shepard_level.h"
 
 namespace surflux {
-
-// Asked for functions that are not zero at a point: does it count there? A caller says no where a wall stands between
-// the function's point and this one (solution/sight.h), and so keeps light from leaking through, which L07 names as its
-// limit. Such a function is left out of numerator and denominator alike: the rest still sum to 1. The field is then no
-// longer continuous where the answer changes, which is where a shadow of the wall would begin, and only there.
-using Joined = std::function<bool(const Vec3& point, const Vec3& normal, std::uint32_t function)>;
 
 // L07's basis (sec. 4.1): levels of ever denser points on surfaces, each level's Shepard functions correcting what the
 // levels above it leave. Functions are numbered through, coarse levels first. A value is a double, or an Rgb where
@@ -51,10 +44,10 @@ public:
     // Replaces `out` by the functions of one level that are not zero at a point: positive, of sum 1, or less at the rim
     // of a finer level, where its weights come to less than 1 before they are made to: there it fades out. Where none
     // is, there are none, but on the coarsest level that the object has: there the nearest that faces a compatible way
-    // speaks alone (ShepardLevel::at_or_nearest). Of functions that are not joined the heaviest stays there if none
-    // is. At the place of a function on a coarser level these are its children, on a finer level its parents (L07 6.3).
+    // speaks alone (ShepardLevel::at_or_nearest). At the place of a function on a coarser level these are its children,
+    // on a finer level its parents (L07 6.3).
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
-                  std::vector<BasisWeight>& out, const Joined& joined = {}) const;
+                  std::vector<BasisWeight>& out) const;
 
     // The finest level with functions that are not zero at a point.
     std::size_t finest_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
@@ -73,23 +66,21 @@ public:
     // L07 eq. 9, up to and including a level.
     template <class Value>
     Value evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object, const std::vector<Value>& coefficients,
-                   std::size_t up_to = all_levels, const Joined& joined = {}) const;
+                   std::size_t up_to = all_levels) const;
     // At many points, on all threads.
     template <class Value>
     std::vector<Value> evaluate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
                                 const std::vector<std::uint32_t>& objects, const std::vector<Value>& coefficients,
-                                std::size_t up_to = all_levels, const Joined& joined = {}) const;
+                                std::size_t up_to = all_levels) const;
 
     // L07 eq. 10: coefficients from the values f_j at all functions' points. Those for which `active` is 0 (none, where
     // it is empty) have coefficient 0, their values do not matter, and they count in the sums of weights all the same:
     // what is known fades out towards where nothing is.
     template <class Value>
-    std::vector<Value> project(const std::vector<Value>& values, const std::vector<char>& active = {},
-                               const Joined& joined = {}) const;
+    std::vector<Value> project(const std::vector<Value>& values, const std::vector<char>& active = {}) const;
     // The same for one function, from coefficients of coarser levels that are known.
     template <class Value>
-    Value coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients,
-                      const Joined& joined = {}) const;
+    Value coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients) const;
 
     struct Dropped {
         std::size_t count;  // that were not 0 and are now

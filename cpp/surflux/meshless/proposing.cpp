@@ -88,7 +88,7 @@ private:
         gather(at, 0.0);
         if (!disks_.empty() || !wanted(at)) return;
         start_random(0);
-        if (comes(2.0 * fill_.pieces.area(piece))) propose(at);
+        if (comes(fill_.pieces.area(piece))) propose(at);
         out_.parts.push_back({piece, 0});
     }
 
@@ -117,8 +117,7 @@ private:
             const Vec3 w = square_to_triangle(s, random_.uniform()), at = w.x * t.a + w.y * t.b + w.z * t.c;
             bool free = true;
             for (std::size_t k = begin; free && k < end; ++k) free = !disks_[k].holds(at);
-            if (free && (!fill_.pieces.is_disk(piece_) || fill_.pieces.within_ends(piece_, at)) && wanted(at))
-                propose(at);
+            if (free && wanted(at)) propose(at);
             return path;
         }
         Corners half[2];

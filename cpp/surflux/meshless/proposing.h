@@ -21,14 +21,11 @@ struct Fill {
     const Wanted& wanted;
 };
 
-// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk.
+// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk, which stands for its
+// centre: there alone it is known to touch the surface, and rays that leave elsewhere may start below the next disk.
 struct Part {
     std::uint32_t piece, path;
 };
-
-// Disks stand for their centres: there alone they are known to touch the surface, and rays that leave elsewhere may
-// start below the next disk.
-inline bool is_spot(const Fill& fill, std::uint32_t piece) { return fill.pieces.is_disk(piece); }
 
 struct Proposal {
     Vec3 position;

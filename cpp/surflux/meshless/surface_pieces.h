@@ -30,15 +30,14 @@ inline void bisect(const Corners& t, Corners& first, Corners& second) {
     second = {turned.b, turned.c, middle};
 }
 
-// The surfaces of a scene as triangles, object by object: those of patches, and for each disk the square of its area in
-// its middle, as two triangles. A disk is tangent to the surface at its centre: the farther from there, the farther off
-// the surface. Pieces have numbers: of the triangles first, then two for each disk.
+// The surfaces of a scene in pieces, object by object: the triangles of patches, and disks. Pieces have numbers: of the
+// triangles first, then of the disks.
 class SurfacePieces {
 public:
     explicit SurfacePieces(const Scene& scene);
 
     std::size_t objects() const { return begin_.size() - 1; }
-    // Those of an object that have an area; of a disk, the first of its two.
+    // Those of an object that have an area.
     Span<std::uint32_t> of_object(std::size_t object) const {
         return {order_.data() + begin_[object], order_.data() + begin_[object + 1]};
     }
@@ -46,16 +45,11 @@ public:
 
     bool is_disk(std::uint32_t piece) const { return piece >= triangles_; }
     std::uint32_t surfel_of(std::uint32_t piece) const;
+    // Of a disk its centre, three times.
     Corners corners(std::uint32_t piece) const;
     double area(std::uint32_t piece) const;
-    // Is the place, on the disk of the piece, short of the disk's ends?
-    bool within_ends(std::uint32_t piece, const Vec3& position) const;
-    // Across the square that stands for a disk.
-    double diagonal(std::uint32_t piece) const { return 2.0 * half_diagonal(surfel_of(piece)); }
 
 private:
-    double half_diagonal(std::uint32_t surfel) const;
-
     const Scene& scene_;
     std::uint32_t triangles_ = 0;
     std::vector<std::uint32_t> disks_, end_begin_, order_;
