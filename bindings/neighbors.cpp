@@ -4,13 +4,40 @@
 
 #include "convert.h"
 #include "rooms.h"
+#include "surflux/core/parallel.h"
+#include "surflux/neighbors/point_index.h"
 #include "surflux/neighbors/radii.h"
 #include "surflux/neighbors/sample_elimination.h"
 #include "surflux/scene/sample_triangles.h"
 
 namespace surflux::bindings {
 
+namespace {
+
+// The `count` nearest of every point, one row each, itself first; rows of fewer repeat it.
+std::vector<std::uint32_t> nearest_points(const std::vector<Vec3>& points, std::size_t count) {
+    const PointIndex index(points);
+    std::vector<std::uint32_t> rows(points.size() * count);
+    parallel_for(points.size(), 256, [&](std::size_t i) {
+        std::vector<Neighbor> found;
+        index.nearest(points[i], count, found);
+        for (std::size_t k = 0; k < count; ++k)
+            rows[i * count + k] = k < found.size() ? found[k].index : static_cast<std::uint32_t>(i);
+    });
+    return rows;
+}
+
+}  // namespace
+
 void bind_neighbors(py::module_& module) {
+    module.def(
+        "nearest_points",
+        [](const Doubles& points, std::size_t count) {
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            return to_array(without_gil([&] { return nearest_points(p, count); }))
+                .reshape({static_cast<py::ssize_t>(p.size()), static_cast<py::ssize_t>(count)});
+        },
+        py::arg("points"), py::arg("count"));
     module.def(
         "estimate_normals",
         [](const Doubles& points, std::size_t neighbors, const std::optional<Doubles>& viewpoint,

@@ -34,6 +34,7 @@ py::dict to_dict(const Scene& scene, Solution&& solution) {
     out["objects"] = to_array(objects);
     solution.levels.resize(solution.parents.size(), 0);
     out["levels"] = to_array(solution.levels);
+    out["cut"] = solution.cut.empty() ? py::object(py::none()) : py::object(to_array(solution.cut));
     out["radiosity"] = to_array(solution.radiosity);
     out["irradiance"] = to_array(solution.irradiance);
     out["direct"] = to_array(solution.direct);

@@ -22,6 +22,7 @@ _HOME = {
     "DirectionalLight": "lights",
     "Environment": "lights",
     "Hierarchy": "hierarchy",
+    "Page": "page",
     "PointLight": "lights",
     "Scene": "scene",
     "Solution": "solution",
@@ -38,10 +39,12 @@ _HOME = {
     "read": "files",
     "read_image": "images",
     "reference_irradiance": "reference",
+    "save_camera": "camera_file",
     "solve": "solver",
     "solve_meshless": "meshless",
     "tone_map": "images",
     "turntable": "animation",
+    "view": "viewing",
     "write_image": "images",
 }
 

@@ -152,6 +152,14 @@ def per_surfel(name, value, n, low=0.0, *, low_open=False):
     return in_range(name, in_range(name, array, low, low_open=low_open), high=LARGEST**2)
 
 
+def per_row(name, value, n):
+    """Numbers of n surfels, shape (n,) or (n, k)."""
+    array = numeric(name, value)
+    if array.ndim not in (1, 2) or len(array) != n:
+        raise ValueError(f"{name}: wanted shape ({n},) or ({n}, 3) for {counted(n, 'surfel')}, got {array.shape}")
+    return array
+
+
 def number(name, value, low=-math.inf, high=math.inf, *, low_open=False, high_open=False):
     """value as a float in the interval."""
     array = numeric(name, value)

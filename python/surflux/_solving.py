@@ -13,7 +13,7 @@ from surflux.surfels import Surfels
 
 
 # What a solver of _core gives that a Solution takes as it is.
-FOUND = ("parents", "objects", "levels", "radiosity", "irradiance", "direct", "error")
+FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
 
 
 def check_scene(scene):

@@ -76,9 +76,6 @@ def _check_options(options):
     for name, check in checks.items():
         if name in given:
             check(f"--{name}", given[name])
-    for name in ("pick", "method"):
-        if name in given and options.command == "view" and not options.areas:
-            raise ValueError(f"--{name}: goes with --areas")
     if "viewpoint" in given and _is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
     if given.get("exposure", "auto") == "auto":
@@ -284,47 +281,9 @@ def _camera(options, surfels, default):
 
 
 def _view(options):
-    from surflux.viewer import plot
+    from surflux import cli_view
 
-    values, camera = {}, None
-    if _is_scene(options.input):
-        scene = sf.load_scene(options.input)
-        surfels, camera = scene.surfels, scene.camera
-    else:
-        try:
-            solution = sf.load_solution(options.input)
-            surfels, camera = solution.surfels, solution.camera
-            values = {name: getattr(solution, name) for name in ("radiosity", "irradiance", "direct")}
-        except (sf.FileError, ValueError):
-            surfels = _cloud(options)  # not solved, or not readable: then this says why
-    chosen = (options.eye, options.target, *(() if options.areas else (options.up, options.fov)))
-    if options.pick is not None:
-        camera = None  # close to the surfel, unless told otherwise
-    if camera is not None or any(v is not None for v in chosen):
-        camera = _camera(options, surfels, camera)
-    if options.areas:
-        return _view_areas(options, surfels, camera)
-    color = options.color or ("radiosity" if values else "reflectance")
-    path = plot(surfels, color=color, values=values, screenshot=options.screenshot, camera=camera, size=options.size)
-    if path is not None:
-        print(f"picture: {path}")
-    return 0
-
-
-def _view_areas(options, surfels, camera):
-    path = surfels.plot_areas(
-        options.pick,
-        color=options.color or "coverage",
-        method=options.method,
-        progress=True,
-        screenshot=options.screenshot,
-        camera=camera,
-        up=options.up,
-        size=options.size,
-    )
-    if path is not None:
-        print(f"picture: {path}")
-    return 0
+    return cli_view.run(options, _camera)
 
 
 def _bench(options):

@@ -60,12 +60,27 @@ def command_line(runs, cloud_limit):
     render.add_argument("--fps", type=float, default=25.0, help="frames of a film in a second (default: 25)")
     _common_options(render)
 
-    view = command("view", "Look at a scene, a cloud or a solved file.")
-    view.add_argument("input", metavar="FILE")
+    view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
+    view.add_argument("input", metavar="FILE", help="a scene (.toml), points or a solution (.ply), or a mesh")
     view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
-    view.add_argument("--color", help="radiosity, reflectance, emission, area, coverage, radius, normal, level")
+    view.add_argument("--export", metavar="OUT.html", help="write a page that any browser shows by itself")
+    view.add_argument(
+        "--color",
+        help="radiosity, irradiance, direct, indirect, emission, reflectance, normal, radius, area, "
+        "coverage, level, object, parent, group, cut: those that there are; c goes on",
+    )
+    view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on")
+    view.add_argument("--light", default="all", help="of radiosity and irradiance: all (default), direct or indirect")
+    view.add_argument(
+        "--exposure", type=float, default=0.0, metavar="STOPS", help="0 shows the brightest percent white"
+    )
+    view.add_argument("--level", type=int, default=0, help="of the hierarchy, for --color group: 0 is the finest")
+    view.add_argument("--inserted", action="store_true", help="mark inserted surfels")
+    view.add_argument("--pick", type=int, metavar="INDEX", help="the surfel to pick")
+    view.add_argument("--no-solve", action="store_true", help="show a scene as it is")
+    view.add_argument("--zeta", type=float, help="solve a scene with this zeta (default: the scene's)")
+    view.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
     view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
-    view.add_argument("--pick", type=int, metavar="INDEX", help="with --areas: the surfel to pick and to look at")
     view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
     view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
     _viewpoint_option(view)

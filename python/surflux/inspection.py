@@ -5,7 +5,8 @@ import numpy as np
 from surflux import _check, sharing
 from surflux.areas import METHODS, effective_areas
 from surflux.inspection_panel import MAIN, Panel, closed_line
-from surflux.viewer import camera_or_none, colors_of, destination, disk_corners, polygons, quiet_vtk, rings, window_size
+from surflux.view_shapes import disk_corners, polygons, rings
+from surflux.viewer import camera_or_none, colors_of, destination, quiet_vtk, window_size
 
 COLORS = {"c": "coverage", "a": "area", "d": "radius", "n": "normal"}  # by key: VTK itself takes r
 TITLES = {

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux import sharing
-from surflux.viewer import coverage
+from surflux.view_colors import coverage
 
 MAIN, SCALE, TEXT, OWN, LEADERS, HISTOGRAM = range(6)
 # Of the window: where the panel begins; above what the surfels, the pictures of a pick and the words stand; how high

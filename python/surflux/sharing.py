@@ -7,7 +7,7 @@ import numpy as np
 
 from surflux import _check
 from surflux.areas import AreaShares, area_shares
-from surflux.viewer import coverage
+from surflux.view_colors import coverage
 
 PICKED = (230, 0, 90)  # kept apart from viridis and from the hues of the neighbours
 _GOLDEN = 0.6180339887

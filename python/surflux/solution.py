@@ -29,6 +29,8 @@ class Solution:
         irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk; of
             inserted surfels over the part of the patch that is theirs, or at their place.
         direct: (n, 3) the part of H that comes from lights and Environments.
+        cut: (n,) index of the node that each surfel's light was solved for, which may be a group of surfels (D04 7.1):
+            `history[-1]["cut"]` of them. None where there was none, as with solve_meshless.
         error: the solver's own estimate of the relative RMS error of H: fresh rays from 400 to 1000 surfels gather
             light anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light
             is off by at those surfels is not in it; NaN where it was not estimated.
@@ -56,6 +58,7 @@ class Solution:
         irradiance,
         direct,
         levels=None,
+        cut=None,
         error=math.nan,
         timings=None,
         history=(),
@@ -74,6 +77,7 @@ class Solution:
         self.radiosity = _frozen(radiosity)
         self.irradiance = _frozen(irradiance)
         self.direct = _frozen(direct)
+        self.cut = None if cut is None else _frozen(cut)
         self.error = error
         self.timings = dict(timings or {})
         self.history = list(history)
@@ -256,7 +260,8 @@ class Solution:
             options: all else goes to pyvista.Plotter.add_mesh.
 
         Returns:
-            The path of the picture, or None after a window was closed.
+            The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+            which the notebook shows.
 
         Raises:
             ValueError: an argument, by name.
@@ -304,7 +309,8 @@ class Solution:
             radiosity=self.radiosity,
             irradiance=self.irradiance,
             direct=self.direct,
-            columns={"parent": self.parents, "object": self.objects, "level": self.levels},
+            columns={"parent": self.parents, "object": self.objects, "level": self.levels}
+            | ({} if self.cut is None else {"cut": self.cut}),
             comments=pack_comments(about),
         )
 
@@ -353,6 +359,7 @@ def load_solution(path):
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
         direct=arrays["direct"],
+        cut=_indices(path, arrays["columns"], "cut", "a node") if "cut" in arrays["columns"] else None,
         error=error,
         timings=timings,
         history=history,

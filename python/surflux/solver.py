@@ -94,7 +94,10 @@ def solve(
     }
     if transport == "pairs" or (transport == "auto" and count <= _core.PAIRS_UP_TO):
         _core.require_memory_for_pairs(count, options["max_memory"])
-    return solution_by(_core.solve, scene, options, threads, progress)
+    solution = solution_by(_core.solve, scene, options, threads, progress)
+    if solution.cut is None:  # of all pairs, every surfel of the scene is a node
+        solution.cut = solution.parents
+    return solution
 
 
 def form_factors(

@@ -330,7 +330,8 @@ class Surfels:
             options: all else goes to pyvista.Plotter.add_mesh.
 
         Returns:
-            The path of the picture, or None after a window was closed.
+            The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+            which the notebook shows.
 
         Raises:
             ValueError: an argument, by name.

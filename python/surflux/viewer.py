@@ -3,16 +3,17 @@
 import contextlib
 import os
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from surflux import _check
+from surflux._color import display_bytes
 from surflux.areas import effective_areas
+from surflux.view_colors import coverage, white_of
+from surflux.view_shapes import disk_corners, polygon_cells, rings
 
-# Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
-_CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
-_RGB = ("radiosity", "irradiance", "direct", "reflectance", "emission")
 _DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
 
@@ -31,7 +32,7 @@ def to_polydata(s, **values):
     cloud.point_data["reflectance"] = s.reflectance
     cloud.point_data["emission"] = s.emission
     for name, value in values.items():
-        cloud.point_data[name] = _per_surfel(name, value, len(s))
+        cloud.point_data[name] = _check.per_row(name, value, len(s))
     return cloud
 
 
@@ -48,58 +49,21 @@ def disks(s, corners=None):
         corners = disk_corners(len(round_ones))
     rims = rings(s.points[round_ones], s.normals[round_ones], s.radii[round_ones], corners).reshape(-1, 3)
     triangles = s.triangles.reshape(-1, 3)
-    cells = _cells(len(round_ones), corners, 0), _cells(len(s.triangles), 3, len(rims))
+    cells = polygon_cells(len(round_ones), corners, 0), polygon_cells(len(s.triangles), 3, len(rims))
     mesh = pyvista.PolyData(np.concatenate([rims, triangles]), faces=np.concatenate(cells))
     mesh.cell_data["surfel"] = np.concatenate([round_ones, s.triangle_surfel.astype(np.int64)])
     return mesh
 
 
-def disk_corners(count):
-    """How many corners each of count disks is drawn with."""
-    return _CORNERS if count <= _MANY else _FEW_CORNERS
-
-
-def rings(centers, normals, radii, corners):
-    """Points (n, corners, 3) around n centres, counterclockwise as seen against the normals."""
-    helper = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    u = np.cross(normals, helper)
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
-    v = np.cross(normals, u)
-    angle = 2 * np.pi * np.arange(corners) / corners
-    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
-    return centers[:, None] + radii[:, None, None] * ring
-
-
-def polygons(corners):
-    """pyvista.PolyData of n polygons with corners (n, k, 3)."""
-    import pyvista
-
-    return pyvista.PolyData(corners.reshape(-1, 3), faces=_cells(*corners.shape[:2], 0))
-
-
-def _cells(count, corners, first):
-    corner = first + np.arange(count * corners).reshape(count, corners)
-    return np.hstack([np.full((count, 1), corners), corner]).ravel()
-
-
 def tone_mapped(values):
     """Linear RGB (n, 3) for the screen: the brightest percent is white, the rest by the sRGB curve; uint8 (n, 3)."""
-    luminance = values @ np.array([0.2126, 0.7152, 0.0722])
-    white = np.percentile(luminance, 99) if len(values) else 0.0
-    linear = np.clip(values / white if white > 0 else values, 0.0, 1.0)
-    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
-
-
-def coverage(s, areas):
-    """(n,) the share of its disk that each surfel keeps: area / (pi R^2)."""
-    return areas / (np.pi * s.radii**2)
+    return display_bytes(values / white_of(values)).astype(np.uint8)
 
 
 def colors_of(s, color, values):
     """Per surfel what `color` shows: ("rgb", uint8 (n, 3)) or ("scalar", (n,)); values are further arrays by name."""
     there = {"reflectance": s.reflectance, "emission": s.emission, "radius": s.radii, "normal": s.normals}
-    there |= {name: _per_surfel(name, value, len(s)) for name, value in values.items() if value is not None}
+    there |= {name: _check.per_row(name, value, len(s)) for name, value in values.items() if value is not None}
     names = {*there, "area", "coverage"}
     if not isinstance(color, str) or color not in names:
         raise ValueError(f"color: wanted one of {', '.join(sorted(names))}, which these surfels have, got {color!r}")
@@ -136,7 +100,8 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
         options: go to pyvista.Plotter.add_mesh.
 
     Returns:
-        The path of the picture, or None after a window was closed.
+        The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+        which the notebook shows.
 
     Raises:
         ValueError: an argument, by name.
@@ -145,6 +110,11 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
     width, height = window_size(size)
     kind, value = colors_of(s, color, dict(values or {}))
     camera_or_none(camera)
+    if screenshot is None and in_notebook():
+        with tempfile.TemporaryDirectory() as folder:
+            shown = Path(folder) / "plot.png"
+            plot(s, color=color, values=values, marks=marks, screenshot=shown, camera=camera, size=size, **options)
+            return Picture(shown.read_bytes())
     path = destination(screenshot)
 
     import pyvista
@@ -213,6 +183,23 @@ def has_display():
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
+def in_notebook():
+    """Whether this runs in a Jupyter kernel, without a display of its own."""
+    shell = sys.modules.get("IPython")
+    shell = shell and shell.get_ipython()
+    return shell is not None and hasattr(shell, "kernel") and not has_display()
+
+
+class Picture:
+    """A picture in a cell of a notebook; `png` has its bytes."""
+
+    def __init__(self, png):
+        self.png = png
+
+    def _repr_png_(self):
+        return self.png
+
+
 @contextlib.contextmanager
 def quiet_vtk():
     """Without VTK's warning that it found no X server before it took EGL."""
@@ -243,12 +230,3 @@ def _picture(path):
     if not path.parent.is_dir():
         raise FileError(f"{path}: cannot be written: there is no folder {path.parent}")
     return path
-
-
-def _per_surfel(name, value, n):
-    array = _check.numeric(name, value)
-    if array.ndim not in (1, 2) or len(array) != n:
-        raise ValueError(
-            f"{name}: wanted shape ({n},) or ({n}, 3) for {_check.counted(n, 'surfel')}, got {array.shape}"
-        )
-    return array

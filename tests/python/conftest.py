@@ -46,3 +46,15 @@ def pytest_terminal_summary(terminalreporter, config):
 def scans():
     """The folder that SURFLUX_DATA names; only for tests marked `scans`."""
     return Path(os.environ["SURFLUX_DATA"])
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """A page in headless Chromium. Where CI is set, one that is missing is a failure."""
+    from browser import Browser, chromium
+
+    if chromium() is None:
+        reason = "there is no chromium (Debian: apt-get install chromium)"
+        pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
+    with Browser(tmp_path_factory.mktemp("browser", numbered=True)) as page:
+        yield page

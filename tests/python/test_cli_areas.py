@@ -56,7 +56,6 @@ def test_coverage_without_the_panel(run):
 
 WRONG = [
     # What is wrong with the options is told before the file is looked at.
-    (["none.ply", "--pick", "1"], "--pick: goes with --areas"),
     (["none.ply", "--method", "paper"], "--method: goes with --areas"),
     (["none.ply", "--areas", "--pick", "-1"], "--pick: wanted a whole number from 0"),
     (["none.ply", "--areas"], "none.ply: no such file"),

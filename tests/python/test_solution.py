@@ -33,6 +33,7 @@ def test_all_of_it_comes_back(solved, tmp_path):
     assert back.parents.dtype == solved.parents.dtype
     assert np.array_equal(back.parents, solved.parents)
     assert np.array_equal(back.objects, solved.objects)
+    assert np.array_equal(back.cut, solved.cut)
     for name in ("points", "radii", "areas", "triangles", "triangle_surfel"):
         assert np.array_equal(getattr(back.surfels, name), getattr(solved.surfels, name)), name
     for name in ("normals", "reflectance", "emission"):
@@ -55,6 +56,7 @@ def test_an_error_that_was_not_estimated_comes_back(solved, tmp_path):
     bare.save(tmp_path / "bare.ply")
     back = sf.load_solution(tmp_path / "bare.ply")
     assert math.isnan(back.error)
+    assert back.cut is None
     assert (back.camera, back.timings, back.history) == (None, {}, [])
     assert repr(back) == f"Solution({len(s)} surfels, error nan, 0 s)"
 

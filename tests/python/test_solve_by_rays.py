@@ -173,6 +173,21 @@ def test_the_scene_stays_as_it_is(transport):
     assert set(solution.parents) == set(range(len(scene.surfels)))
 
 
+@pytest.mark.parametrize("insert", [False, True])
+def test_the_cut_says_which_surfels_share_a_node(insert):
+    solution = sf.solve(furnished(n=18), transport="rays", insert=insert)
+    nodes = solution.history[-1]["cut"]
+    assert np.array_equal(np.unique(solution.cut), np.arange(nodes))
+    assert nodes < 0.9 * len(solution.surfels)
+    first = np.unique(solution.cut, return_index=True)[1]
+    assert np.array_equal(solution.objects, solution.objects[first[solution.cut]])  # each within one object
+    facing = np.einsum("ij,ij->i", solution.surfels.normals, solution.surfels.normals[first[solution.cut]])
+    assert facing.min() > 0.0
+    pairs = sf.solve(furnished(), transport="pairs", insert=insert)
+    assert np.array_equal(pairs.cut, pairs.parents)
+    assert sf.solve_meshless(furnished(), levels=2, rays=16).cut is None
+
+
 def test_auto_takes_pairs_of_few_and_rays_of_many():
     few, many = sf.solve(furnished(), insert=False), sf.solve(furnished(n=18), insert=False)
     assert "closure_residual" in few.history[-1]

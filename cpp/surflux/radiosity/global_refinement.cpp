@@ -313,6 +313,7 @@ void GlobalRefinement::write() {
         return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near),
                          tree_.level(cut_.nodes[cut_.place_of[p]])};
     });
+    tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });
     watch_.lap("interpolation");
 }
 

@@ -17,6 +17,8 @@ struct Solution {
     Surfels surfels;
     std::vector<std::uint32_t> parents;  // of each surfel, its index in the scene
     std::vector<std::int32_t> levels;    // of what light was gathered for (see Solution.levels in Python)
+    std::vector<std::uint32_t> cut;      // of each surfel, the node of the last cut above it; empty where all pairs
+                                         // of surfels, or no surfels, exchanged light
     std::vector<Rgb> radiosity;          // B, exitance
     std::vector<Rgb> irradiance;         // H
     std::vector<Rgb> direct;             // the part of H from lights and Environments alone

@@ -1,0 +1,127 @@
+"""`surflux view`: what it shows of scenes, clouds, meshes and solutions, what it writes, and what it refuses."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import cli
+
+SCENE = """
+[[object]]
+shape = "rectangle"
+patches = 6
+reflectance = [0.8, 0.0, 0.0]
+[[light]]
+type = "point"
+position = [0.5, 0.5, 1.0]
+intensity = 3.0
+[camera]
+eye = [0.5, 0.5, 2.0]
+target = [0.5, 0.5, 0.0]
+up = [0, 1, 0]
+"""
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+LOOK = ("--eye", "0.5,0.5,2", "--target", "0.5,0.5,0", "--up", "0,1,0")
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capfd):
+    """Runs `surflux view` in a folder with a scene of red patches, a cloud and a mesh."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "red.toml").write_text(SCENE)
+    (tmp_path / "quad.obj").write_text(QUAD)
+    sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, radii=[0.3, 0.5]).save("cloud.ply")
+
+    def call(*arguments):
+        return cli.main(["view", *arguments]), *capfd.readouterr()
+
+    return call
+
+
+def picture(path):
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def test_a_scene_is_solved_first(run):
+    status, out, err = run("red.toml", "--screenshot", "a.png", "--size", "200x160")
+    assert (status, out) == (0, "picture: a.png\n")
+    assert "surflux: solve" in err
+    lit = picture("a.png")
+    assert lit[80, 100, 0] > lit[110, 60, 0] + 10  # brighter below the light
+    assert lit[80, 100, 1] == 0
+    status, _, err = run("red.toml", "--screenshot", "b.png", "--size", "200x160", "--no-solve")
+    assert (status, err) == (0, "")
+    assert picture("b.png")[110, 60].tolist() == picture("b.png")[80, 100].tolist() == [231, 0, 0]
+
+
+def test_meshes_and_the_faces_of_ply(run):
+    assert run("quad.obj", "--screenshot", "a.png", "--size", "200x160", *LOOK)[0] == 0
+    gray = picture("a.png")
+    assert 60 < gray[80, 100, 0] < 240
+    with open("quad.ply", "w") as file:
+        file.write("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n")
+        file.write(
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"
+        )
+    assert run("quad.ply", "--mesh", "--screenshot", "b.png", "--size", "200x160", *LOOK)[0] == 0
+    assert (picture("b.png") == gray).all()
+
+
+def test_how_it_looks_is_chosen(run):
+    base = ("red.toml", "--screenshot", "a.png", "--size", "200x160")
+    seen = set()
+    looks = (
+        "",
+        "--style splats",
+        "--style points",
+        "--light direct --exposure -2",
+        "--color group --level 1",
+        "--pick 3",
+    )
+    for look in (*looks, "--color cut"):
+        assert run(*base, *look.split())[0] == 0
+        seen.add(picture("a.png").tobytes())
+    assert len(seen) == 7
+    assert run("cloud.ply", "--screenshot", "b.png", "--color", "radius", "--size", "200x160")[0] == 0
+
+
+def test_a_page_is_exported(run, browser, tmp_path):
+    status, out, _ = run("red.toml", "--export", "red.html", "--color", "reflectance")
+    assert status == 0
+    assert out.startswith("page: red.html (0.")
+    assert out.endswith(" surfels)\n")
+    browser.open(tmp_path / "red.html")
+    assert browser.run("document.title") == "red"
+    assert browser.run("document.getElementById('color').value") == "reflectance"
+    assert browser.picture()[180, 240].tolist() == pytest.approx([231, 0, 0], abs=1)
+
+
+WRONG = [
+    (["none.toml", "--zeta", "0.1", "--no-solve"], "--zeta: goes with a scene that is solved"),
+    (["cloud.ply", "--zeta", "0.1"], "--zeta: goes with a scene that is solved"),
+    (["red.toml", "--zeta", "0"], "--zeta: wanted values above 0, got 0"),
+    (["none.ply", "--export", "a.png"], "--export: wanted a name ending in .html, got 'a.png'"),
+    (["none.ply", "--export", "no/a.html"], "no/a.html: cannot be written: there is no folder no"),
+    (["none.ply", "--export", "a.html", "--screenshot", "a.png"], "--export: wanted without --screenshot"),
+    (
+        ["cloud.ply", "--export", "a.html", "--color", "cut"],
+        "color: wanted one of 'reflectance', 'normal', 'radius', 'area'",
+    ),
+    (["cloud.ply", "--style", "cubes"], "style: wanted one of 'disks', 'splats', 'points', got 'cubes'"),
+    (["cloud.ply", "--light", "red"], "light: wanted one of 'all', 'direct', 'indirect', got 'red'"),
+    (["cloud.ply", "--pick", "2"], "pick: wanted a whole number from 0 to 1, got 2"),
+    (["cloud.ply", "--level", "-1"], "level: wanted a whole number from 0"),
+    (["none.obj"], "none.obj"),
+    (["cloud.ply", "--mesh"], "cloud.ply"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG, ids=lambda v: " ".join(v) if isinstance(v, list) else "")
+def test_what_is_refused(run, arguments, message):
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert "surflux: error: " in err
+    assert message in err
