@@ -78,7 +78,7 @@ def run(options, camera_of):
             color=options.color,
             style=options.style,
             light=options.light,
-            exposure=options.exposure,
+            stops=options.stops,
             level=options.level,
             inserted=options.inserted,
             pick=options.pick,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux import _check, _core
+from surflux.rendering import drawn_surfels
 from surflux.surfels import Surfels
 from surflux.view_colors import LUMINANCE
 
@@ -94,7 +95,7 @@ class LinkFinder:
         from surflux.scene import Scene
 
         subject = self._subject
-        drawn = Surfels._from_core(subject.solution._drawn())
+        drawn = Surfels._from_core(drawn_surfels(subject.solution))
         if len(drawn) <= _MOST_GROUPS:
             self._groups = np.arange(len(drawn))
         else:

@@ -5,6 +5,7 @@ import numpy as np
 from surflux import _check
 from surflux.camera import framing
 from surflux.hierarchy import build_hierarchy
+from surflux.rendering import drawn_surfels
 from surflux.scene import Scene
 from surflux.solution import Solution
 from surflux.surfels import Surfels
@@ -74,7 +75,7 @@ class Subject:
         """(radii (n,), triangles (t, 3, 3)) as they leave no gaps where surfels were inserted."""
         if self.solution is None:
             return self.surfels.radii, self.surfels.triangles
-        core = self.solution._drawn()
+        core = drawn_surfels(self.solution)
         return core.radii, core.triangles
 
     def origin(self):

@@ -50,8 +50,8 @@ class Controls:
             "C": lambda: view.next_color(-1),
             "s": lambda: view.set_style(STYLES[(STYLES.index(view.style) + 1) % len(STYLES)]),
             "d": self._next_light,
-            "+": lambda: self._expose(view.exposure + 0.5),
-            "-": lambda: self._expose(view.exposure - 0.5),
+            "+": lambda: self._expose(view.stops + 0.5),
+            "-": lambda: self._expose(view.stops - 0.5),
             "]": lambda: self._set_level(view.level + (view.color == "group")),
             "[": lambda: self._set_level(view.level - (view.color == "group")),
             "g": lambda: self._set_level(view.level),
@@ -120,7 +120,7 @@ class Controls:
     def _make_sliders(self):
         view = self.view
         if view.subject.solution is not None or view.subject.surfels.emission.any():
-            self._slider("exposure", 0.03, (-6.0, 6.0), view.exposure, view.set_exposure, "exposure, stops", "always")
+            self._slider("exposure", 0.03, (-6.0, 6.0), view.stops, view.set_exposure, "exposure, stops", "always")
         coarsest = len(view.subject.tree()) - 1
         if coarsest > 0:
 

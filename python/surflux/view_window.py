@@ -21,14 +21,14 @@ class SceneView:
         color: one of names_of(subject); None for radiosity, or reflectance where nothing is solved.
         style: "disks", "splats" or "points".
         light: "all", "direct" or "indirect".
-        exposure: stops on light; 0 shows the brightest percent as white.
+        stops: of exposure; 0 shows the brightest percent as white.
         level: of the hierarchy whose groups "group" shows, 0 the finest.
         size: (width, height) in pixels.
         off_screen: True to draw without a window.
 
     Attributes:
         plotter: pyvista.Plotter.
-        subject, color, style, light, exposure, level: what is shown; set by the methods.
+        subject, color, style, light, stops, level: what is shown; set by the methods.
         picked: index of the picked surfel, or None. links: its Links, or None.
         centers: (n, 3) of the surfels around subject.origin(); extent: how far they reach from there.
     """
@@ -40,7 +40,7 @@ class SceneView:
         color=None,
         style="disks",
         light="all",
-        exposure=0.0,
+        stops=0.0,
         level=0,
         size=(800, 600),
         off_screen=False,
@@ -55,7 +55,7 @@ class SceneView:
             _check.choice("light", light, LIGHTS),
         )
         self.style = _check.choice("style", style, STYLES)
-        self.exposure = _check.number("exposure", exposure, -20.0, 20.0)
+        self.stops = _check.number("stops", stops, -20.0, 20.0)
         self.level = _check.count("level", level, 0)
         self.picked = self.links = None
         self.zeta, self.culling, self.marked = None, True, False
@@ -75,9 +75,9 @@ class SceneView:
             values, (low, high) = self._shape.spread(shown.values), range_of(shown.values)
             look = {"cmap": "viridis", "clim": (low, high if high > low else low + 1e-12), "nan_color": "lightgrey"}
         elif self.style == "splats" and shown.kind in ("light", "surface"):  # linear ones run into each other
-            values = screen_bytes(self._blended(shown), 2.0**self.exposure, self._white(shown))
+            values = screen_bytes(self._blended(shown), 2.0**self.stops, self._white(shown))
         else:
-            values = self._shape.spread(screen_bytes(shown, 2.0**self.exposure, self._white(shown)))
+            values = self._shape.spread(screen_bytes(shown, 2.0**self.stops, self._white(shown)))
             values = values.astype(np.uint8)
         mesh = self._shape.mesh
         (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = values
@@ -100,7 +100,7 @@ class SceneView:
         return property_of(self.subject, self.color, self.light, groups)
 
     def white(self):
-        """What is shown as white at exposure 0, whatever part of the light is on."""
+        """What is shown as white at 0 stops, whatever part of the light is on."""
         return white_of(property_of(self.subject, self.color).values)
 
     def _white(self, shown):
@@ -136,7 +136,7 @@ class SceneView:
         self.redraw()
 
     def set_exposure(self, stops):
-        self.exposure = float(stops)
+        self.stops = float(stops)
         self.redraw()
 
     def set_level(self, level):

@@ -15,7 +15,7 @@ def view(
     color=None,
     style="disks",
     light="all",
-    exposure=0.0,
+    stops=0.0,
     level=0,
     inserted=False,
     pick=None,
@@ -45,7 +45,7 @@ def view(
             are. None for radiosity, or reflectance where nothing is solved.
         style: "disks", "splats" (colours run into each other) or "points".
         light: "all", "direct" or "indirect": what radiosity and irradiance show.
-        exposure: stops; 0 shows the brightest percent as white.
+        stops: of exposure; 0 shows the brightest percent as white.
         level: of the hierarchy, 0 the finest.
         inserted: True marks inserted surfels.
         pick: index of a surfel to pick, or None.
@@ -84,7 +84,7 @@ def view(
             color=color,
             style=style,
             light=light,
-            exposure=exposure,
+            stops=stops,
             level=level,
             size=size,
             off_screen=path is not None,

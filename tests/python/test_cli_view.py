@@ -77,7 +77,7 @@ def test_how_it_looks_is_chosen(run):
         "",
         "--style splats",
         "--style points",
-        "--light direct --exposure -2",
+        "--light direct --stops -2",
         "--color group --level 1",
         "--pick 3",
     )

@@ -173,7 +173,7 @@ def test_direct_and_indirect_light_by_themselves(window, lit):
 
 
 def test_exposure_goes_by_stops(window, lit):
-    view = window(lit, exposure=-1.0)
+    view = window(lit, stops=-1.0)
     i = int(np.argmin(np.linalg.norm(lit.surfels.points - [-0.5, 0.05, 0], axis=1)))
     x, y, _ = lit.surfels.points[i]
     for stops in (-1.0, -3.0):
@@ -266,7 +266,7 @@ WRONG = [
     ({"color": "light"}, r"^color: wanted one of 'reflectance', 'normal', 'radius', .*, got 'light'$"),
     ({"style": "cubes"}, r"^style: wanted one of 'disks', 'splats', 'points', got 'cubes'$"),
     ({"light": "red"}, r"^light: wanted one of 'all', 'direct', 'indirect', got 'red'$"),
-    ({"exposure": 99}, r"^exposure: wanted values in \[-20, 20\], got 99$"),
+    ({"stops": 99}, r"^stops: wanted values in \[-20, 20\], got 99$"),
     ({"level": -1}, r"^level: wanted a whole number from 0 to 2147483647, got -1$"),
     ({"inserted": 3}, r"^inserted: wanted True or False, got 3$"),
     ({"pick": 2}, r"^pick: wanted a whole number from 0 to 1, got 2$"),
