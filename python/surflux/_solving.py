@@ -11,7 +11,6 @@ from surflux.scene import Scene
 from surflux.solution import Solution
 from surflux.surfels import Surfels
 
-
 # What a solver of _core gives that a Solution takes as it is.
 FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
 
