@@ -35,7 +35,7 @@ _HOME = {
     "form_factors": "solver",
     "inward_patches": "orientation",
     "load_scene": "scene_file",
-    "load_solution": "solution",
+    "load_solution": "solution_file",
     "read": "files",
     "read_image": "images",
     "reference_irradiance": "reference",

@@ -1,18 +1,14 @@
 """What every solver gives: radiosity per surfel, pictures of it, and its file."""
 
 import math
-import os
 
 import numpy as np
 
-from surflux import _check, _core
+from surflux import _check
 from surflux._passes import progress_callback, thread_limit
-from surflux.camera import Camera
 from surflux.fields import BasisField, SurfelField
-from surflux.files import file_error, load_arrays, pack_comments, save_surfels, unpack_comments
-from surflux.lights import AreaLight
+from surflux.files import pack_comments, save_surfels
 from surflux.saving import ply_path
-from surflux.surfels import Surfels
 
 
 class Solution:
@@ -308,79 +304,6 @@ class Solution:
             | ({} if self.cut is None else {"cut": self.cut}),
             comments=pack_comments(about),
         )
-
-
-def load_solution(path):
-    """The Solution that Solution.save wrote.
-
-    Raises:
-        ValueError: path is none.
-        FileError: with the path and the reason; a file of points that holds no solution is none.
-
-    >>> import surflux as sf
-    >>> floor = sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=0.1, areas=0.03)
-    >>> sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
-    >>> sf.load_solution("floor.ply").irradiance
-    array([[2., 2., 2.]])
-    """
-    arrays = load_arrays(_check.path("path", path))
-    about = unpack_comments(arrays["comments"], path)
-    if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
-        raise file_error(path, f"holds points but no solution; `surflux solve {os.fsdecode(path)}` makes one")
-    try:
-        camera = None if about["camera"] is None else Camera(**about["camera"])
-        lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
-        error = math.nan if about["error"] is None else float(about["error"])
-        timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
-        history = [dict(figures) for figures in about["history"]]
-    except (KeyError, TypeError, ValueError, OverflowError) as fault:
-        raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
-    given = ("normals", "radii", "areas", "reflectance", "emission")
-    for name in given:
-        if arrays[name] is None:
-            raise file_error(path, f"its surfels have no {name}, which a solution has")
-    try:
-        _check.finite_array("normals", arrays["normals"], (None, 3))
-        core = _core.Surfels(
-            arrays["points"], *(arrays[name] for name in given), arrays["triangles"], arrays["triangle_surfel"]
-        )
-    except ValueError as fault:
-        raise file_error(path, str(fault)) from fault
-    return Solution(
-        Surfels._from_core(core),
-        parents=_indices(path, arrays["columns"], "parent", "a surfel"),
-        objects=_indices(path, arrays["columns"], "object", "an object"),
-        levels=_levels(path, arrays["columns"]),
-        radiosity=arrays["radiosity"],
-        irradiance=arrays["irradiance"],
-        direct=arrays["direct"],
-        cut=_indices(path, arrays["columns"], "cut", "a node") if "cut" in arrays["columns"] else None,
-        error=error,
-        timings=timings,
-        history=history,
-        lamps=lamps,
-        camera=camera,
-    )
-
-
-def _indices(path, columns, name, what):
-    if name not in columns:
-        raise file_error(path, f"its surfels have no {name}, which a solution has")
-    column = columns[name]
-    with np.errstate(invalid="ignore"):
-        bad = ~((column >= 0) & (column < 2**31) & (column == np.floor(column)))
-    if np.any(bad):
-        row = int(np.argmax(bad))
-        raise file_error(path, f"vertex {row}: {name} is {column[row]:g}; wanted the index of {what}")
-    return column.astype(np.uint32)
-
-
-def _levels(path, columns):
-    """None of a file that was written before there were some."""
-    column = columns.get("level")
-    if column is not None and not np.all(np.abs(column) < 2**15):
-        raise file_error(path, f"vertex {int(np.argmin(np.abs(column) < 2**15))}: its level is out of range")
-    return column
 
 
 def _insertion_depth(parents, areas):
