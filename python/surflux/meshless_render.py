@@ -8,7 +8,7 @@ from surflux.fields import PROBES, SHADOW_RAYS, SKY_RAYS
 SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take 0.3 GB
 
 
-def basis_layers(field, surfels, lamps, view, names, direct, splat, progress):
+def basis_layers(field, surfels, lamps, view, names, splat, progress):
     """The layers of Solution.render, with the basis evaluated at every subpixel, band by band.
 
     Args:
@@ -17,7 +17,6 @@ def basis_layers(field, surfels, lamps, view, names, direct, splat, progress):
         lamps: as _core.render_splats takes them.
         view: rendering.View.
         names: of the layers that are wanted.
-        direct: "interpolated" or "traced".
         splat: as rendering.picture has it.
         progress: a callback (done, total), or None.
     """
@@ -27,7 +26,7 @@ def basis_layers(field, surfels, lamps, view, names, direct, splat, progress):
     for top in range(0, height, rows):
         _report(progress, top, height)
         count = min(rows, height - top)
-        bands.append(_band(field, surfels, lamps, view, names, direct, splat, top, count))
+        bands.append(_band(field, surfels, lamps, view, names, splat, top, count))
     _report(progress, height, height)
     return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}
 
@@ -37,14 +36,14 @@ def _report(progress, done, total):
         raise _core.Cancelled("cancelled")
 
 
-def _band(field, surfels, lamps, view, names, direct, splat, top, count):
+def _band(field, surfels, lamps, view, names, splat, top, count):
     """The layers of rows [top, top + count)."""
     (width, height), samples = view.size, view.samples
     fine = samples * width, samples * height
     part = {"top": samples * top, "rows": samples * count}
     beside = field.emitted is not None  # is there light that the basis leaves out?
     exitance = surfels.emission
-    if beside and direct == "interpolated":
+    if beside and view.direct == "interpolated":
         exitance = exitance + surfels.reflectance * field.lit
     layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
     if beside and field.emitted.any():
@@ -52,7 +51,7 @@ def _band(field, surfels, lamps, view, names, direct, splat, top, count):
     seen = field.basis.image(lamps, view.camera, *fine, **part)
     drawn = splat(layers, fine, 1, None, **part)
     found, albedo, *rest = drawn["layers"]
-    if direct == "traced":
+    if view.direct == "traced":
         found += albedo / np.pi * _traced(field.basis, seen)
     elif not beside:
         found += albedo / np.pi * seen["direct"]

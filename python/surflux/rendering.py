@@ -20,7 +20,7 @@ INSERTED_OVERLAP = 1.002
 class View:
     """What a picture is drawn from and how, checked."""
 
-    def __init__(self, solution, camera, size, background, samples, culling):
+    def __init__(self, solution, camera, size, background, samples, culling, direct):
         if not (isinstance(size, (tuple, list)) and len(size) == 2):
             raise ValueError(f"size: wanted (width, height), got {size!r}")
         self.size = tuple(_check.count("size", v, 1, 16384) for v in size)
@@ -32,6 +32,10 @@ class View:
         self.background = _check.rgb("background", background)
         self.samples = _check.count("samples", samples, 1, 8)
         self.culling = _check.flag("culling", culling)
+        self.direct = _check.choice("direct", direct, ("interpolated", "traced"))
+        if direct == "traced" and not isinstance(solution._field, BasisField):
+            only = "only what is drawn from a meshless basis can be traced"
+            raise ValueError(f'direct: wanted "interpolated", for {only}')
 
 
 def layer_names(layers):
@@ -43,7 +47,7 @@ def layer_names(layers):
     return LAYERS if _check.flag("layers", layers) else ("radiance",)
 
 
-def picture(solution, view, names, direct, progress):
+def picture(solution, view, names, progress):
     """A dict of the layers named; progress: a callback or None."""
     surfels = solution.surfels
     drawn = drawn_surfels(solution)
@@ -59,7 +63,7 @@ def picture(solution, view, names, direct, progress):
         )
 
     if isinstance(solution._field, BasisField):
-        found = basis_layers(solution._field, surfels, lamps, view, names, direct, splat, progress)
+        found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
     else:
         found = _splatted(solution, names, splat)
     if "level" in names and "level" not in found:

@@ -185,14 +185,9 @@ class Solution:
         from surflux import rendering
 
         names = rendering.layer_names(layers)
-        view = rendering.View(self, camera, size, background, samples, culling)
-        _check.choice("direct", direct, ("interpolated", "traced"))
-        if direct == "traced" and not isinstance(self._field, BasisField):
-            raise ValueError(
-                'direct: wanted "interpolated", for only what is drawn from a meshless basis can be traced'
-            )
+        view = rendering.View(self, camera, size, background, samples, culling, direct)
         with thread_limit(threads), progress_callback(progress, "picture") as callback:
-            found = rendering.picture(self, view, names, direct, callback)
+            found = rendering.picture(self, view, names, callback)
         return found if layers is not False else found["radiance"]
 
     def animate(
