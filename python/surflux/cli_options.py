@@ -71,9 +71,7 @@ def command_line(runs, cloud_limit):
     )
     view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on")
     view.add_argument("--light", default="all", help="of radiosity and irradiance: all (default), direct or indirect")
-    view.add_argument(
-        "--stops", type=float, default=0.0, metavar="N", help="0 shows the brightest percent white"
-    )
+    view.add_argument("--stops", type=float, default=0.0, metavar="N", help="0 shows the brightest percent white")
     view.add_argument("--level", type=int, default=0, help="of the hierarchy, for --color group: 0 is the finest")
     view.add_argument("--inserted", action="store_true", help="mark inserted surfels")
     view.add_argument("--pick", type=int, metavar="INDEX", help="the surfel to pick")
