@@ -1,5 +1,6 @@
 """The camera of a scene file: written without touching anything else in the file."""
 
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -47,7 +48,7 @@ def save_camera(path, camera):
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise FileError(f"{path}: is no TOML ({error})") from error
-    wanted = {key: _plain(value) for key, value in camera.to_dict().items()}
+    wanted = _plain(camera)
     after = _rewritten(text, wanted)
     # What is read from it must be what it was, with this camera.
     kept = (
@@ -67,14 +68,25 @@ def save_camera(path, camera):
     write_whole(path, after.encode("utf-8"))
 
 
-def _plain(value):
-    """Numbers rounded to 7 digits: a camera placed by hand means no more."""
-    rounded = [float(f"{v:.7g}") + 0.0 for v in np.atleast_1d(value)]
-    return rounded if isinstance(value, list) else rounded[0]
+def _plain(camera):
+    """A Camera's numbers, to 7 digits: one placed by hand means no more. Places to 7 of how far it looks, wherever
+    they are.
+    """
+    places = max(0, 6 - math.floor(math.log10(np.linalg.norm(camera.target - camera.eye))))
+
+    def digits(value):
+        return float(f"{value:.7g}") + 0.0
+
+    return {
+        "eye": [round(float(v), places) + 0.0 for v in camera.eye],
+        "target": [round(float(v), places) + 0.0 for v in camera.target],
+        "up": [digits(v) for v in camera.up],
+        "fov": digits(camera.fov),
+    }
 
 
 def _rewritten(text, wanted):
-    lines = text.splitlines(keepends=True)
+    lines = re.findall(r"[^\n]*\n|[^\n]+", text)  # TOML knows no other ends of lines
     end = "\r\n" if "\r\n" in text else "\n"
     table = _table_of(lines)
     if table is None:

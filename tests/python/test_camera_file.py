@@ -90,6 +90,20 @@ def test_ends_of_lines_stay(tmp_path):
     )
 
 
+def test_places_in_survey_coordinates_keep_their_digits(tmp_path):
+    camera = sf.Camera([5000001.75, 6000002.25, 1.25], [5000000.5, 6000000.125, 0.5])
+    found = written(tmp_path, FULL, camera)
+    table = tomllib.loads(found)["camera"]
+    assert table["eye"] == camera.eye.tolist()
+    assert table["target"] == camera.target.tolist()
+
+
+def test_other_separators_end_no_line(tmp_path):
+    text = "# one\u2028[camera]\n[camera]\neye = [0, 1, 2] # x\x85y\ntarget = [0, 0, 0]\n"
+    found = written(tmp_path, text)
+    assert "# one\u2028[camera]\n[camera]\neye = [1.5, -4.25, 2.0] # x\x85y\n" in found
+
+
 def test_headers_inside_texts_and_lists_are_none(tmp_path):
     text = 'about = """\n[camera]\neye = no\n"""\nlist = [\n[1],\n]\n[camera]\neye = [1, 1, 1]\ntarget = [0, 0, 0]\n'
     changed = written(tmp_path, text)
