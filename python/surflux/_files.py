@@ -14,7 +14,7 @@ def write_whole(path, data):
     real = Path(os.path.realpath(path))
     if not real.parent.is_dir():
         raise FileError(f"{path}: cannot be written: there is no folder {real.parent}")
-    beside = real.with_name(f".{real.name}.{os.getpid()}")
+    beside = real.with_name(unfinished_name(real))
     try:
         with open(beside, "xb") as file:
             file.write(data)
@@ -22,5 +22,11 @@ def write_whole(path, data):
             os.chmod(beside, real.stat().st_mode & 0o7777)
         os.replace(beside, real)
     except OSError as error:
-        beside.unlink(missing_ok=True)
         raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def unfinished_name(path):
+    """The name of a file beside `path` until it is whole; the same suffix, and no longer than names may be."""
+    return f".{path.stem[:40]}-{os.getpid()}.part{path.suffix[:40]}"

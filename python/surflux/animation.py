@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _check, _core
+from surflux._files import unfinished_name
 from surflux._passes import progress_callback
 from surflux.camera import Camera
 from surflux.images import resolved_exposure, tone_map, write_image
@@ -117,6 +118,7 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
     layers = options.pop("layers", False)
     if layers is not False and suffix != ".exr":
         raise ValueError(f"layers: a {suffix} file has none; .exr has")
+    wanted = ["radiance", *layers] if isinstance(layers, (list, tuple)) else layers or ["radiance"]
     written, frames, shown = [], [], None  # the factor on radiance is that of the first frame
     film = _Film(name, fps) if suffix in FILMS else None
     if suffix == ".mp4" and isinstance(size, (tuple, list)) and any(side % 2 for side in size):
@@ -125,8 +127,8 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
         for k, camera in enumerate(cameras):
             if callback is not None and callback(k, len(cameras)) is False:
                 raise _core.Cancelled("cancelled")
-            found = solution.render(camera, size, layers=layers or ["radiance"], **options)
-            image = found.pop("radiance") if "radiance" in found else None
+            found = solution.render(camera, size, layers=wanted, **options)
+            image = found.pop("radiance")
             if suffix in (".png", *FILMS) and shown is None:
                 shown = resolved_exposure(exposure, image, _check.number("stops", stops, -100.0, 100.0))
             if film is not None:
@@ -166,7 +168,7 @@ class _Film:
 
     def write(self, frames):
         target = Path(self.path)
-        unfinished = target.with_name(f".{target.stem}-{os.getpid()}.part{target.suffix}")
+        unfinished = target.with_name(unfinished_name(target))
         imageio = _imageio(target.suffix.lower())
         more = (
             {"loop": 0, "duration": 1000.0 / self.fps} if target.suffix.lower() == ".gif" else MP4 | {"fps": self.fps}

@@ -53,6 +53,7 @@ class Page:
             raise ValueError(f"camera: wanted a Camera or None, got {camera!r}")
         if not isinstance(title, str):
             raise ValueError(f"title: wanted text, got {type(title).__name__}")
+        title = title.encode("utf-8", "replace").decode("utf-8")  # names of files may hold bytes that are no text
         self._camera = subject.framed((4, 3)) if camera is None else camera
         self._title = title
 

@@ -49,10 +49,11 @@ def load_solution(path):
         )
     except ValueError as fault:
         raise file_error(path, str(fault)) from fault
+    n = len(arrays["points"])  # each surfel and each object of the scene has at least one of them
     return Solution(
         Surfels._from_core(core),
-        parents=_indices(path, arrays["columns"], "parent", "a surfel"),
-        objects=_indices(path, arrays["columns"], "object", "an object"),
+        parents=_indices(path, arrays["columns"], "parent", "a surfel", n),
+        objects=_indices(path, arrays["columns"], "object", "an object", n),
         levels=_levels(path, arrays["columns"]),
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
@@ -66,12 +67,12 @@ def load_solution(path):
     )
 
 
-def _indices(path, columns, name, what):
+def _indices(path, columns, name, what, below=2**31):
     if name not in columns:
         raise file_error(path, f"its surfels have no {name}, which a solution has")
     column = columns[name]
     with np.errstate(invalid="ignore"):
-        bad = ~((column >= 0) & (column < 2**31) & (column == np.floor(column)))
+        bad = ~((column >= 0) & (column < below) & (column == np.floor(column)))
     if np.any(bad):
         row = int(np.argmax(bad))
         raise file_error(path, f"vertex {row}: {name} is {column[row]:g}; wanted the index of {what}")

@@ -43,7 +43,7 @@ class Subject:
             self.objects = np.zeros(n, np.int64)
         if not isinstance(values, (dict, type(None))):
             raise ValueError(f"values: wanted a dict of arrays, got {type(values).__name__}")
-        self.values = {name: _check.per_row(name, value, n) for name, value in (values or {}).items()}
+        self.values = {name: _shown(name, value, n) for name, value in (values or {}).items()}
         self.camera = None if isinstance(thing, Surfels) else thing.camera
         if self.solution is not None:
             self.lamps = list(self.solution._lamps)
@@ -82,3 +82,9 @@ class Subject:
         """(3,) the middle of all: around it single precision serves survey coordinates too."""
         points = self.surfels.points
         return (points.min(axis=0) + points.max(axis=0)) / 2
+
+
+def _shown(name, value, n):
+    """An array to colour n surfels by: numbers, of which some may be unknown, or light."""
+    array = _check.per_row(name, value, n)
+    return array if array.ndim == 1 else _check.finite_array(name, array, (n, 3))

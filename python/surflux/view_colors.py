@@ -124,6 +124,8 @@ def white_of(values):
 def range_of(values):
     """(low, high) of the colours of numbers: where they are many, a few outliers leave colours for the others."""
     finite = values[np.isfinite(values)]
+    if not len(finite):
+        return 0.0, 1.0
     low, high = np.percentile(finite, (1, 99)) if len(finite) >= _MANY else (finite.min(), finite.max())
     return (low, high) if low < high else (finite.min(), finite.max())
 

@@ -89,6 +89,9 @@ def test_layers_of_every_frame(solution, tmp_path):
     paths = solution.animate(sf.turntable(CAMERA, 2), tmp_path / "%d.exr", (20, 16), samples=1, layers=True)
     assert [p.rsplit("/", 1)[1] for p in paths] == ["1.exr", "2.exr"]
     assert sf.read_image(paths[1], "normal").shape == (16, 20, 3)
+    (path,) = solution.animate([CAMERA], tmp_path / "%d.exr", (20, 16), samples=1, layers=["depth"])
+    np.testing.assert_array_equal(sf.read_image(path), solution.render(CAMERA, (20, 16), samples=1))
+    assert np.isfinite(sf.read_image(path, "depth")).any()
 
 
 @pytest.mark.parametrize("name", ["film.mp4", "film.gif"])

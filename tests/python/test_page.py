@@ -242,6 +242,8 @@ WRONG = [
     ({"camera": 3}, r"^camera: wanted a Camera or None, got 3$"),
     ({"title": 3}, r"^title: wanted text, got int$"),
     ({"values": {"x": [1.0]}}, r"^x: wanted shape \(2,\) or \(2, 3\) for 2 surfels, got \(1,\)$"),
+    ({"values": {"x": [[1.0] * 2] * 2}}, r"^x: wanted shape \(2, 3\), got \(2, 2\)$"),
+    ({"values": {"x": [[np.nan] * 3] * 2}}, r"^x: wanted finite numbers, got nan at index \(0, 0\) \(6 in all\)$"),
     ({"values": 3}, r"^values: wanted a dict of arrays, got int$"),
 ]
 
@@ -254,11 +256,26 @@ def test_wrong_arguments(options, message):
         sf.Page(3)
 
 
+def test_numbers_that_are_unknown_have_no_colour():
+    about, data = sf.Page(pair(), colors=["x"], values={"x": [np.nan, np.inf]})._data()
+    _, first, count = about["colors"][0]["data"]
+    assert (np.frombuffer(data, np.uint32, count, first) == 0xFFD3D3D3).all()
+
+
+def test_a_name_that_is_no_text_can_be_its_title(tmp_path):
+    path = sf.Page(pair(), title="\udcff</title><script>").save(tmp_path / "a.html")
+    assert "<title>?&lt;/title&gt;&lt;script&gt;</title>" in path.read_text("utf-8")
+
+
 def test_where_it_cannot_be_written(tmp_path):
     with pytest.raises(ValueError, match=r"^path: wanted a name ending in \.html, got .*a\.txt'$"):
         sf.Page(pair()).save(tmp_path / "a.txt")
     with pytest.raises(sf.FileError, match=r"none/a\.html: cannot be written: there is no folder .*none$"):
         sf.Page(pair()).save(tmp_path / "none" / "a.html")
+    with pytest.raises(sf.FileError, match=r"cannot be written: File name too long$"):
+        sf.Page(pair()).save(tmp_path / f"{'x' * 300}.html")
+    # As long as a name may be: what is written beside it has a shorter one.
+    assert sf.Page(pair()).save(tmp_path / f"{'x' * 250}.html").is_file()
 
 
 def test_a_browser_that_cannot_show_it_is_told_why(browser, tmp_path):

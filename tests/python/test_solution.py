@@ -122,6 +122,8 @@ DAMAGED = [
     ({"change": {"parent": 0.5}}, "vertex 1: parent is 0.5"),
     ({"change": {"parent": "nan"}}, "vertex 1: parent is nan"),
     ({"change": {"parent": 2**32}}, "vertex 1: parent is"),
+    ({"change": {"parent": 3}}, "vertex 1: parent is 3; wanted the index of a surfel"),
+    ({"change": {"object": 2**31 - 1}}, "vertex 1: object is 2.14748e.09; wanted the index of an object"),
     ({"change": {"nz": 0}}, "normals: wanted finite numbers"),
     ({"change": {"nz": "nan"}}, "normals: wanted finite numbers"),
     ({"change": {"x": "inf"}}, "points?|x"),
