@@ -310,7 +310,8 @@ def _insertion_depth(parents, areas):
     """0 for the scene's own surfels, and -1, -2 and so on for those inserted below them, which share their area."""
     count = np.bincount(parents)[parents] if len(parents) else parents
     whole = np.bincount(parents, areas)[parents] if len(parents) else areas
-    return np.where(count > 1, np.round(np.log(areas / whole) / np.log(4.0)), 0.0)
+    share = np.divide(areas, whole, out=np.ones(len(parents)), where=(count > 1) & (areas > 0.0))
+    return np.round(np.log(share) / np.log(4.0))
 
 
 def _frozen(values):

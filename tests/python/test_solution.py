@@ -96,6 +96,10 @@ def test_the_undamaged_file_is_a_solution(tmp_path):
     assert back.radiosity.tolist() == [[0.5] * 3] * 3
 
 
+def test_surfels_without_area_that_share_a_parent_have_a_level(tmp_path):
+    assert sf.load_solution(written(tmp_path / "a.ply", change={"parent": 0, "area": 0})).levels.tolist() == [0, 0, 0]
+
+
 def about(**changes):
     """ABOUT with other JSON texts for some keys; None leaves the key out."""
     there = {"solution": "1", "error": "null", "timings": "{}", "history": "[]", "camera": "null", "lamps": "[]"}
