@@ -48,7 +48,7 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
     if beside and field.emitted.any():
         layers.append((surfels.reflectance * field.emitted / np.pi, False))
-    seen = field.basis.image(lamps, view.camera, *fine, **part)
+    seen = field.basis.image(lamps, view.camera, *fine, **part, culling=view.culling)
     drawn = splat(layers, fine, 1, None, **part)
     found, albedo, *rest = drawn["layers"]
     if view.direct == "traced":

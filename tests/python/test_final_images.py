@@ -222,3 +222,18 @@ def test_a_meshless_picture_is_drawn_in_bands(solution, monkeypatch):
     assert found.max() <= meshless._field.basis.functions()["levels"].max()
     assert np.isnan(whole["level"][~there]).all()
     assert np.mean(whole["level"][there] == meshless.levels[whole["index"][there]]) > 0.5
+
+
+def test_an_eye_on_a_surfel_sees_the_others_blended():
+    grid = np.array([[x, y, 0.0] for x in range(12) for y in range(12)])
+    reflectance = np.random.default_rng(0).uniform(0.1, 0.9, 145)
+    surfels = sf.Surfels(
+        np.concatenate([grid, [[5, -3, 2]]]), [[0, 0, 1]] * 145, radii=0.8, areas=1.0, reflectance=reflectance
+    )
+    on, without = (
+        sf.solve(sf.Scene([part], lights=[sf.DirectionalLight([0, 0, -1], 1.0)])).render(
+            sf.Camera([5, -3, 2], [5, 5, 0]), (60, 40)
+        )
+        for part in (surfels, surfels[:144])
+    )
+    np.testing.assert_allclose(on, without, atol=1e-5)

@@ -54,6 +54,21 @@ def decibels(image, exact, peak):
 
 
 @pytest.mark.parametrize("which", ["solution", "with_direct"])
+def test_backs_are_seen_in_the_light_of_their_fronts(which, request):
+    solution = request.getfixturevalue(which)
+    camera, size = sf.Camera([0.8, 0.8, -2.5], [0.8, 0.8, 0], up=(0, 1, 0), fov=6), (60, 60)  # from under the floor
+    found = solution.render(camera, size, culling=False, layers=True, samples=1)
+    np.testing.assert_allclose(found["depth"], 2.5, rtol=1e-5)
+    np.testing.assert_allclose(found["normal"], np.broadcast_to([0, 0, -1], (60, 60, 3)), atol=1e-5)
+    slope = np.tan(np.radians(3)) * ((np.arange(60) + 0.5) / 30 - 1)
+    x, y = np.meshgrid(0.8 - 2.5 * slope, 0.8 - 2.5 * slope)
+    floor = np.stack([x, y, np.zeros_like(x)], -1).reshape(-1, 3)
+    total, direct = solution._field.basis.at(floor, np.tile([0.0, 0.0, 1.0], (len(floor), 1)), None)
+    exact = 0.7 / np.pi * (total - direct).reshape(60, 60, 3)
+    assert np.abs(found["indirect"] - exact).max() < 0.02 * exact.max()
+
+
+@pytest.mark.parametrize("which", ["solution", "with_direct"])
 def test_pixels_are_the_field_at_what_they_see(which, request):
     solution = request.getfixturevalue(which)
     image = basis_image(solution)

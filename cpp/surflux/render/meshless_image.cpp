@@ -293,7 +293,7 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
 
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
                              const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
-                             std::size_t height, const ImageRows& rows, gl::Api api) {
+                             std::size_t height, const ImageRows& rows, bool culling, gl::Api api) {
     require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
             "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
     const std::size_t count = rows.within(height);
@@ -306,6 +306,7 @@ MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& f
     const std::vector<std::int32_t> objects(scene.object.begin(), scene.object.end());
     DrawingOptions drawing;
     drawing.kernels = false;
+    drawing.culling = culling;
     const DrawnGeometry geometry = drawn_geometry(scene.surfels, objects, emitters, frame, grid, drawing);
     const DrawnView view(grid, static_cast<int>(rows.first), static_cast<int>(count), geometry.far_depth);
     Raw raw;

@@ -19,7 +19,7 @@ struct MeshlessImage {
     std::size_t width = 0, height = 0;
     std::vector<float> all, direct;   // 3 per pixel: irradiance in the basis, and the part of it that is direct light
     std::vector<float> depth;         // along the view axis; infinity where nothing is seen
-    std::vector<float> normal;        // 3 per pixel, world; 0 where no surfel is seen
+    std::vector<float> normal;        // 3 per pixel, world, of the front; 0 where no surfel is seen
     std::vector<std::int32_t> index;  // of the surfel seen, -1 where nothing is, -2 - k for emitter k
     std::vector<Vec3> position;       // of what is seen, world; 0 where no surfel is
     std::size_t fallbacks = 0;        // pixels that no function of the coarsest level covers
@@ -29,9 +29,11 @@ struct MeshlessImage {
 // rectangle around each function that may be in view, weights and weighted coefficients added up, and the quotients
 // added to the image. Where none covers the coarsest level the nearest function speaks, as in
 // MultilevelBasis::at_level: those few pixels are evaluated on the CPU. Throws ArgumentError, and DeviceError where
-// there is no GL. The image has the height of the rows drawn.
+// there is no GL. The image has the height of the rows drawn. culling: else surfaces are seen from behind, too, in the
+// light of their fronts.
 MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
                              const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
-                             std::size_t height, const ImageRows& rows = {}, gl::Api api = gl::requested_api());
+                             std::size_t height, const ImageRows& rows = {}, bool culling = true,
+                             gl::Api api = gl::requested_api());
 
 }  // namespace surflux

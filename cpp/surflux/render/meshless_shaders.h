@@ -25,10 +25,12 @@ layout(location = 1) out vec4 facing;
 
 void main() {
     vec4 depth_normal = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
-    int surfel = texelFetch(seen, ivec2(gl_FragCoord.xy), 0).r;
+    ivec2 names = texelFetch(seen, ivec2(gl_FragCoord.xy), 0).rg;
+    int surfel = names.x;
     vec3 from_eye = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x;
     place = vec4(from_eye - origin.xyz, surfel < 0 ? -1.0 : float(objects[surfel]));
-    facing = vec4(depth_normal.yzw, 0);
+    // A back, whose group is odd, is lit as its front, which faces away.
+    facing = vec4((names.y & 1) == 1 ? -depth_normal.yzw : depth_normal.yzw, 0);
 }
 )";
 

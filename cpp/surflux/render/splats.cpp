@@ -144,7 +144,9 @@ struct Drawing {
         const Seen s = seen(i);
         const double pixel = filter_reach * subpixel() * std::max(s.center.z, 0.0);
         if (!(reach > 0.0) || s.center.z + std::hypot(reach, pixel / grazing) <= 0.0) return false;
-        const double distance = length(s.center), along_view = dot(s.normal, s.center) / distance;
+        const double distance = length(s.center);
+        if (!(distance > 0.0)) return false;  // it has no direction to be seen in
+        const double along_view = dot(s.normal, s.center) / distance;
         // Turned away so far that no front-facing surface agrees with its normal (see kernel_fragment).
         if (options.culling && distance > 10.0 * reach && along_view > 0.9) return false;
         const double cosine = std::max(std::abs(along_view), grazing);
