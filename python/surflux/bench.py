@@ -42,7 +42,7 @@ def main(arguments=None):
         description="Seconds and errors on this machine: of every pass, one case after another; or, with one of the "
         "options below, one thing in detail.",
     )
-    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, 2 min")
+    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
     parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
     parser.add_argument("--scale", action="store_true", help="from 4000 surfels to a million: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
