@@ -15,6 +15,7 @@ from surflux import _check
 from surflux.animation import check_target
 from surflux.camera import framing
 from surflux.cli_options import command_line
+from surflux.solution_file import holds_solution
 from surflux.solve_options import TRANSPORTS
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
@@ -145,6 +146,10 @@ def _scene_to_solve(options):
             _say("nothing in this scene gives light: it has no [[light]] and no emission")
         return scene
     cloud = _cloud(options)
+    if holds_solution(options.input):
+        raise sf.FileError(
+            f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
+        )
     limit = CLOUD_LIMIT if options.thin is None else options.thin
     if len(cloud) > limit:
         _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")

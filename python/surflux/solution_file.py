@@ -12,6 +12,8 @@ from surflux.lights import AreaLight
 from surflux.solution import Solution
 from surflux.surfels import Surfels
 
+HEADER_LIMIT = 1 << 20  # bytes: what a solution says about itself is in there
+
 
 def load_solution(path):
     """The Solution that Solution.save wrote.
@@ -26,7 +28,10 @@ def load_solution(path):
     >>> sf.load_solution("floor.ply").irradiance
     array([[2., 2., 2.]])
     """
-    arrays = load_arrays(_check.path("path", path))
+    path = _check.path("path", path)
+    if os.path.isfile(path) and os.fsdecode(path).lower().endswith(".toml"):
+        raise file_error(path, f"holds a scene but no solution; `surflux solve {os.fsdecode(path)}` makes one")
+    arrays = load_arrays(path)
     about = unpack_comments(arrays["comments"], path)
     if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
         raise file_error(path, f"holds points but no solution; `surflux solve {os.fsdecode(path)}` makes one")
@@ -85,3 +90,10 @@ def _levels(path, columns):
     if column is not None and not np.all(np.abs(column) < 2**15):
         raise file_error(path, f"vertex {int(np.argmin(np.abs(column) < 2**15))}: its level is out of range")
     return column
+
+
+def holds_solution(path):
+    """Whether the header of a PLY file that can be read names what only a solution has."""
+    with open(path, "rb") as file:
+        header = file.read(HEADER_LIMIT).split(b"end_header")[0].split()
+    return all(name in header for name in (b"radiosity_r", b"irradiance_r", b"direct_r"))

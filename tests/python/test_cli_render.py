@@ -102,3 +102,18 @@ def test_refusals_come_before_the_file_is_read(tmp_path, monkeypatch, run, optio
     status, _, err = run("render", "none.ply", *options)
     assert status == 2
     assert message in err.splitlines()[-1]
+
+
+def test_a_scene_file_is_not_a_solution(solved, run, tmp_path):
+    (tmp_path / "room.toml").write_text('[[object]]\nshape = "sphere"\n')
+    status, out, err = run("render", "room.toml", "--image", "a.png")
+    assert (status, out) == (2, "")
+    assert err == "surflux: error: room.toml: holds a scene but no solution; `surflux solve room.toml` makes one\n"
+
+
+def test_a_solution_is_not_solved_again(solved, run, tmp_path):
+    status, out, err = run("solve", "a.ply")
+    assert (status, out) == (2, "")
+    assert err.startswith("surflux: error: a.ply: is solved already")
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "a_solved.ply").exists()

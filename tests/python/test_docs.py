@@ -63,6 +63,17 @@ def test_guide(page, elsewhere):
         exec(compile(block, page, "exec"), shared)
 
 
+@pytest.mark.parametrize("page", [README, *GUIDE], ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text()):
+        assert (page.parent / link).exists(), f"{page.name} links to {link}"
+
+
+@pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
+def test_the_readme_links_every_guide(page):
+    assert f"(docs/{page.name})" in README.read_text()
+
+
 @pytest.mark.parametrize("block", blocks(README.read_text()))
 def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})
