@@ -31,6 +31,10 @@ struct Shapes {
     std::vector<Creases> creases;
 };
 
+constexpr double beyond_crease = 0.05;
+// Estimated radii just close a plane; where the surface bends, single pixels would stay open.
+constexpr double closing = 1.15;
+
 // What surfels are drawn with: a disk that closes the surface, and a kernel that blends it smoothly.
 struct Reach {
     double disk, kernel;
@@ -52,7 +56,7 @@ std::vector<Reach> reaches(const Surfels& surfels) {
             out[i] = {0.0, std::max(radius, std::sqrt(patch[i]))};
         } else if (!surfels.areas.empty()) {
             const double even = 1.4 * std::sqrt(surfels.areas[i]);
-            out[i] = {std::min(radius, even), std::min(2.0 * radius, even)};
+            out[i] = {std::min(closing * radius, even), std::min(2.0 * radius, even)};
         }
     }
     return out;
@@ -129,8 +133,8 @@ struct Drawing {
         disk.sag = static_cast<float>((curve > 0.0 ? 0.15 : 0.4) * radius);
         for (std::size_t k = 0; k < creases.size(); ++k) {
             store(disk.creases[k], frame.turn(creases[k].normal));
-            // A hair beyond, where the disks on the other side begin.
-            disk.creases[k][3] = static_cast<float>(creases[k].limit + 1e-3 * radius);
+            // A little beyond: edges of scans are found so well, and slits between the disks of both sides show.
+            disk.creases[k][3] = static_cast<float>(creases[k].limit + beyond_crease * radius);
         }
         disk.index = static_cast<std::int32_t>(i);
         disk.group = group(i, s.back);
