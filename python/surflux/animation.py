@@ -10,7 +10,7 @@ from surflux import _check, _core
 from surflux._files import unfinished_name
 from surflux._passes import progress_callback
 from surflux.camera import Camera
-from surflux.images import resolved_exposure, tone_map, write_image
+from surflux.images import checked_tone, resolved_exposure, tone_map, write_image
 from surflux.saving import file_error
 
 FILMS = (".mp4", ".gif")
@@ -112,9 +112,9 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
     for camera in cameras:
         _check_camera("cameras", camera)
     fps = _check.number("fps", fps, 0.0, 1000.0, low_open=True)
-    _check.flag("filmic", filmic)
     name = check_target(path)
     suffix = Path(name).suffix.lower()
+    exposure, stops = checked_tone(suffix, exposure, stops, filmic)
     layers = options.pop("layers", False)
     if layers is not False and suffix != ".exr":
         raise ValueError(f"layers: a {suffix} file has none; .exr has")
@@ -130,7 +130,7 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
             found = solution.render(camera, size, layers=wanted, **options)
             image = found.pop("radiance")
             if suffix in (".png", *FILMS) and shown is None:
-                shown = resolved_exposure(exposure, image, _check.number("stops", stops, -100.0, 100.0))
+                shown = resolved_exposure(exposure, image, stops)
             if film is not None:
                 frames.append(np.rint(255.0 * tone_map(image, exposure=shown, filmic=filmic)).astype(np.uint8))
                 continue

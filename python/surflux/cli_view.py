@@ -5,6 +5,7 @@ from pathlib import Path
 
 import surflux as sf
 from surflux import _check
+from surflux.solution_file import NO_SOLUTION
 
 
 def thing_of(options):
@@ -23,8 +24,10 @@ def thing_of(options):
         return sf.Surfels.from_mesh(path, reflectance=None), False
     try:
         return sf.load_solution(path), True
-    except (sf.FileError, ValueError):  # not solved, or not readable: then this says why
-        return sf.read(path, viewpoint=options.viewpoint), False
+    except sf.FileError as error:
+        if NO_SOLUTION not in str(error):
+            raise
+    return sf.read(path, viewpoint=options.viewpoint), False
 
 
 def check(options):

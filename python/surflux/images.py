@@ -31,8 +31,8 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
         layers: for .exr alone, by name: (h, w), (h, w, 1) or (h, w, 3) each.
 
     Raises:
-        ValueError: an argument, by name: a wrong shape, layers for a format that has none, an exposure for one that
-            needs none, whole numbers beyond what a float holds.
+        ValueError: an argument, by name: a wrong shape, NaN, layers for a format that has none, an exposure for one
+            that needs none, whole numbers beyond what a float holds.
         FileError: the path and the reason: an unknown suffix, a folder that does not exist or takes no file.
 
     >>> import numpy as np
@@ -49,13 +49,12 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
     image = _picture("image", image)
     if image.shape[2:] != (3,):
         raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
+    if np.any(np.isnan(image)):
+        row, column = np.argwhere(np.isnan(image).any(axis=2))[0]
+        raise ValueError(f"image: pixel ({row}, {column}) is NaN")
     if layers and suffix in (".hdr", ".png"):
         raise ValueError(f"{next(iter(layers))}: a {suffix} file has no layers; .exr has")
-    factor, stops = _exposure(exposure), number("stops", stops, -100.0, 100.0)
-    _check.flag("filmic", filmic)
-    for name, given in (("exposure", factor is not None), ("stops", stops != 0.0), ("filmic", not filmic)):
-        if given and suffix in (".exr", ".hdr"):
-            raise ValueError(f"{name}: a {suffix} file holds radiance itself; only .png is tone-mapped")
+    factor, stops = checked_tone(suffix, exposure, stops, filmic)
     if suffix == ".png":
         image = _core.tone_map(image, resolved_exposure(factor, image, stops), filmic)
     names, channels = ["R", "G", "B"], [image]
@@ -135,6 +134,16 @@ def tone_map(image, *, exposure=None, stops=0.0, filmic=True):
         raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
     factor = resolved_exposure(_exposure(exposure), image, number("stops", stops, -100.0, 100.0))
     return _core.srgb_encode(_core.tone_map(image, factor, bool(filmic)))
+
+
+def checked_tone(suffix, exposure, stops, filmic):
+    """(factor or None, stops) for a file with this suffix."""
+    factor, stops = _exposure(exposure), number("stops", stops, -100.0, 100.0)
+    _check.flag("filmic", filmic)
+    for name, given in (("exposure", factor is not None), ("stops", stops != 0.0), ("filmic", not filmic)):
+        if given and suffix in (".exr", ".hdr"):
+            raise ValueError(f"{name}: a {suffix} file holds radiance itself, and is not tone-mapped")
+    return factor, stops
 
 
 def resolved_exposure(exposure, image, stops=0.0):

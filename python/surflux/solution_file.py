@@ -15,6 +15,9 @@ from surflux.surfels import Surfels
 HEADER_LIMIT = 1 << 20  # bytes: what a solution says about itself is in there
 
 
+NO_SOLUTION = "holds points but no solution"
+
+
 def load_solution(path):
     """The Solution that Solution.save wrote.
 
@@ -34,7 +37,7 @@ def load_solution(path):
     arrays = load_arrays(path)
     about = unpack_comments(arrays["comments"], path)
     if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
-        raise file_error(path, f"holds points but no solution; `surflux solve {os.fsdecode(path)}` makes one")
+        raise file_error(path, f"{NO_SOLUTION}; `surflux solve {os.fsdecode(path)}` makes one")
     try:
         camera = None if about["camera"] is None else Camera(**about["camera"])
         lamps = [AreaLight(*lamp) for lamp in about["lamps"]]

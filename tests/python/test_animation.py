@@ -147,6 +147,9 @@ def test_refusals(solution, tmp_path):
     for name, value in [("fps", 0), ("fps", "fast"), ("stops", np.nan), ("filmic", 1), ("exposure", 0)]:
         with pytest.raises(ValueError, match=rf"^{name}: "):
             solution.animate([CAMERA], tmp_path / "%d.png", (8, 8), **{name: value})
+    for name, value in [("exposure", 2.0), ("stops", 1.0), ("filmic", False)]:
+        with pytest.raises(ValueError, match=rf"^{name}: a \.exr file holds radiance itself"):
+            solution.animate([CAMERA], tmp_path / "%d.exr", (8, 8), **{name: value})
     with pytest.raises(ValueError, match=r"^layers: a \.png file has none"):
         solution.animate([CAMERA], tmp_path / "%d.png", (8, 8), layers=True)
     with pytest.raises(sf.Cancelled):

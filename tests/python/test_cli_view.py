@@ -30,6 +30,9 @@ def run(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "red.toml").write_text(SCENE)
     (tmp_path / "quad.obj").write_text(QUAD)
+    sf.solve(sf.Scene([sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0)], [sf.Environment(1.0)])).save("damaged.ply")
+    whole = (tmp_path / "damaged.ply").read_bytes()
+    (tmp_path / "damaged.ply").write_bytes(whole.replace(b'"error"', b'"errar"'))
     sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, radii=[0.3, 0.5]).save("cloud.ply")
 
     def call(*arguments):
@@ -115,6 +118,7 @@ WRONG = [
     (["cloud.ply", "--pick", "2"], "pick: wanted a whole number from 0 to 1, got 2"),
     (["cloud.ply", "--level", "-1"], "level: wanted a whole number from 0"),
     (["none.obj"], "none.obj"),
+    (["damaged.ply"], "damaged.ply: its description of the solution is damaged"),
     (["cloud.ply", "--mesh"], "cloud.ply"),
 ]
 

@@ -56,6 +56,7 @@ def test_tone_map_cuts_off_where_it_is_told_to():
         ("a.exr", {"image": np.zeros((4, 0, 3))}, "image"),
         ("a.exr", {"image": np.zeros((4, 4, 4))}, "image"),
         ("a.exr", {"image": "picture"}, "image"),
+        ("a.png", {"image": np.full((4, 4, 3), np.nan)}, "image"),
         ("a.exr", {"depth": np.zeros((4, 5))}, "depth"),
         ("a.exr", {"indirect": np.zeros((4, 4, 2))}, "indirect"),
         ("a.exr", {"exposure": 1.0}, "exposure"),
