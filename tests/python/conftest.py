@@ -4,6 +4,7 @@ Without SURFLUX_DATA they are skipped; with it nothing excuses a skip, so that a
 """
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,8 @@ SCANS_RUN = pytest.StashKey[int]()
 
 
 def pytest_configure(config):
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's job in the background; tests press Ctrl-C
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     config.stash[SCANS_RUN] = 0
     folder = os.environ.get("SURFLUX_DATA")
     if folder and not Path(folder).is_dir():
