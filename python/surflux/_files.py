@@ -6,14 +6,19 @@ from pathlib import Path
 from surflux._core import FileError
 
 
+def require_folder(path, folder):
+    """Refuses a path whose folder is not there."""
+    if not folder.is_dir():
+        raise FileError(f"{path}: cannot be written: there is no folder {folder}")
+
+
 def write_whole(path, data):
     """Writes bytes beside `path` and renames: a file that is there is replaced whole or not at all, and keeps its mode.
 
     Raises FileError.
     """
     real = Path(os.path.realpath(path))
-    if not real.parent.is_dir():
-        raise FileError(f"{path}: cannot be written: there is no folder {real.parent}")
+    require_folder(path, real.parent)
     beside = real.with_name(unfinished_name(real))
     try:
         with open(beside, "xb") as file:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _check, _core
-from surflux._files import unfinished_name
+from surflux._files import require_folder, unfinished_name
 from surflux._passes import progress_callback
 from surflux.camera import Camera
 from surflux.images import checked_tone, resolved_exposure, tone_map, write_image
@@ -154,9 +154,7 @@ def check_target(path, argument="path"):
         raise ValueError(f"{argument}: wanted a name ending in {', '.join((*FILMS, *PICTURES))}, got {name!r}")
     elif len(NUMBER.findall(name)) != 1 or name.count("%") != 1:
         raise ValueError(f"{argument}: wanted a pattern for numbered pictures, such as 'frames/%04d.png', got {name!r}")
-    folder = Path(name).absolute().parent
-    if not folder.is_dir():
-        raise file_error(name, f"cannot be written: there is no folder {folder}")
+    require_folder(name, Path(name).absolute().parent)
     return name
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 import surflux as sf
 from surflux import _check
+from surflux._files import require_folder
 from surflux.animation import check_target
 from surflux.camera import framing
 from surflux.cli_options import command_line
@@ -92,8 +93,7 @@ def _check_options(options):
         output = Path(given["output"])
         if output.suffix.lower() != ".ply":
             raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
-        if not output.parent.is_dir():
-            raise sf.FileError(f"{output}: cannot be written: there is no folder {output.parent}")
+        require_folder(output, output.parent)
 
 
 def _solve(options):
@@ -264,8 +264,7 @@ def _check_images(images):
     for image in map(Path, images):
         if image.suffix.lower() not in (".exr", ".png", ".hdr"):
             raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
-        if not image.parent.is_dir():
-            raise sf.FileError(f"{image}: cannot be written: there is no folder {image.parent}")
+        require_folder(image, image.parent)
 
 
 def _write_images(solution, camera, options, images, **settings):

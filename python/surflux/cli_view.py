@@ -5,6 +5,8 @@ from pathlib import Path
 
 import surflux as sf
 from surflux import _check
+from surflux._files import require_folder
+from surflux.page import page_path
 from surflux.solution_file import NO_SOLUTION
 
 
@@ -40,11 +42,7 @@ def check(options):
     if options.export is not None:
         if options.screenshot is not None:
             raise ValueError("--export: wanted without --screenshot")
-        suffix, folder = Path(options.export).suffix.lower(), Path(options.export).parent
-        if suffix not in (".html", ".htm"):
-            raise ValueError(f"--export: wanted a name ending in .html, got {options.export!r}")
-        if not folder.is_dir():
-            raise sf.FileError(f"{options.export}: cannot be written: there is no folder {folder}")
+        require_folder(options.export, page_path("--export", options.export).parent)
 
 
 def run(options, camera_of):

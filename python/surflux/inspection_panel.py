@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux import sharing
 from surflux.view_colors import coverage
+from surflux.view_shapes import text_actor
 
 MAIN, SCALE, TEXT, OWN, LEADERS, HISTOGRAM = range(6)
 # Of the window: where the panel begins; above what the surfels, the pictures of a pick and the words stand; how high
@@ -81,20 +82,8 @@ class Panel:
 
     def write(self, part, name, text, place, *, top=False, centered=False, fixed_width=False, grey=0.0):
         """Text at a place in a part of the window, in fractions of it, instead of what had that name."""
-        import pyvista
-
-        actor = pyvista.Text(text)
-        look = actor.GetTextProperty()
-        look.SetFontSize(self.font)
-        look.SetColor(grey, grey, grey)
-        look.SetBackgroundColor(1.0, 1.0, 1.0)
-        look.SetBackgroundOpacity(0.8)
-        look.SetFontFamilyToCourier() if fixed_width else look.SetFontFamilyToArial()
-        look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
-        look.SetJustificationToCentered() if centered else look.SetJustificationToLeft()
-        where = actor.GetPositionCoordinate()
-        where.SetCoordinateSystemToNormalizedViewport()
-        where.SetValue(*place)
+        side = "centered" if centered else "left"
+        actor = text_actor(text, self.font, place, side=side, top=top, fixed=fixed_width, grey=grey)
         self.plotter.subplot(0, part)
         self.plotter.add_actor(actor, name=name, reset_camera=False, pickable=False)
         self.plotter.subplot(0, MAIN)

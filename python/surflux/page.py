@@ -83,9 +83,7 @@ class Page:
             ValueError: a name that does not end in .html.
             FileError: the file cannot be written.
         """
-        path = Path(_check.path("path", path))
-        if path.suffix.lower() not in (".html", ".htm"):
-            raise ValueError(f"path: wanted a name ending in .html, got {str(path)!r}")
+        path = page_path("path", path)
         write_whole(path, self.html().encode("utf-8"))
         return path
 
@@ -104,13 +102,12 @@ class Page:
         places = np.column_stack([s.points - subject.origin(), radii])[order]
         normals, lamps = s.normals[order], subject.lamps
         if lamps:
-            corner, u, v = (np.array([getattr(lamp, k) for lamp in lamps]) for k in ("corner", "edge_u", "edge_v"))
-            low = corner - subject.origin()
+            quads = subject.lamp_quads()
+            u, v = quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0]
             reach = np.linalg.norm(np.abs(u) + np.abs(v), axis=1) / 2
             owners = np.concatenate([owners, len(s) + np.repeat(np.arange(len(lamps)), 2)])
-            quads = [low, low + u, low + u + v, low, low + u + v, low + v]
-            corners = np.concatenate([corners, np.stack(quads, axis=1).reshape(-1, 3, 3)])
-            places = np.concatenate([places, np.column_stack([low + (u + v) / 2, reach])])
+            corners = np.concatenate([corners, quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3, 3)])
+            places = np.concatenate([places, np.column_stack([quads.mean(axis=1), reach])])
             across = np.cross(u, v)
             normals = np.concatenate([normals, across / np.linalg.norm(across, axis=1, keepdims=True)])
         store = _Store()
@@ -153,6 +150,14 @@ class Page:
             }
         rgb = np.concatenate([screen_bytes(shown)[order], np.full((len(lamps), 3), 255, np.uint8)]).astype(np.uint32)
         return about | {"data": store.add(rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16 | 0xFF << 24, np.uint32)}
+
+
+def page_path(name, path):
+    """The path of a page, as a Path; refused by `name` where it has another suffix."""
+    path = Path(_check.path(name, path))
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{name}: wanted a name ending in .html, got {str(path)!r}")
+    return path
 
 
 class _Store:

@@ -6,6 +6,7 @@ from surflux import _check, _core
 from surflux.camera import Camera, framing
 from surflux.fields import BasisField
 from surflux.meshless_render import basis_layers
+from surflux.solution import inserted_among
 
 LAYERS = ("radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level")  # of a picture
 
@@ -95,7 +96,7 @@ def _splatted(solution, names, splat):
 def drawn_surfels(solution):
     """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
     s = solution.surfels
-    inserted = np.bincount(solution.parents)[solution.parents] > 1
+    inserted = inserted_among(solution.parents)
     if not inserted.any():
         return s._core
     radii = np.where(inserted, INSERTED_FOOTPRINT, 1.0) * s.radii

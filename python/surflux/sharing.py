@@ -8,6 +8,7 @@ import numpy as np
 from surflux import _check
 from surflux.areas import AreaShares, area_shares
 from surflux.view_colors import coverage
+from surflux.view_shapes import disks_among
 
 PICKED = (230, 0, 90)  # kept apart from viridis and from the hues of the neighbours
 _GOLDEN = 0.6180339887
@@ -62,7 +63,7 @@ def colors_around(away):
 
 def disks_of(s):
     """Indices of the surfels whose area over disk area is worth a look: disks, or patches where all are."""
-    disks = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+    disks = disks_among(s)
     return disks if len(disks) else np.arange(len(s))
 
 

@@ -306,11 +306,15 @@ class Solution:
         )
 
 
+def inserted_among(parents):
+    """(n,) booleans: which surfels stand for a part of one of the scene's, by Solution.parents."""
+    return np.bincount(parents)[parents] > 1 if len(parents) else np.zeros(0, bool)
+
+
 def _insertion_depth(parents, areas):
     """0 for the scene's own surfels, and -1, -2 and so on for those inserted below them, which share their area."""
-    count = np.bincount(parents)[parents] if len(parents) else parents
     whole = np.bincount(parents, areas)[parents] if len(parents) else areas
-    share = np.divide(areas, whole, out=np.ones(len(parents)), where=(count > 1) & (areas > 0.0))
+    share = np.divide(areas, whole, out=np.ones(len(parents)), where=inserted_among(parents) & (areas > 0.0))
     return np.round(np.log(share) / np.log(4.0))
 
 

@@ -7,7 +7,7 @@ from surflux.camera import framing
 from surflux.hierarchy import build_hierarchy
 from surflux.rendering import drawn_surfels
 from surflux.scene import Scene
-from surflux.solution import Solution
+from surflux.solution import Solution, inserted_among
 from surflux.surfels import Surfels
 
 
@@ -69,7 +69,7 @@ class Subject:
         """(n,) booleans: which surfels stand for a part of one of the scene's."""
         if self.solution is None:
             return np.zeros(len(self), bool)
-        return np.bincount(self.solution.parents)[self.solution.parents] > 1
+        return inserted_among(self.solution.parents)
 
     def drawn(self):
         """(radii (n,), triangles (t, 3, 3)) as they leave no gaps where surfels were inserted."""
@@ -77,6 +77,14 @@ class Subject:
             return self.surfels.radii, self.surfels.triangles
         core = drawn_surfels(self.solution)
         return core.radii, core.triangles
+
+    def lamp_quads(self):
+        """(l, 4, 3) corners of the lamps around origin(), counterclockwise as seen from where they shine."""
+        corner, u, v = (
+            np.array([getattr(lamp, k) for lamp in self.lamps]).reshape(-1, 3) for k in ("corner", "edge_u", "edge_v")
+        )
+        low = corner - self.origin()
+        return np.stack([low, low + u, low + u + v, low + v], axis=1)
 
     def origin(self):
         """(3,) the middle of all: around it single precision serves survey coordinates too."""

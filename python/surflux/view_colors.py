@@ -21,7 +21,7 @@ PROPERTIES = {
     "radius": ("number", "radius R, units of length"),
     "area": ("number", "effective area S, units of length squared"),
     "coverage": ("number", "area / disk area"),
-    "level": ("number", "level: 0 the scene's own, -1 and below inserted"),
+    "level": ("number", "level that light was gathered at (Solution.levels); below 0 inserted"),
     "object": ("members", "objects of the scene"),
     "parent": ("members", "surfels of the scene; those inserted in place of one have its colour"),
     "group": ("members", "groups of the hierarchy"),

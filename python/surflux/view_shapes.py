@@ -1,4 +1,4 @@
-"""The shapes that a window draws surfels as: points, disks, and splats that run into each other."""
+"""What windows are drawn of: surfels as points, disks, and splats that run into each other; polygons; words."""
 
 import numpy as np
 
@@ -14,6 +14,36 @@ _NEIGHBORS = 9
 def disk_corners(count):
     """How many corners each of count disks is drawn with."""
     return _CORNERS if count <= _MANY else _FEW_CORNERS
+
+
+def disks_among(s):
+    """(m,) indices of the surfels that are disks, and no patches."""
+    return np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+
+
+def text_actor(text, size, place, *, side="left", top=False, fixed=False, grey=0.0):
+    """Text at a place of what it is added to, in fractions of that.
+
+    side: "left", "centered" or "right": which part of the text stands there. top: its upper end, else its lower.
+    fixed: letters of one width.
+    """
+    import pyvista
+
+    actor = pyvista.Text(text)
+    look = actor.GetTextProperty()
+    look.SetFontSize(size)
+    look.SetColor(grey, grey, grey)
+    look.SetBackgroundColor(1.0, 1.0, 1.0)
+    look.SetBackgroundOpacity(0.8)
+    look.SetFontFamilyToCourier() if fixed else look.SetFontFamilyToArial()
+    look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
+    {"left": look.SetJustificationToLeft, "right": look.SetJustificationToRight}.get(
+        side, look.SetJustificationToCentered
+    )()
+    where = actor.GetPositionCoordinate()
+    where.SetCoordinateSystemToNormalizedViewport()
+    where.SetValue(*place)
+    return actor
 
 
 def rings(centers, normals, radii, corners):
@@ -68,7 +98,7 @@ class Shape:
             self.mesh = pyvista.PolyData(centers)
             self._owner = np.arange(len(s))
             return
-        disk = np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+        disk = disks_among(s)
         corners = disk_corners(len(disk))
         tips, n, r = centers[disk], s.normals[disk], radii[disk]
         rims = rings(tips, n, r, corners) - _SLOPE * (r[:, None] * n)[:, None]

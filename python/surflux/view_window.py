@@ -7,7 +7,7 @@ from surflux.camera import Camera
 from surflux.links import LinkFinder
 from surflux.view_colors import LIGHTS, Shown, names_of, property_of, range_of, screen_bytes, white_of
 from surflux.view_pick import PARTS, draw_links, draw_members
-from surflux.view_shapes import STYLES, Shape, polygons, rings
+from surflux.view_shapes import STYLES, Shape, polygons, rings, text_actor
 from surflux.view_words import caption, values_of
 
 INSERTED = (255, 140, 0)
@@ -243,23 +243,10 @@ class SceneView:
 
     def write(self, name, text, place, *, top=False, right=False, fixed=False, grey=0.0):
         """Text at a place of the window, in fractions of it, in place of what had that name."""
-        import pyvista
-
         self.plotter.remove_actor(name, render=False)
         if not text:
             return
-        actor = pyvista.Text(text)
-        look = actor.GetTextProperty()
-        look.SetFontSize(self.font)
-        look.SetColor(grey, grey, grey)
-        look.SetBackgroundColor(1.0, 1.0, 1.0)
-        look.SetBackgroundOpacity(0.8)
-        look.SetFontFamilyToCourier() if fixed else look.SetFontFamilyToArial()
-        look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
-        look.SetJustificationToRight() if right else look.SetJustificationToLeft()
-        where = actor.GetPositionCoordinate()
-        where.SetCoordinateSystemToNormalizedViewport()
-        where.SetValue(*place)
+        actor = text_actor(text, self.font, place, side="right" if right else "left", top=top, fixed=fixed, grey=grey)
         self.plotter.add_actor(actor, name=name, reset_camera=False, pickable=False)
 
     def _take(self, subject):
@@ -269,12 +256,7 @@ class SceneView:
         self.extent = float(np.max(np.linalg.norm(self.centers, axis=1) + subject.surfels.radii))
         self._find_links = LinkFinder(subject)
         if subject.lamps:
-            corner, u, v = (
-                np.array([getattr(lamp, k) for lamp in subject.lamps]) for k in ("corner", "edge_u", "edge_v")
-            )
-            low = corner - subject.origin()
-            quads = np.stack([low, low + u, low + u + v, low + v], axis=1)
-            self.draw("lamps", polygons(quads), color="white", culling="back")
+            self.draw("lamps", polygons(subject.lamp_quads()), color="white", culling="back")
 
     def draw(self, name, mesh, **look):
         """Adds a mesh in place of what had that name; the actor."""

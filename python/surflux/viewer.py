@@ -10,9 +10,10 @@ import numpy as np
 
 from surflux import _check
 from surflux._color import display_bytes
+from surflux._files import require_folder
 from surflux.areas import effective_areas
 from surflux.view_colors import coverage, white_of
-from surflux.view_shapes import disk_corners, polygon_cells, rings
+from surflux.view_shapes import disk_corners, disks_among, polygon_cells, rings
 
 _DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
@@ -44,7 +45,7 @@ def disks(s, corners=None):
     """
     import pyvista
 
-    round_ones = np.flatnonzero(np.bincount(s.triangle_surfel, minlength=len(s)) == 0)
+    round_ones = disks_among(s)
     if corners is None:
         corners = disk_corners(len(round_ones))
     rims = rings(s.points[round_ones], s.normals[round_ones], s.radii[round_ones], corners).reshape(-1, 3)
@@ -222,11 +223,8 @@ def window_size(size):
 
 
 def _picture(path):
-    from surflux._core import FileError
-
     path = Path(_check.path("screenshot", path))
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
-    if not path.parent.is_dir():
-        raise FileError(f"{path}: cannot be written: there is no folder {path.parent}")
+    require_folder(path, path.parent)
     return path

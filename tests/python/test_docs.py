@@ -12,7 +12,7 @@ import pytest
 import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
-GUIDE = sorted((README.parent / "docs").glob("*.md"))
+GUIDE = sorted((README.parent / "python" / "guide").glob("*.md"))
 MODULES = ["surflux", *(f"surflux.{m.name}" for m in pkgutil.iter_modules(sf.__path__) if m.name != "__main__")]
 
 
@@ -71,7 +71,7 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
 def test_the_readme_links_every_guide(page):
-    assert f"(docs/{page.name})" in README.read_text()
+    assert f"(python/guide/{page.name})" in README.read_text()
 
 
 @pytest.mark.parametrize("block", blocks(README.read_text()))
