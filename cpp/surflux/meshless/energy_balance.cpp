@@ -7,9 +7,9 @@
 
 namespace surflux {
 
-double energy_correction(const Scene& scene, const SurfaceLight& light, const MeshlessField& field,
-                         const std::vector<Rgb>& bounced, const std::vector<Rgb>& lost, const std::vector<double>& even,
-                         const std::vector<char>& inside, bool indirect_only) {
+double energy_correction(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means,
+                         const std::vector<Rgb>& coefficients, const std::vector<Rgb>& bounced,
+                         const std::vector<Rgb>& lost, bool indirect_only) {
     const Surfels& s = scene.surfels;
     const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
     struct Flux {
@@ -17,18 +17,14 @@ double energy_correction(const Scene& scene, const SurfaceLight& light, const Me
         void operator+=(const Flux& other) { sent += other.sent, kept += other.kept, received += other.received; }
     };
     const Flux flux = parallel_sum<Flux>(s.size(), 256, [&](std::size_t i, Flux& to) {
-        if (inside[i]) return;
-        thread_local std::vector<Departure> places;
-        light.places_on(static_cast<std::uint32_t>(i), even[i], 0, places);
+        if (means.outside(i) == 0.0) return;
         Rgb all = indirect_only ? light.at_surfel(i) : Rgb{}, arrived;
         double away = 0.0;
-        for (const Departure& place : places)
-            field.basis.for_functions(place.position, place.normal, scene.object[i], [&](const BasisWeight& w) {
-                const double share = w.weight / static_cast<double>(places.size());
-                all += share * field.coefficients[w.function];
-                arrived += share * bounced[w.function];
-                away += share * lost[w.function].x;
-            });
+        means.for_functions(i, [&](std::uint32_t j, double weight) {
+            all += weight * coefficients[j];
+            arrived += weight * bounced[j];
+            away += weight * lost[j].x;
+        });
         const double sent = s.areas[i] * sum(s.reflectance[i] * all);
         to.sent += sent;
         to.kept += (1.0 - std::clamp(away, 0.0, 1.0)) * sent;

@@ -67,13 +67,21 @@ private:
 };
 
 HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light,
-                                   const MultilevelBasis& basis, const GatherOptions& options)
+                                   const MultilevelBasis& basis, const SurfelMeans& means, const GatherOptions& options)
     : scene_(scene),
       tracer_(tracer),
       light_(light),
       basis_(basis),
+      means_(means),
       options_(options),
       contact_(contact_distance(bounds_of(scene.surfels))) {}
+
+// A disk, or a patch that is small as seen from `distance`. One of which no place is known to be outside has no mean.
+bool HemisphereGather::sends_by_mean(std::uint32_t surfel, double distance) const {
+    if (means_.outside(surfel) == 0.0) return false;
+    const double radius = scene_.surfels.radii[surfel];
+    return !light_.points().is_patch(surfel) || pi * radius * radius < options_.epsilon_omega * distance * distance;
+}
 
 // Links an end to the levels from `first_level` on, until supports are small. Would it go on to a finer level?
 bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& sums) const {
@@ -101,6 +109,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     cosine_rays(light_.points(), place, count, options_.seed + gather_stream, sums.rays);
     tracer_.closest(sums.rays, sums.hits);
     sums.towards.clear(), sums.light.clear(), sums.gain.clear(), sums.second_half.clear();
+    out.row.share = each;
     Random random(options_.seed + light_stream, stream_of(place));
     Rgb halves[2];
     for (std::size_t k = 0; k < sums.rays.size(); ++k) {
@@ -139,6 +148,10 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
                 take(out.row.first, rho * light_.at_surfel(i));
             }
         }
+        if (sends_by_mean(i, hit.distance)) {
+            out.senders.push_back(i);
+            continue;
+        }
         OpenEnd end{at, i, static_cast<float>(hit.distance), {}};
         for (int c = 0; c < 3; ++c) end.share[c] = static_cast<float>(rho[c]);
         if (link(0, end, sums)) out.open.push_back(end);
@@ -150,6 +163,8 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         halves[sums.second_half[k] != 0] += sums.gain[k];
     }
     out.row.noise = std::abs(luminance(halves[0] - halves[1]));
+    std::sort(out.senders.begin(), out.senders.end());
+    out.senders.shrink_to_fit();
     sums.take(out.links);
 }
 
@@ -164,7 +179,7 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
             for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
         },
         progress);
-    for (std::size_t row = before; row < rows_.size(); ++row) links_ += rows_[row].links.size();
+    count_links();
     for (const int count : counts) rays_ += static_cast<std::size_t>(count);
 }
 
@@ -183,13 +198,30 @@ void HemisphereGather::extend(const Progress& progress) {
         },
         progress);
     levels_ = basis_.levels();
-    links_ = 0;
-    for (const Gathered& row : rows_) links_ += row.links.size();
+    count_links();
 }
 
-Rgb HemisphereGather::gather(std::size_t row, const std::vector<Rgb>& coefficients) const {
+void HemisphereGather::count_links() {
+    links_ = 0;
+    for (const Gathered& row : rows_) links_ += row.senders.size() + row.links.size();
+}
+
+void HemisphereGather::sent(const std::vector<Rgb>& coefficients, std::vector<Rgb>& out) const {
+    const Surfels& s = scene_.surfels;
+    out.resize(s.size());
+    parallel_for(s.size(), 256, [&](std::size_t i) {
+        const double outside = means_.outside(i);
+        out[i] = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) / outside) : Rgb{};
+    });
+}
+
+Rgb HemisphereGather::gather(std::size_t row, const std::vector<Rgb>& coefficients,
+                             const std::vector<Rgb>& sent) const {
+    const Gathered& of = rows_[row];
     Rgb sum;
-    for (const Link& link : rows_[row].links) {
+    for (const std::uint32_t i : of.senders) sum += sent[i];
+    sum = of.row.share * sum;
+    for (const Link& link : of.links) {
         const Rgb& value = coefficients[link.function];
         for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(link.share[c]) * value[c];
     }

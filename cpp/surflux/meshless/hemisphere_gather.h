@@ -6,18 +6,20 @@
 #include "surflux/core/progress.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/surface_light.h"
+#include "surflux/meshless/surfel_means.h"
 
 namespace surflux {
 
 struct GatherOptions {
-    double epsilon_omega = 0.314;  // solid angle of a sender's support, below which no finer level is looked at
+    double epsilon_omega = 0.314;  // solid angle of a sender, below which it sends by its mean
     bool direct_in_basis = false;  // else what lights bring to senders is taken where rays meet them
     std::uint64_t seed = 0;
 };
 
-// GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from the basis functions
-// that its rays meet, on the level at which their supports are small as seen from there, and what needs no solving.
-// Rays are shot once and kept as such rows: every bounce is one sparse product, where L07 shoots anew.
+// GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
+// and what needs no solving. Surfels that are small as seen from there send by their means; others by the basis
+// functions where rays end, down to the level on which these are small as seen from there. Rays are shot once and kept
+// as such rows: every bounce is one sparse product, where L07 shoots anew.
 class HemisphereGather {
 public:
     struct Link {
@@ -25,6 +27,7 @@ public:
         float share[3];  // of its coefficient: of the hemisphere, times reflectance
     };
     struct Row {
+        double share = 0.0;  // of the hemisphere, that a ray stands for
         Rgb sky;             // that rays which left the scene found
         Rgb emitted;         // from emissive surfels, as far as rays find it
         Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
@@ -34,7 +37,7 @@ public:
 
     // Of what is gathered `basis` may have more levels later on: see extend().
     HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light, const MultilevelBasis& basis,
-                     const GatherOptions& options);
+                     const SurfelMeans& means, const GatherOptions& options);
 
     // Appends a row for each place, with as many rays as `counts` says.
     void add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress);
@@ -45,8 +48,10 @@ public:
     const Row& operator[](std::size_t row) const { return rows_[row].row; }
     std::size_t links() const { return links_; }
     std::size_t rays() const { return rays_; }
-    // Irradiance of a row from all functions.
-    Rgb gather(std::size_t row, const std::vector<Rgb>& coefficients) const;
+    // What each surfel sends of light in the basis: reflected, on the average over what of it is not inside geometry.
+    void sent(const std::vector<Rgb>& coefficients, std::vector<Rgb>& out) const;
+    // Irradiance of a row from all functions, of which surfels send `sent`.
+    Rgb gather(std::size_t row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) const;
 
 private:
     // A ray's end for which the finest level there is was too coarse.
@@ -58,17 +63,21 @@ private:
     };
     struct Gathered {
         Row row;
+        std::vector<std::uint32_t> senders;  // surfels that rays met, once for each ray
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
+    bool sends_by_mean(std::uint32_t surfel, double distance) const;
+    void count_links();
 
     const Scene& scene_;
     const Tracer& tracer_;
     const SurfaceLight& light_;
     const MultilevelBasis& basis_;
+    const SurfelMeans& means_;
     GatherOptions options_;
     double contact_;
     std::vector<Gathered> rows_;

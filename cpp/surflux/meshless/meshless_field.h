@@ -16,8 +16,8 @@ struct MeshlessField {
 
     struct At {
         Rgb all, direct;
+        void clamp();  // light is never negative, which sums of coefficients may be by a little
     };
-    // Light is never negative, which sums of coefficients may be by a little.
     At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
     // The finest level on which light was gathered for a function that is not zero there; 0 where none was.
     std::int32_t level_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;

@@ -7,12 +7,12 @@
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/energy_balance.h"
 #include "surflux/meshless/hemisphere_gather.h"
-#include "surflux/meshless/inside.h"
 #include "surflux/meshless/oracle.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
+#include "surflux/meshless/surfel_means.h"
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
@@ -53,12 +53,10 @@ public:
           tracer_(scene),
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
           placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
-          gather_(scene, tracer_, light_, field_->basis, {options.epsilon_omega, !options.indirect_only, options.seed}),
+          means_(scene, tracer_, light_.points(), field_->basis, spacings(options.levels - 1), options.seed),
+          gather_(scene, tracer_, light_, field_->basis, means_,
+                  {options.epsilon_omega, !options.indirect_only, options.seed}),
           receivers_(field_->basis) {
-        std::vector<Departure> centers;
-        for (std::uint32_t i = 0; i < scene.surfels.size(); ++i)
-            centers.push_back({scene.surfels.positions[i], scene.surfels.normals[i], i});
-        inside_ = inside_geometry(scene, tracer_, centers, options.seed);
         watch_.lap("direct");
         out.field = field_;
     }
@@ -94,6 +92,13 @@ public:
 private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
+    // Least distances of points of a level, by object.
+    std::vector<double> spacings(int level) const {
+        std::vector<double> out = placement_.points().first_radius;
+        for (double& r : out) r = at_level(r, static_cast<std::size_t>(level));
+        return out;
+    }
+
     // The next level: everywhere, or around those of the last that are refined.
     void place(const std::vector<std::uint32_t>& refined) {
         MultilevelBasis& basis = field_->basis;
@@ -119,6 +124,7 @@ private:
         MultilevelBasis& basis = field_->basis;
         basis.add_level(positions, normals, objects, support);
         basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
+        means_.extend(spacings(static_cast<int>(placement_.points().level_begin.size()) - 2), stage("placement"));
         surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
         level_of_rays_.resize(basis.size(), basis.levels() - 1);
         receivers_.resize();
@@ -184,9 +190,10 @@ private:
     // T x, and so one bounce of x.
     std::vector<Rgb> bounce(const std::vector<Rgb>& x) {
         receivers_.coefficients(x, field_->coefficients);
+        gather_.sent(field_->coefficients, sent_);
         std::vector<Rgb> out(x.size());
         parallel_for(x.size(), 16,
-                     [&](std::size_t row) { out[row] = gain_ * gather_.gather(row, field_->coefficients); });
+                     [&](std::size_t row) { out[row] = gain_ * gather_.gather(row, field_->coefficients, sent_); });
         return out;
     }
 
@@ -238,35 +245,18 @@ private:
         return out;
     }
 
-    // Over how much of each surfel the field is about even: the spacing of the finest level that it is on.
-    void find_even() {
-        const Surfels& s = scene_.surfels;
-        const std::vector<double>& first = placement_.points().first_radius;
-        const std::size_t finest = placement_.points().level_begin.size() - 2;
-        even_.resize(s.size());
-        parallel_for(s.size(), 256, [&](std::size_t k) {
-            const auto i = static_cast<std::uint32_t>(k);
-            const double spacing = first[scene_.object[i]];
-            even_[i] = at_level(spacing, finest);
-            if (!light_.points().is_patch(i) || 2.0 * s.radii[i] <= even_[i]) return;
-            const std::size_t level = field_->basis.finest_at(s.positions[i], s.normals[i], scene_.object[i]);
-            even_[i] = at_level(spacing, std::min(level + 1, finest));  // the next may reach what is off the middle
-        });
-    }
-
     void balance() {
         std::vector<Rgb> bounced(values_.size()), bounced_coefficients, left;
         for (std::size_t row = 0; row < bounced.size(); ++row) bounced[row] = values_[row] - unbounced_[row];
         receivers_.coefficients(bounced, bounced_coefficients);
         receivers_.coefficients(left_, left);
-        const double correction = energy_correction(scene_, light_, *field_, bounced_coefficients, left, even_, inside_,
-                                                    options_.indirect_only);
+        const double correction = energy_correction(scene_, light_, means_, field_->coefficients, bounced_coefficients,
+                                                    left, options_.indirect_only);
         gain_ = std::clamp(gain_ * correction, 1.0 / most_gain, most_gain);
         watch_.lap("solve");
     }
 
     void finish() {
-        find_even();
         if (options_.bounces < 0) {
             for (int round = 0; round < 2; ++round) {
                 solve(std::max(options_.tolerance, balanced_tolerance), 0);
@@ -303,12 +293,12 @@ private:
     const Tracer tracer_;
     const SurfaceLight light_;
     PointPlacement placement_;
+    SurfelMeans means_;
     HemisphereGather gather_;
     Receivers receivers_;
     std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
-    std::vector<char> inside_;                // of each surfel: in the middle, is it inside geometry?
-    std::vector<double> even_;                // of each surfel
+    std::vector<Rgb> sent_;                   // of each surfel
     double gain_ = 1.0;                       // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
@@ -334,32 +324,24 @@ void MeshlessRadiosity::write() {
     parallel_blocks(
         n, 256,
         [&](std::size_t begin, std::size_t end) {
-            std::vector<Departure> places;
-            for (std::size_t k = begin; k < end; ++k) {
-                const auto i = static_cast<std::uint32_t>(k);
-                const std::uint32_t object = scene_.object[i];
-                light_.places_on(i, even_[i], options_.seed, places);
-                // Inside geometry, where no points are, is no light (L07 6.1).
-                const std::vector<char> inside = places.size() == 1
-                                                     ? std::vector<char>(1, inside_[i])
-                                                     : inside_geometry(scene_, tracer_, places, options_.seed);
+            for (std::size_t i = begin; i < end; ++i) {
                 MeshlessField::At mean;
-                const double share = 1.0 / static_cast<double>(places.size());
-                for (std::size_t p = 0; p < places.size(); ++p) {
-                    if (inside[p]) continue;
-                    const MeshlessField::At found = field_->at(places[p].position, s.normals[i], object);
-                    mean.all += share * found.all;
-                    mean.direct += share * found.direct;
-                }
+                std::uint32_t finest = 0;
+                means_.for_functions(i, [&](std::uint32_t j, double weight) {
+                    mean.all += weight * field_->coefficients[j];
+                    mean.direct += weight * field_->direct[j];
+                    if (field_->gathered[j]) finest = j;
+                });
+                mean.clamp();
                 if (options_.indirect_only) {
                     mean.all += light_.at_surfel(i);
                     mean.direct += light_.direct_at_surfel(i);
                 }
-                out_.parents[k] = i;
-                out_.levels[k] = field_->level_at(s.positions[k], s.normals[k], object);
-                out_.direct[k] = mean.direct;
-                out_.irradiance[k] = mean.all;
-                out_.radiosity[k] = s.emission[k] + s.reflectance[k] * mean.all;
+                out_.parents[i] = static_cast<std::uint32_t>(i);
+                out_.levels[i] = static_cast<std::int32_t>(field_->basis.level_of(finest));
+                out_.direct[i] = mean.direct;
+                out_.irradiance[i] = mean.all;
+                out_.radiosity[i] = s.emission[i] + s.reflectance[i] * mean.all;
             }
         },
         stage("evaluation"));

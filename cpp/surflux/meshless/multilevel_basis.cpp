@@ -60,15 +60,6 @@ void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3&
     for (BasisWeight& w : out) w.function += first_[level];
 }
 
-std::size_t MultilevelBasis::finest_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
-    thread_local std::vector<BasisWeight> weights;
-    for (std::size_t level = levels(); level-- > 1;) {
-        levels_[level].at(point, normal, object, weights);
-        if (!weights.empty()) return level;
-    }
-    return 0;
-}
-
 template <class Value>
 Value MultilevelBasis::evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object,
                                 const std::vector<Value>& coefficients, std::size_t up_to) const {

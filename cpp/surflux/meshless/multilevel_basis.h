@@ -49,9 +49,6 @@ public:
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                   std::vector<BasisWeight>& out) const;
 
-    // The finest level with functions that are not zero at a point.
-    std::size_t finest_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
-
     // Calls visit(function and weight) for all that at_level() gives on levels before `end`.
     template <class Visit>
     void for_functions(const Vec3& point, const Vec3& normal, std::uint32_t object, const Visit& visit,

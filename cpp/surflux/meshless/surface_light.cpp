@@ -7,12 +7,6 @@
 
 namespace surflux {
 
-namespace {
-
-constexpr int most_places = 64;
-
-}  // namespace
-
 SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, int aimed_rays,
                            std::uint64_t seed, const Progress& progress)
     : scene_(scene),
@@ -34,20 +28,6 @@ SurfaceLight::At SurfaceLight::at(const std::vector<Place>& places, const Progre
     out.emitters = aimed_irradiance(tracer_, emitters_, points_, places, aimed, seed_, progress);
     out.sky = aimed_irradiance(tracer_, skies_, points_, places, aimed, seed_ + 1, progress);
     return out;
-}
-
-void SurfaceLight::places_on(std::uint32_t i, double even, std::uint64_t seed, std::vector<Departure>& out) const {
-    const Surfels& s = scene_.surfels;
-    const double across = 2.0 * s.radii[i] / std::max(1e-300, even);
-    int count = 1;
-    if (points_.is_patch(i))
-        while (count < most_places && count < across * across) count *= 4;
-    EvenPoints points(2, seed, i);
-    out.clear();
-    for (int p = 0; p < count; ++p) {
-        const double* u = points.next();
-        out.push_back({count == 1 ? s.positions[i] : points_.at(i, u[0], u[1]), s.normals[i], i});
-    }
 }
 
 }  // namespace surflux

@@ -29,10 +29,6 @@ public:
     const Rgb& emitted_at_surfel(std::size_t i) const { return surfels_.emitters[i]; }
     bool is_dark() const { return all_.empty(); }
 
-    // Places that tell the mean of a field over a surfel which is even over `even`: the centre of a disk, and of a
-    // small patch; else many, all over it.
-    void places_on(std::uint32_t i, double even, std::uint64_t seed, std::vector<Departure>& out) const;
-
     struct At {
         std::vector<Rgb> lights, sky, emitters;
     };

@@ -1,0 +1,119 @@
+#include "surflux/meshless/surfel_means.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+#include "surflux/meshless/inside.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr int most_places = 64;
+constexpr int telling_places = 16;  // of a patch: where all these are inside, or none, all of it is
+constexpr std::size_t grain = 256;
+
+}  // namespace
+
+SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
+                         const MultilevelBasis& basis, const std::vector<double>& finest, std::uint64_t seed)
+    : scene_(scene),
+      tracer_(tracer),
+      points_(points),
+      basis_(basis),
+      seed_(seed),
+      outside_(scene.surfels.size()),
+      inside_(scene.surfels.size(), 0) {
+    parallel_blocks(outside_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        std::vector<Departure> places, of_one;
+        std::vector<std::size_t> first;
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto index = static_cast<std::uint32_t>(i);
+            first.push_back(places.size());
+            places_on(index, std::min(telling_places, count_for(index, finest[scene_.object[i]])), of_one);
+            places.insert(places.end(), of_one.begin(), of_one.end());
+        }
+        first.push_back(places.size());
+        const std::vector<char> inside = inside_geometry(scene_, tracer_, places, seed_ + begin);
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto from = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin]),
+                       to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
+            outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
+            if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
+            places_on(static_cast<std::uint32_t>(i), most_places, of_one);
+            const std::vector<char> of_all = inside_geometry(scene_, tracer_, of_one, seed_ + i);
+            for (std::size_t p = 0; p < of_all.size(); ++p) {
+                inside_[i] |= static_cast<std::uint64_t>(of_all[p]) << p;
+                outside_[i] -= static_cast<double>(of_all[p]) / most_places;
+            }
+        }
+    });
+}
+
+// How many places tell the mean over a surfel of what is about even over `spacing`.
+int SurfelMeans::count_for(std::uint32_t i, double spacing) const {
+    const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
+    int count = 1;
+    if (points_.is_patch(i))
+        while (count < most_places && count < across * across) count *= 4;
+    return count;
+}
+
+// The centre, or many all over a patch; the first of many are the same.
+void SurfelMeans::places_on(std::uint32_t i, int count, std::vector<Departure>& out) const {
+    const Surfels& s = scene_.surfels;
+    EvenPoints points(2, seed_, i);
+    out.clear();
+    for (int p = 0; p < count; ++p) {
+        const double* u = points.next();
+        out.push_back({count == 1 ? s.positions[i] : points_.at(i, u[0], u[1]), s.normals[i], i});
+    }
+}
+
+void SurfelMeans::extend(const std::vector<double>& spacing, const Progress& progress) {
+    const std::size_t n = outside_.size(), level = basis_.levels() - 1;
+    std::vector<std::vector<Entry>> found((n + grain - 1) / grain);  // by blocks
+    Rows rows;
+    rows.begin.assign(n + 1, 0);
+    parallel_blocks(
+        n, grain,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Entry>& out = found[begin / grain];
+            std::vector<Departure> places;
+            std::vector<BasisWeight> weights, all;
+            for (std::size_t k = begin; k < end; ++k) {
+                if (outside_[k] == 0.0) continue;
+                const auto i = static_cast<std::uint32_t>(k);
+                const std::uint32_t object = scene_.object[k];
+                places_on(i, inside_[k] != 0 ? most_places : count_for(i, spacing[object]), places);
+                all.clear();
+                for (std::size_t p = 0; p < places.size(); ++p) {
+                    if ((inside_[k] >> p & 1) != 0) continue;
+                    basis_.at_level(level, places[p].position, places[p].normal, object, weights);
+                    all.insert(all.end(), weights.begin(), weights.end());
+                }
+                std::sort(all.begin(), all.end(),
+                          [](const BasisWeight& a, const BasisWeight& b) { return a.function < b.function; });
+                const std::size_t before = out.size();
+                const double share = 1.0 / static_cast<double>(places.size());
+                for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
+                    double sum = 0.0;
+                    for (; to < all.size() && all[to].function == all[from].function; ++to) sum += all[to].weight;
+                    out.push_back({all[from].function, static_cast<float>(share * sum)});
+                }
+                rows.begin[k + 1] = out.size() - before;
+            }
+        },
+        progress);
+    for (std::size_t i = 0; i < n; ++i) rows.begin[i + 1] += rows.begin[i];
+    rows.entries.reserve(rows.begin[n]);
+    for (std::vector<Entry>& block : found) {
+        rows.entries.insert(rows.entries.end(), block.begin(), block.end());
+        std::vector<Entry>().swap(block);
+    }
+    levels_.push_back(std::move(rows));
+}
+
+}  // namespace surflux

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// What the functions of a basis come to over each surfel: their means over patches, and at the centre of disks. These
+// rows are found once for a level; after that what surfels receive, and what they send, is a sparse product, where
+// evaluating the basis anew at each ray's end took most of the time of L07 and of this solver, too.
+class SurfelMeans {
+public:
+    // Of what is kept `basis` may have more levels later on: see extend(). `finest`: how close points may come to each
+    // other on each object.
+    SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
+                const std::vector<double>& finest, std::uint64_t seed);
+
+    // The rows of the level that the basis has got last. `spacing`: of its points, by object.
+    void extend(const std::vector<double>& spacing, const Progress& progress);
+
+    // The share of a surfel that is not inside geometry. There is no light inside, where no points are (L07 6.1).
+    double outside(std::size_t i) const { return outside_[i]; }
+
+    // Calls visit(function, weight) for all that are not zero on a surfel, coarse levels first.
+    template <class Visit>
+    void for_functions(std::size_t i, const Visit& visit) const {
+        for (const Rows& rows : levels_)
+            for (std::uint64_t k = rows.begin[i]; k < rows.begin[i + 1]; ++k)
+                visit(rows.entries[k].function, static_cast<double>(rows.entries[k].weight));
+    }
+    Rgb mean(std::size_t i, const std::vector<Rgb>& coefficients) const {
+        Rgb sum;
+        for_functions(i, [&](std::uint32_t j, double weight) { sum += weight * coefficients[j]; });
+        return sum;
+    }
+
+private:
+    struct Entry {
+        std::uint32_t function;
+        float weight;
+    };
+    struct Rows {
+        std::vector<std::uint64_t> begin;  // of each surfel, and the end
+        std::vector<Entry> entries;
+    };
+    int count_for(std::uint32_t i, double spacing) const;
+    void places_on(std::uint32_t i, int count, std::vector<Departure>& out) const;
+
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const SurfelPoints& points_;
+    const MultilevelBasis& basis_;
+    std::uint64_t seed_;
+    std::vector<double> outside_;
+    std::vector<std::uint64_t> inside_;  // of each patch that is in part, a bit for each of its places
+    std::vector<Rows> levels_;
+};
+
+}  // namespace surflux
