@@ -76,11 +76,11 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       options_(options),
       contact_(contact_distance(bounds_of(scene.surfels))) {}
 
-// A disk, or a patch that is small as seen from `distance`. One of which no place is known to be outside has no mean.
+// What is wide does where it is small as seen from `distance`; of what seems to be inside geometry there is no mean.
 bool HemisphereGather::sends_by_mean(std::uint32_t surfel, double distance) const {
     if (means_.outside(surfel) == 0.0) return false;
     const double radius = scene_.surfels.radii[surfel];
-    return !light_.points().is_patch(surfel) || pi * radius * radius < options_.epsilon_omega * distance * distance;
+    return !means_.is_wide(surfel) || pi * radius * radius < options_.epsilon_omega * distance * distance;
 }
 
 // Links an end to the levels from `first_level` on, until supports are small. Would it go on to a finer level?

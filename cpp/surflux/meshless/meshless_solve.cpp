@@ -53,7 +53,8 @@ public:
           tracer_(scene),
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
           placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
-          means_(scene, tracer_, light_.points(), field_->basis, spacings(options.levels - 1), options.seed),
+          means_(scene, tracer_, light_.points(), field_->basis, placement_.points().first_radius, options.levels,
+                 options.seed, stage("direct")),
           gather_(scene, tracer_, light_, field_->basis, means_,
                   {options.epsilon_omega, !options.indirect_only, options.seed}),
           receivers_(field_->basis) {
@@ -66,18 +67,8 @@ public:
         gather(from(0));
         solve(rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
-            const Oracle oracle{field_->basis,
-                                receivers_,
-                                gather_,
-                                placement_.points().first_radius,
-                                values_,
-                                direct_,
-                                unbounced_,
-                                first_,
-                                field_->coefficients,
-                                field_->direct};
             const std::vector<std::uint32_t> refined =
-                oracle.refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
+                oracle().refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
             if (refined.empty()) break;
             place(refined);
             const std::vector<std::uint32_t> children = children_of(field_->basis, refined);
@@ -92,11 +83,17 @@ public:
 private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
-    // Least distances of points of a level, by object.
-    std::vector<double> spacings(int level) const {
-        std::vector<double> out = placement_.points().first_radius;
-        for (double& r : out) r = at_level(r, static_cast<std::size_t>(level));
-        return out;
+    Oracle oracle() const {
+        return {field_->basis,
+                receivers_,
+                gather_,
+                placement_.points().first_radius,
+                values_,
+                direct_,
+                unbounced_,
+                first_,
+                field_->coefficients,
+                field_->direct};
     }
 
     // The next level: everywhere, or around those of the last that are refined.
@@ -124,7 +121,7 @@ private:
         MultilevelBasis& basis = field_->basis;
         basis.add_level(positions, normals, objects, support);
         basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
-        means_.extend(spacings(static_cast<int>(placement_.points().level_begin.size()) - 2), stage("placement"));
+        means_.extend(placement_.points().level_begin.size() - 2, stage("placement"));
         surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
         level_of_rays_.resize(basis.size(), basis.levels() - 1);
         receivers_.resize();
@@ -205,6 +202,7 @@ private:
         if (options_.bounces >= 0) {
             values_ = unbounced_;
             for (; linear.applications < options_.bounces; ++linear.applications) {
+                before_ = values_;
                 const std::vector<Rgb> arrived = bounce(values_);
                 for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant[row] + arrived[row];
             }
@@ -218,6 +216,7 @@ private:
             linear =
                 gmres(apply, channels.pack(constant), channels.count, tolerance, most_applications, x, stage("solve"));
             values_ = channels.unpack(x);
+            before_ = values_;
         }
         receivers_.coefficients(values_, field_->coefficients);
         receivers_.coefficients(direct_, field_->direct);
@@ -266,6 +265,7 @@ private:
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
         for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
+        refine_surfels();
         write();
         watch_.lap("evaluation");
         const std::size_t n = scene_.surfels.size();
@@ -279,6 +279,49 @@ private:
         }
         for (const auto& figure : Figures{{"power_in", entered}, {"power_absorbed", absorbed}})
             out_.history.back().push_back(figure);
+    }
+
+    // Where the basis is still off, light is gathered on all of a surfel, and that counts for it.
+    void refine_surfels() {
+        const Surfels& s = scene_.surfels;
+        refined_.assign(s.size(), Receivers::none);
+        std::vector<Place> places;
+        std::vector<int> counts;
+        for (const std::uint32_t i : oracle().refined_surfels(scene_, means_, options_.epsilon_e)) {
+            refined_[i] = static_cast<std::uint32_t>(gather_.size() + places.size());
+            places.push_back({s.positions[i], s.normals[i], i, i});
+            const double spacing = placement_.points().first_radius[scene_.object[i]];
+            const double fewer = std::min(1.0, std::sqrt(std::sqrt(s.areas[i]) / spacing));
+            counts.push_back(std::max(std::min(options_.rays, least_rays), static_cast<int>(options_.rays * fewer)));
+        }
+        gather_.add(places, counts, stage("gathering"));
+        // What they send is what was sent last: with a number of bounces, by the last but one.
+        receivers_.coefficients(before_, sending_);
+        gather_.sent(sending_, sent_);
+        for (Rgb& sent : sent_) sent = {std::max(0.0, sent.x), std::max(0.0, sent.y), std::max(0.0, sent.z)};
+        watch_.lap("gathering");
+        out_.history.back().push_back({"surfels", static_cast<double>(places.size())});
+    }
+
+    // What a surfel has from the basis, or from its own rays.
+    MeshlessField::At light_on(std::uint32_t i) const {
+        MeshlessField::At out;
+        if (refined_[i] == Receivers::none) {
+            means_.for_functions(i, [&](std::uint32_t j, double weight) {
+                out.all += weight * field_->coefficients[j];
+                out.direct += weight * field_->direct[j];
+            });
+            out.clamp();
+            if (!options_.indirect_only) return out;
+        } else {
+            const HemisphereGather::Row& row = gather_[refined_[i]];
+            out = {row.sky + row.emitted, row.sky};
+            if (options_.bounces != 0) out.all += gain_ * (row.first + gather_.gather(refined_[i], sending_, sent_));
+            out.clamp();
+        }
+        out.all += light_.at_surfel(i);
+        out.direct += light_.direct_at_surfel(i);
+        return out;
     }
 
     void write();
@@ -299,10 +342,13 @@ private:
     std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
+    std::vector<std::uint32_t> refined_;      // of each surfel, the row of its own
+    std::vector<Rgb> sending_;                // coefficients of what is gathered for these
     double gain_ = 1.0;                       // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
     std::vector<Rgb> direct_, unbounced_, first_, left_, values_;
+    std::vector<Rgb> before_;  // values before their last bounce
 };
 
 // At the surfels of the scene: at the centre of disks, the mean over patches.
@@ -325,23 +371,18 @@ void MeshlessRadiosity::write() {
         n, 256,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                MeshlessField::At mean;
                 std::uint32_t finest = 0;
-                means_.for_functions(i, [&](std::uint32_t j, double weight) {
-                    mean.all += weight * field_->coefficients[j];
-                    mean.direct += weight * field_->direct[j];
+                means_.for_functions(i, [&](std::uint32_t j, double) {
                     if (field_->gathered[j]) finest = j;
                 });
-                mean.clamp();
-                if (options_.indirect_only) {
-                    mean.all += light_.at_surfel(i);
-                    mean.direct += light_.direct_at_surfel(i);
-                }
+                const bool own = refined_[i] != Receivers::none;
+                const MeshlessField::At light = light_on(static_cast<std::uint32_t>(i));
                 out_.parents[i] = static_cast<std::uint32_t>(i);
-                out_.levels[i] = static_cast<std::int32_t>(field_->basis.level_of(finest));
-                out_.direct[i] = mean.direct;
-                out_.irradiance[i] = mean.all;
-                out_.radiosity[i] = s.emission[i] + s.reflectance[i] * mean.all;
+                out_.levels[i] =
+                    static_cast<std::int32_t>(own ? field_->basis.levels() : field_->basis.level_of(finest));
+                out_.direct[i] = light.direct;
+                out_.irradiance[i] = light.all;
+                out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
             }
         },
         stage("evaluation"));

@@ -11,49 +11,61 @@ namespace surflux {
 
 namespace {
 
-constexpr int most_places = 64;
-constexpr int telling_places = 16;  // of a patch: where all these are inside, or none, all of it is
+// Of a patch: at most; and where some of these are inside geometry and some are not.
+constexpr int most_places = 16, split_places = 64;
+constexpr double widest = 1.0;  // of a surfel whose mean tells enough, over the coarsest spacing
 constexpr std::size_t grain = 256;
 
 }  // namespace
 
 SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
-                         const MultilevelBasis& basis, const std::vector<double>& finest, std::uint64_t seed)
+                         const MultilevelBasis& basis, const std::vector<double>& first_radius, int levels,
+                         std::uint64_t seed, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       points_(points),
       basis_(basis),
+      first_radius_(first_radius),
       seed_(seed),
       outside_(scene.surfels.size()),
       inside_(scene.surfels.size(), 0) {
-    parallel_blocks(outside_.size(), grain, [&](std::size_t begin, std::size_t end) {
-        std::vector<Departure> places, of_one;
-        std::vector<std::size_t> first;
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto index = static_cast<std::uint32_t>(i);
-            first.push_back(places.size());
-            places_on(index, std::min(telling_places, count_for(index, finest[scene_.object[i]])), of_one);
-            places.insert(places.end(), of_one.begin(), of_one.end());
-        }
-        first.push_back(places.size());
-        const std::vector<char> inside = inside_geometry(scene_, tracer_, places, seed_ + begin);
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto from = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin]),
-                       to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
-            outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
-            if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
-            places_on(static_cast<std::uint32_t>(i), most_places, of_one);
-            const std::vector<char> of_all = inside_geometry(scene_, tracer_, of_one, seed_ + i);
-            for (std::size_t p = 0; p < of_all.size(); ++p) {
-                inside_[i] |= static_cast<std::uint64_t>(of_all[p]) << p;
-                outside_[i] -= static_cast<double>(of_all[p]) / most_places;
+    const auto finest = static_cast<std::size_t>(levels - 1);
+    parallel_blocks(
+        outside_.size(), grain,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Departure> places, of_one;
+            std::vector<std::size_t> first;
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto index = static_cast<std::uint32_t>(i);
+                first.push_back(places.size());
+                places_on(index, count_for(index, finest), of_one);
+                places.insert(places.end(), of_one.begin(), of_one.end());
             }
-        }
-    });
+            first.push_back(places.size());
+            const std::vector<char> inside = inside_geometry(scene_, tracer_, places, seed_ + begin);
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto from = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin]),
+                           to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
+                outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
+                if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
+                places_on(static_cast<std::uint32_t>(i), split_places, of_one);
+                const std::vector<char> of_all = inside_geometry(scene_, tracer_, of_one, seed_ + i);
+                for (std::size_t p = 0; p < of_all.size(); ++p) {
+                    inside_[i] |= static_cast<std::uint64_t>(of_all[p]) << p;
+                    outside_[i] -= static_cast<double>(of_all[p]) / split_places;
+                }
+            }
+        },
+        progress);
 }
 
-// How many places tell the mean over a surfel of what is about even over `spacing`.
-int SurfelMeans::count_for(std::uint32_t i, double spacing) const {
+bool SurfelMeans::is_wide(std::uint32_t i) const {
+    return points_.is_patch(i) && 2.0 * scene_.surfels.radii[i] > widest * first_radius_[scene_.object[i]];
+}
+
+// How many places tell the mean over a surfel of what is about even over the spacing of a level.
+int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
+    const double spacing = std::ldexp(first_radius_[scene_.object[i]], -static_cast<int>(level));
     const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
     int count = 1;
     if (points_.is_patch(i))
@@ -72,7 +84,7 @@ void SurfelMeans::places_on(std::uint32_t i, int count, std::vector<Departure>& 
     }
 }
 
-void SurfelMeans::extend(const std::vector<double>& spacing, const Progress& progress) {
+void SurfelMeans::extend(std::size_t spacing, const Progress& progress) {
     const std::size_t n = outside_.size(), level = basis_.levels() - 1;
     std::vector<std::vector<Entry>> found((n + grain - 1) / grain);  // by blocks
     Rows rows;
@@ -87,7 +99,7 @@ void SurfelMeans::extend(const std::vector<double>& spacing, const Progress& pro
                 if (outside_[k] == 0.0) continue;
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[k];
-                places_on(i, inside_[k] != 0 ? most_places : count_for(i, spacing[object]), places);
+                places_on(i, inside_[k] != 0 ? split_places : count_for(i, spacing), places);
                 all.clear();
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if ((inside_[k] >> p & 1) != 0) continue;

@@ -16,16 +16,18 @@ namespace surflux {
 // evaluating the basis anew at each ray's end took most of the time of L07 and of this solver, too.
 class SurfelMeans {
 public:
-    // Of what is kept `basis` may have more levels later on: see extend(). `finest`: how close points may come to each
-    // other on each object.
+    // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on
+    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
-                const std::vector<double>& finest, std::uint64_t seed);
+                const std::vector<double>& first_radius, int levels, std::uint64_t seed, const Progress& progress);
 
-    // The rows of the level that the basis has got last. `spacing`: of its points, by object.
-    void extend(const std::vector<double>& spacing, const Progress& progress);
+    // The rows of the level that the basis has got last. `spacing`: the level that its points are as far apart as.
+    void extend(std::size_t spacing, const Progress& progress);
 
     // The share of a surfel that is not inside geometry. There is no light inside, where no points are (L07 6.1).
     double outside(std::size_t i) const { return outside_[i]; }
+    // Is a surfel so large, beside what the coarsest level can tell apart, that its mean says little of its parts?
+    bool is_wide(std::uint32_t i) const;
 
     // Calls visit(function, weight) for all that are not zero on a surfel, coarse levels first.
     template <class Visit>
@@ -49,13 +51,14 @@ private:
         std::vector<std::uint64_t> begin;  // of each surfel, and the end
         std::vector<Entry> entries;
     };
-    int count_for(std::uint32_t i, double spacing) const;
+    int count_for(std::uint32_t i, std::size_t level) const;
     void places_on(std::uint32_t i, int count, std::vector<Departure>& out) const;
 
     const Scene& scene_;
     const Tracer& tracer_;
     const SurfelPoints& points_;
     const MultilevelBasis& basis_;
+    std::vector<double> first_radius_;
     std::uint64_t seed_;
     std::vector<double> outside_;
     std::vector<std::uint64_t> inside_;  // of each patch that is in part, a bit for each of its places
