@@ -32,6 +32,10 @@ constexpr int most_applications = 100;
 constexpr double widest_support = 3.0;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
+// A surfel by itself has as many as it is long, down to this many: all of them if this many in a row span what the
+// points of the coarsest level are apart.
+constexpr int least_surfel_rays = 64;
+constexpr double surfels_in_a_row = 16.0;
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -291,8 +295,9 @@ private:
             refined_[i] = static_cast<std::uint32_t>(gather_.size() + places.size());
             places.push_back({s.positions[i], s.normals[i], i, i});
             const double spacing = placement_.points().first_radius[scene_.object[i]];
-            const double fewer = std::min(1.0, std::sqrt(std::sqrt(s.areas[i]) / spacing));
-            counts.push_back(std::max(std::min(options_.rays, least_rays), static_cast<int>(options_.rays * fewer)));
+            const double share = std::min(1.0, surfels_in_a_row * std::sqrt(s.areas[i]) / spacing);
+            counts.push_back(std::max(std::min(options_.rays, least_surfel_rays),
+                                      static_cast<int>(std::lround(options_.rays * share))));
         }
         gather_.add(places, counts, stage("gathering"));
         // What they send is what was sent last: with a number of bounces, by the last but one.

@@ -18,7 +18,9 @@ constexpr double many_bounces = 4.0;
 // Where all else is dark, a lit spot may be off by this share of that, of its own light.
 constexpr double own_share = 0.25;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
-constexpr double few_rays = 0.05;     // what a surfel's own rays may be off by, of its light
+// Of surfels half as much is allowed as of points: nothing else is refined with them. And what their own rays may be
+// off by, of their light.
+constexpr double stricter = 0.5, few_rays = 0.05;
 
 // RMS over the surface of a luminance by row.
 template <class Value>
@@ -84,7 +86,7 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
 std::vector<std::uint32_t> Oracle::refined_surfels(const Scene& scene, const SurfelMeans& means,
                                                    double epsilon_e) const {
     const Surfels& s = scene.surfels;
-    const Wanted most = wanted(epsilon_e);
+    const Wanted most = wanted(stricter * epsilon_e);
     std::vector<char> chosen(s.size(), 0);
     parallel_for(s.size(), 256, [&](std::size_t i) {
         std::size_t finest = 0;
