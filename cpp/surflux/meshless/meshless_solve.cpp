@@ -12,6 +12,7 @@
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
+#include "surflux/meshless/surfel_gather.h"
 #include "surflux/meshless/surfel_means.h"
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
@@ -32,10 +33,6 @@ constexpr int most_applications = 100;
 constexpr double widest_support = 3.0;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-// A surfel by itself has as many as it is long, down to this many: all of them if this many in a row span what the
-// points of the coarsest level are apart.
-constexpr int least_surfel_rays = 64;
-constexpr double surfels_in_a_row = 16.0;
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -269,7 +266,6 @@ private:
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
         for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
-        refine_surfels();
         write();
         watch_.lap("evaluation");
         const std::size_t n = scene_.surfels.size();
@@ -283,50 +279,6 @@ private:
         }
         for (const auto& figure : Figures{{"power_in", entered}, {"power_absorbed", absorbed}})
             out_.history.back().push_back(figure);
-    }
-
-    // Where the basis is still off, light is gathered on all of a surfel, and that counts for it.
-    void refine_surfels() {
-        const Surfels& s = scene_.surfels;
-        refined_.assign(s.size(), Receivers::none);
-        std::vector<Place> places;
-        std::vector<int> counts;
-        for (const std::uint32_t i : oracle().refined_surfels(scene_, means_, options_.epsilon_e)) {
-            refined_[i] = static_cast<std::uint32_t>(gather_.size() + places.size());
-            places.push_back({s.positions[i], s.normals[i], i, i});
-            const double spacing = placement_.points().first_radius[scene_.object[i]];
-            const double share = std::min(1.0, surfels_in_a_row * std::sqrt(s.areas[i]) / spacing);
-            counts.push_back(std::max(std::min(options_.rays, least_surfel_rays),
-                                      static_cast<int>(std::lround(options_.rays * share))));
-        }
-        gather_.add(places, counts, stage("gathering"));
-        // What they send is what was sent last: with a number of bounces, by the last but one.
-        receivers_.coefficients(before_, sending_);
-        gather_.sent(sending_, sent_);
-        for (Rgb& sent : sent_) sent = {std::max(0.0, sent.x), std::max(0.0, sent.y), std::max(0.0, sent.z)};
-        watch_.lap("gathering");
-        out_.history.back().push_back({"surfels", static_cast<double>(places.size())});
-    }
-
-    // What a surfel has from the basis, or from its own rays.
-    MeshlessField::At light_on(std::uint32_t i) const {
-        MeshlessField::At out;
-        if (refined_[i] == Receivers::none) {
-            means_.for_functions(i, [&](std::uint32_t j, double weight) {
-                out.all += weight * field_->coefficients[j];
-                out.direct += weight * field_->direct[j];
-            });
-            out.clamp();
-            if (!options_.indirect_only) return out;
-        } else {
-            const HemisphereGather::Row& row = gather_[refined_[i]];
-            out = {row.sky + row.emitted, row.sky};
-            if (options_.bounces != 0) out.all += gain_ * (row.first + gather_.gather(refined_[i], sending_, sent_));
-            out.clamp();
-        }
-        out.all += light_.at_surfel(i);
-        out.direct += light_.direct_at_surfel(i);
-        return out;
     }
 
     void write();
@@ -347,8 +299,6 @@ private:
     std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
-    std::vector<std::uint32_t> refined_;      // of each surfel, the row of its own
-    std::vector<Rgb> sending_;                // coefficients of what is gathered for these
     double gain_ = 1.0;                       // of what is reflected
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
     // hemisphere that is lost, and the solution.
@@ -356,7 +306,8 @@ private:
     std::vector<Rgb> before_;  // values before their last bounce
 };
 
-// At the surfels of the scene: at the centre of disks, the mean over patches.
+// At the surfels of the scene: at the centre of disks, the mean over patches; where the basis is still off, by rays
+// from all over each.
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
@@ -367,30 +318,45 @@ void MeshlessRadiosity::write() {
             found_.emitted.push_back(light_.emitted_at_surfel(i));
         }
     }
+    const std::vector<std::uint32_t> refined = oracle().refined_surfels(scene_, means_, options_.epsilon_e);
+    std::vector<Rgb> sending;
+    if (options_.bounces != 0) receivers_.coefficients(before_, sending);
+    const std::vector<MeshlessField::At> gathered = gather_on_surfels(
+        scene_, gather_, refined, placement_.points().first_radius, options_.rays, sending, gain_, stage("gathering"));
+    out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
+    watch_.lap("gathering");
+    std::vector<std::uint32_t> own(n, Receivers::none);
+    for (std::size_t k = 0; k < refined.size(); ++k) own[refined[k]] = static_cast<std::uint32_t>(k);
     out_.parents.resize(n);
     out_.levels.resize(n);
     out_.direct.resize(n);
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
-    parallel_blocks(
-        n, 256,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                std::uint32_t finest = 0;
-                means_.for_functions(i, [&](std::uint32_t j, double) {
-                    if (field_->gathered[j]) finest = j;
-                });
-                const bool own = refined_[i] != Receivers::none;
-                const MeshlessField::At light = light_on(static_cast<std::uint32_t>(i));
-                out_.parents[i] = static_cast<std::uint32_t>(i);
-                out_.levels[i] =
-                    static_cast<std::int32_t>(own ? field_->basis.levels() : field_->basis.level_of(finest));
-                out_.direct[i] = light.direct;
-                out_.irradiance[i] = light.all;
-                out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
-            }
-        },
-        stage("evaluation"));
+    parallel_for(n, 256, [&](std::size_t i) {
+        MeshlessField::At light;
+        std::size_t level = field_->basis.levels();  // surfels by themselves are as a level of their own
+        if (own[i] != Receivers::none) {
+            light = gathered[own[i]];
+        } else {
+            std::uint32_t finest = 0;
+            means_.for_functions(i, [&](std::uint32_t j, double weight) {
+                light.all += weight * field_->coefficients[j];
+                light.direct += weight * field_->direct[j];
+                if (field_->gathered[j]) finest = j;
+            });
+            light.clamp();
+            level = field_->basis.level_of(finest);
+        }
+        if (options_.indirect_only || own[i] != Receivers::none) {
+            light.all += light_.at_surfel(i);
+            light.direct += light_.direct_at_surfel(i);
+        }
+        out_.parents[i] = static_cast<std::uint32_t>(i);
+        out_.levels[i] = static_cast<std::int32_t>(level);
+        out_.direct[i] = light.direct;
+        out_.irradiance[i] = light.all;
+        out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
+    });
 }
 
 }  // namespace
