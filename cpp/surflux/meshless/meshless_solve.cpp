@@ -332,7 +332,7 @@ void MeshlessRadiosity::write() {
     out_.direct.resize(n);
     out_.irradiance.resize(n);
     out_.radiosity.resize(n);
-    parallel_for(n, 256, [&](std::size_t i) {
+    const auto write_one = [&](std::size_t i) {
         MeshlessField::At light;
         std::size_t level = field_->basis.levels();  // surfels by themselves are as a level of their own
         if (own[i] != Receivers::none) {
@@ -356,7 +356,13 @@ void MeshlessRadiosity::write() {
         out_.direct[i] = light.direct;
         out_.irradiance[i] = light.all;
         out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
-    });
+    };
+    parallel_blocks(
+        n, 256,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) write_one(i);
+        },
+        stage("evaluation"));
 }
 
 }  // namespace
