@@ -29,7 +29,9 @@ def solve_meshless(
     levels, each of half the spacing, where finer levels correct what coarser ones leave (L07 section 4). Light is
     gathered by rays at the points of the coarsest level, then at finer ones around where neighbours differ, or where
     the correction is large. So the field is smooth, and where light changes little its points are few, however finely
-    the surfaces are modelled.
+    the surfaces are modelled. Surfels send by the field's means over them. Where the last corrections on a surfel are
+    still large, as on tiles and reliefs finer than the last level, light is gathered once more, on all of that surfel,
+    and counts for it alone: not for `irradiance_at`, nor for pictures.
 
     Args:
         scene: Scene. Functions of one of its objects say nothing about the others.
@@ -39,9 +41,9 @@ def solve_meshless(
             level to level. None: by the areas of the objects.
         epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is
             solved for, or of four times its first bounce where that is less; 1.4 times as much on each finer level,
-            which speaks for less of the surface; positive.
-        epsilon_omega: solid angle in steradians of a sender's support, as a receiver sees it, below which finer levels
-            are not looked at; positive.
+            which speaks for less of the surface, and half as much at surfels themselves; positive.
+        epsilon_omega: solid angle in steradians, as a receiver sees it, below which a patch wider than the coarsest
+            spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
         rays: of a receiver, 16 to 65535, evenest by powers of 2;
             half as many on every other finer level, down to 128.
         bounces: how often light is reflected; None for until the residual is below `tolerance`.

@@ -1,7 +1,5 @@
 """sf.solve_meshless: bounces against closed forms, what its options do, and what it is free of: the mesh, threads."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -243,46 +241,6 @@ def test_finer_where_light_changes_and_no_finer_than_asked():
     # A furnace has nothing to refine.
     even = sf.solve_meshless(sf.Scene([cube_inside(2, 0.5, 1.0)]), levels=6)
     assert [figures["refined"] for figures in even.history] == [0] * len(even.history)
-
-
-def slotted_plate(slots=8, depth=0.06):
-    """The unit square from above, half of it lands, half bottoms of slots between them."""
-    corners, quads = [], []
-
-    def quad(a, b, c, d):
-        quads.append(np.arange(4) + len(corners))
-        corners.extend([a, b, c, d])
-
-    edges = np.arange(2 * slots + 1) / (2 * slots)
-    for k, (x, end) in enumerate(itertools.pairwise(edges)):
-        z = 0.0 if k % 2 else -depth
-        for y in np.arange(4) / 4:
-            quad([x, y, z], [end, y, z], [end, y + 0.25, z], [x, y + 0.25, z])
-        if k % 2 == 0:
-            quad([end, 1, -depth], [end, 0, -depth], [end, 0, 0], [end, 1, 0])
-            if k > 0:
-                quad([x, 0, -depth], [x, 1, -depth], [x, 1, 0], [x, 0, 0])
-    return sf.Surfels.from_mesh((corners, quads), reflectance=0.8)
-
-
-def test_surfels_finer_than_the_last_level_have_light_of_their_own():
-    """Lands and bottoms face the same way, closer together than points are: the basis has what is between."""
-    scene = sf.Scene([slotted_plate()], [sf.Environment(1.0)])
-    solution = sf.solve_meshless(scene, levels=2, radius=0.5)
-    flat = solution.surfels.normals[:, 2] > 0.9
-    at, normals, areas = (getattr(solution.surfels, name)[flat] for name in ("points", "normals", "areas"))
-    land, found, basis = at[:, 2] > -0.01, solution.irradiance[flat], solution.irradiance_at(at, normals)
-    true, _ = sf.reference_irradiance(scene, at, normals, samples=4096)
-    assert rms(basis[land], true[land], areas[land]) > 0.05
-    assert rms(basis[~land], true[~land], areas[~land]) > 0.1
-    np.testing.assert_allclose(found[land], np.pi, rtol=1e-9)
-    assert rms(found[~land], true[~land], areas[~land]) < 0.04
-    assert np.all(solution.levels[flat] == 2)
-    assert solution.history[-1]["surfels"] == np.sum(solution.levels == 2)
-    # With a number of bounces, too, it is the same light as one more of what there was before.
-    last, before = (sf.solve_meshless(scene, levels=2, radius=0.5, bounces=n).irradiance[flat] for n in (4, 3))
-    assert np.all(last[~land] >= before[~land])
-    assert rms(last, found, areas) < 0.02
 
 
 def test_all_of_it_comes_back(solved, tmp_path):

@@ -201,6 +201,31 @@ void HemisphereGather::extend(const Progress& progress) {
     count_links();
 }
 
+std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Place>& places,
+                                                           const std::vector<int>& counts,
+                                                           const std::vector<Rgb>& coefficients,
+                                                           const std::vector<Rgb>& sent, const Progress& progress) {
+    std::vector<Once> out(places.size());
+    parallel_blocks(
+        places.size(), 8,
+        [&](std::size_t begin, std::size_t end) {
+            Sums& sums = Sums::of_thread(basis_.size());
+            for (std::size_t k = begin; k < end; ++k) {
+                Gathered row;
+                shoot(places[k], counts[k], sums, row);
+                out[k] = {row.row, gather(row, coefficients, sent)};
+            }
+        },
+        progress);
+    for (const int count : counts) rays_ += static_cast<std::size_t>(count);
+    return out;
+}
+
+void HemisphereGather::clear() {
+    std::vector<Gathered>().swap(rows_);
+    count_links();
+}
+
 void HemisphereGather::count_links() {
     links_ = 0;
     for (const Gathered& row : rows_) links_ += row.senders.size() + row.links.size();
@@ -215,9 +240,7 @@ void HemisphereGather::sent(const std::vector<Rgb>& coefficients, std::vector<Rg
     });
 }
 
-Rgb HemisphereGather::gather(std::size_t row, const std::vector<Rgb>& coefficients,
-                             const std::vector<Rgb>& sent) const {
-    const Gathered& of = rows_[row];
+Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
     Rgb sum;
     for (const std::uint32_t i : of.senders) sum += sent[i];
     sum = of.row.share * sum;

@@ -51,7 +51,20 @@ public:
     // What each surfel sends of light in the basis: reflected, on the average over what of it is not inside geometry.
     void sent(const std::vector<Rgb>& coefficients, std::vector<Rgb>& out) const;
     // Irradiance of a row from all functions, of which surfels send `sent`.
-    Rgb gather(std::size_t row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) const;
+    Rgb gather(std::size_t row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) const {
+        return gather(rows_[row], coefficients, sent);
+    }
+
+    struct Once {
+        Row row;
+        Rgb gathered;
+    };
+    // A row for each place and what is gathered by it, without keeping it.
+    std::vector<Once> once(const std::vector<Place>& places, const std::vector<int>& counts,
+                           const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent,
+                           const Progress& progress);
+    // Forgets all rows.
+    void clear();
 
 private:
     // A ray's end for which the finest level there is was too coarse.
@@ -67,6 +80,7 @@ private:
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };
+    static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;

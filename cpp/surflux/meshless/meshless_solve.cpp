@@ -201,7 +201,7 @@ private:
         values_.insert(values_.end(), constant.begin() + static_cast<std::ptrdiff_t>(values_.size()), constant.end());
         LinearReport linear;
         if (options_.bounces >= 0) {
-            values_ = unbounced_;
+            values_ = before_ = unbounced_;
             for (; linear.applications < options_.bounces; ++linear.applications) {
                 before_ = values_;
                 const std::vector<Rgb> arrived = bounce(values_);
@@ -311,6 +311,18 @@ private:
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
+    const std::vector<std::uint32_t> refined = oracle().refined_surfels(scene_, means_, options_.epsilon_e);
+    // With a number of bounces, senders have one less.
+    std::vector<Rgb> sending;
+    receivers_.coefficients(before_, sending);
+    const std::size_t rays = gather_.rays();
+    const std::vector<MeshlessField::At> gathered =
+        gather_on_surfels(scene_, gather_, refined, placement_.points().first_radius, options_.rays, sending,
+                          options_.bounces == 0 ? 0.0 : gain_, stage("gathering"));
+    figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
+    out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
+    gather_.clear();
+    watch_.lap("gathering");
     out_.surfels = s;
     if (options_.indirect_only) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -318,13 +330,6 @@ void MeshlessRadiosity::write() {
             found_.emitted.push_back(light_.emitted_at_surfel(i));
         }
     }
-    const std::vector<std::uint32_t> refined = oracle().refined_surfels(scene_, means_, options_.epsilon_e);
-    std::vector<Rgb> sending;
-    if (options_.bounces != 0) receivers_.coefficients(before_, sending);
-    const std::vector<MeshlessField::At> gathered = gather_on_surfels(
-        scene_, gather_, refined, placement_.points().first_radius, options_.rays, sending, gain_, stage("gathering"));
-    out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
-    watch_.lap("gathering");
     std::vector<std::uint32_t> own(n, Receivers::none);
     for (std::size_t k = 0; k < refined.size(); ++k) own[refined[k]] = static_cast<std::uint32_t>(k);
     out_.parents.resize(n);

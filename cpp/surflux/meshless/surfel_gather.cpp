@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "surflux/core/parallel.h"
-
 namespace surflux {
 
 namespace {
@@ -27,19 +25,16 @@ std::vector<MeshlessField::At> gather_on_surfels(const Scene& scene, HemisphereG
         const double share = std::min(1.0, in_a_row * std::sqrt(s.areas[i]) / spacing[scene.object[i]]);
         counts.push_back(std::max(std::min(most_rays, least_rays), static_cast<int>(std::lround(most_rays * share))));
     }
-    const std::size_t first = gather.size();
-    gather.add(places, counts, progress);
     std::vector<Rgb> sent;
-    if (!coefficients.empty()) gather.sent(coefficients, sent);
+    gather.sent(coefficients, sent);
     for (Rgb& rgb : sent)
         for (int c = 0; c < 3; ++c) rgb[c] = std::max(0.0, rgb[c]);
-    std::vector<MeshlessField::At> out(surfels.size());
-    parallel_for(surfels.size(), 64, [&](std::size_t k) {
-        const HemisphereGather::Row& row = gather[first + k];
-        out[k] = {row.sky + row.emitted, row.sky};
-        if (!coefficients.empty()) out[k].all += gain * (row.first + gather.gather(first + k, coefficients, sent));
-        out[k].clamp();
-    });
+    std::vector<MeshlessField::At> out;
+    for (const auto& [row, gathered] : gather.once(places, counts, coefficients, sent, progress)) {
+        out.push_back({row.sky + row.emitted, row.sky});
+        if (gain > 0.0) out.back().all += gain * (row.first + gathered);
+        out.back().clamp();
+    }
     return out;
 }
 

@@ -136,12 +136,6 @@ struct OwnSurfels {
     }
 };
 
-double& figure(Figures& figures, const std::string& name) {
-    for (auto& [known, value] : figures)
-        if (known == name) return value;
-    return figures.emplace_back(name, 0.0).second;
-}
-
 // Surfels in proportion to their area, evenly along the list; large ones may come more than once.
 std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, std::uint64_t seed) {
     std::vector<std::uint32_t> out;

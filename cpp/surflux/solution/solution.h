@@ -11,6 +11,12 @@ namespace surflux {
 
 // Named figures in the order in which they came up.
 using Figures = std::vector<std::pair<std::string, double>>;
+// One of them, at first 0.
+inline double& figure(Figures& figures, const std::string& name) {
+    for (auto& [known, value] : figures)
+        if (known == name) return value;
+    return figures.emplace_back(name, 0.0).second;
+}
 
 // What every solver gives: H and B = E + rho H per surfel, and how they came about.
 struct Solution {
