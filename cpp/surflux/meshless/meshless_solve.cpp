@@ -12,8 +12,8 @@
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
-#include "surflux/meshless/surfel_gather.h"
 #include "surflux/meshless/surfel_means.h"
+#include "surflux/meshless/surfel_refinement.h"
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
@@ -311,14 +311,16 @@ private:
 void MeshlessRadiosity::write() {
     const Surfels& s = scene_.surfels;
     const std::size_t n = s.size();
-    const std::vector<std::uint32_t> refined = oracle().refined_surfels(scene_, means_, options_.epsilon_e);
     // With a number of bounces, senders have one less.
     std::vector<Rgb> sending;
     receivers_.coefficients(before_, sending);
+    const Oracle of_points = oracle();
+    const SurfelRefinement::Options options{options_.epsilon_e, options_.rays, options_.indirect_only,
+                                            options_.bounces == 0 ? 0.0 : gain_};
+    SurfelRefinement refinement(scene_, light_, means_, of_points, sending, options, gather_);
     const std::size_t rays = gather_.rays();
-    const std::vector<MeshlessField::At> gathered =
-        gather_on_surfels(scene_, gather_, refined, placement_.points().first_radius, options_.rays, sending,
-                          options_.bounces == 0 ? 0.0 : gain_, stage("gathering"));
+    refinement.run(stage("gathering"));
+    const std::vector<std::uint32_t>& refined = refinement.surfels();
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
     out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
     gather_.clear();
@@ -341,7 +343,7 @@ void MeshlessRadiosity::write() {
         MeshlessField::At light;
         std::size_t level = field_->basis.levels();  // surfels by themselves are as a level of their own
         if (own[i] != Receivers::none) {
-            light = gathered[own[i]];
+            light = refinement.found()[own[i]];
         } else {
             std::uint32_t finest = 0;
             means_.for_functions(i, [&](std::uint32_t j, double weight) {
@@ -350,11 +352,11 @@ void MeshlessRadiosity::write() {
                 if (field_->gathered[j]) finest = j;
             });
             light.clamp();
+            if (options_.indirect_only) {
+                light.all += light_.at_surfel(i);
+                light.direct += light_.direct_at_surfel(i);
+            }
             level = field_->basis.level_of(finest);
-        }
-        if (options_.indirect_only || own[i] != Receivers::none) {
-            light.all += light_.at_surfel(i);
-            light.direct += light_.direct_at_surfel(i);
         }
         out_.parents[i] = static_cast<std::uint32_t>(i);
         out_.levels[i] = static_cast<std::int32_t>(level);

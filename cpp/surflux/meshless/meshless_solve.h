@@ -41,7 +41,7 @@ struct MeshlessSolution {
 //   - by default, as L07 recommends, direct light is not in the basis, and what surfaces reflect of it is taken where
 //     rays meet them;
 //   - surfels send and receive by the means of functions over them (surfel_means.h): the basis is hardly evaluated;
-//   - where it is off on its last level, surfels have light of their own (Oracle::refined_surfels, surfel_gather.h);
+//   - where it is off on its last level, surfels have light of their own (surfel_refinement.h);
 //   - finer receivers have fewer rays, and may be off by more: they speak for less of the surface (oracle.h);
 //   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
 //   rims;

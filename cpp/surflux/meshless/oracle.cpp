@@ -9,18 +9,12 @@ namespace surflux {
 
 namespace {
 
-// A finer level's receiver may be off by more, half way to where all have the same part in the error: areas are
-// 4^-level.
-double allowed_at(double level) { return std::exp2(0.5 * level); }
 // In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
 // what is allowed goes by the light of one bounce, times this at most.
 constexpr double many_bounces = 4.0;
 // Where all else is dark, a lit spot may be off by this share of that, of its own light.
 constexpr double own_share = 0.25;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
-// Of surfels half as much is allowed as of points: nothing else is refined with them. And what their own rays may be
-// off by, of their light.
-constexpr double stricter = 0.5, few_rays = 0.05;
 
 // RMS over the surface of a luminance by row.
 template <class Value>
@@ -37,7 +31,10 @@ double rms(const Oracle& of, const Value& of_row) {
 
 }  // namespace
 
-// Of the RMS of all light, and of what surfaces send.
+// A finer level's receiver may be off by more, half way to where all have the same part in the error: areas are
+// 4^-level.
+double Oracle::allowed_at(double level) { return std::exp2(0.5 * level); }
+
 Oracle::Wanted Oracle::wanted(double epsilon_e) const {
     const auto all = [&](std::uint32_t row) { return luminance(values[row]); };
     const auto sent = [&](std::uint32_t row) { return luminance(values[row] - direct[row]); };
@@ -80,34 +77,6 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
     std::vector<std::uint32_t> out;
     for (std::uint32_t k = 0; k < chosen.size(); ++k)
         if (chosen[k]) out.push_back(from + k);
-    return out;
-}
-
-std::vector<std::uint32_t> Oracle::refined_surfels(const Scene& scene, const SurfelMeans& means,
-                                                   double epsilon_e) const {
-    const Surfels& s = scene.surfels;
-    const Wanted most = wanted(stricter * epsilon_e);
-    std::vector<char> chosen(s.size(), 0);
-    parallel_for(s.size(), 256, [&](std::size_t i) {
-        std::size_t finest = 0;
-        double all = 0.0, sent = 0.0, off = 0.0, off_sent = 0.0;
-        means.for_functions(i, [&](std::uint32_t j, double weight) {
-            if (!receivers.has(j)) return;
-            if (const std::size_t level = basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
-            const double c = luminance(coefficients[j]), c_sent = c - luminance(direct_coefficients[j]);
-            all += weight * c, sent += weight * c_sent;
-            off += weight * std::abs(c), off_sent += weight * std::abs(c_sent);
-        });
-        // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
-        if (finest == 0) return;
-        const double spacing = first_radius[scene.object[i]];
-        const double allowed = allowed_at(0.5 * std::log2(spacing * spacing / std::max(s.areas[i], 1e-300)));
-        chosen[i] = off > std::max(allowed * most.of_all, few_rays * all) ||
-                    off_sent > std::max(allowed * most.of_sent, few_rays * sent);
-    });
-    std::vector<std::uint32_t> out;
-    for (std::uint32_t i = 0; i < chosen.size(); ++i)
-        if (chosen[i]) out.push_back(i);
     return out;
 }
 

@@ -6,8 +6,6 @@
 #include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/receivers.h"
-#include "surflux/meshless/surfel_means.h"
-#include "surflux/scene/scene.h"
 
 namespace surflux {
 
@@ -26,15 +24,14 @@ struct Oracle {
 
     // The functions of a level that are off by more than epsilon_e of the RMS.
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
-    // The surfels that are off by as much. They are as the points of a level that are as far apart as surfels are
-    // large.
-    std::vector<std::uint32_t> refined_surfels(const Scene& scene, const SurfelMeans& means, double epsilon_e) const;
 
-private:
+    // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send.
     struct Wanted {
         double of_all, of_sent;
     };
     Wanted wanted(double epsilon_e) const;
+    // How much more it may be off on a level.
+    static double allowed_at(double level);
 };
 
 }  // namespace surflux

@@ -1,0 +1,141 @@
+#include "surflux/meshless/surfel_refinement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+// A surfel has as many rays as it is long, all of them where so many in a row span the spacing of the coarsest level.
+constexpr int least_rays = 64;
+constexpr double in_a_row = 16.0;
+// Of those that are tried: rays of each, and of all together over those of all levels.
+constexpr int trying_rays = 16;
+constexpr std::size_t share_of_rays = 16;
+// Of surfels half as much is allowed as of points: nothing else is refined with them. And what their own rays may be
+// off by, and the few that try them, of their light.
+constexpr double stricter = 0.5, off_by_rays = 0.05, off_by_few = 0.3;
+
+}  // namespace
+
+SurfelRefinement::SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means,
+                                   const Oracle& oracle, const std::vector<Rgb>& coefficients, const Options& options,
+                                   HemisphereGather& gather)
+    : scene_(scene),
+      light_(light),
+      means_(means),
+      oracle_(oracle),
+      coefficients_(coefficients),
+      options_(options),
+      wanted_(oracle.wanted(stricter * options.epsilon_e)),
+      gather_(gather) {
+    gather_.sent(coefficients_, sent_);
+    for (Rgb& rgb : sent_)
+        for (int c = 0; c < 3; ++c) rgb[c] = std::max(0.0, rgb[c]);
+}
+
+// All light but what is not in the basis.
+std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::uint32_t>& surfels,
+                                                        const std::vector<int>& counts, const Progress& progress) {
+    const Surfels& s = scene_.surfels;
+    std::vector<Place> places;
+    for (const std::uint32_t i : surfels) places.push_back({s.positions[i], s.normals[i], i, i});
+    std::vector<MeshlessField::At> out;
+    for (const auto& [row, gathered] : gather_.once(places, counts, coefficients_, sent_, progress)) {
+        const std::uint32_t i = surfels[out.size()];
+        out.push_back({row.sky + row.emitted, row.sky});
+        if (options_.gain > 0.0) out.back().all += options_.gain * (row.first + gathered);
+        if (!options_.indirect_only) {
+            out.back().all += light_.at_surfel(i);
+            out.back().direct += light_.direct_at_surfel(i);
+        }
+        out.back().clamp();
+    }
+    return out;
+}
+
+// A surfel is as a point of the level on which these are as far apart as it is large.
+double SurfelRefinement::allowed(std::uint32_t surfel) const {
+    const double spacing = oracle_.first_radius[scene_.object[surfel]];
+    return Oracle::allowed_at(0.5 * std::log2(spacing * spacing / std::max(scene_.surfels.areas[surfel], 1e-300)));
+}
+
+// By what the finest functions on it differ by from coarser ones.
+bool SurfelRefinement::is_off(std::uint32_t surfel) const {
+    std::size_t finest = 0;
+    double all = 0.0, sent = 0.0, off = 0.0, off_sent = 0.0;
+    means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
+        if (!oracle_.receivers.has(j)) return;
+        if (const std::size_t level = oracle_.basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
+        const double c = luminance(oracle_.coefficients[j]), c_sent = c - luminance(oracle_.direct_coefficients[j]);
+        all += weight * c, sent += weight * c_sent;
+        off += weight * std::abs(c), off_sent += weight * std::abs(c_sent);
+    });
+    // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
+    if (finest == 0) return false;
+    const double more = allowed(surfel);
+    return off > std::max(more * wanted_.of_all, off_by_rays * all) ||
+           off_sent > std::max(more * wanted_.of_sent, off_by_rays * sent);
+}
+
+bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found) const {
+    const auto farther = [&](double a, double b, double may_be) {
+        return std::abs(a - b) > allowed(surfel) * may_be + off_by_few * std::max(a, b);
+    };
+    const double all = luminance(means_.mean(surfel, oracle_.coefficients)),
+                 direct = luminance(means_.mean(surfel, oracle_.direct_coefficients));
+    return farther(all, luminance(found.all), wanted_.of_all) ||
+           farther(all - direct, luminance(found.all - found.direct), wanted_.of_sent);
+}
+
+// Those that are not refined and not inside geometry.
+std::vector<std::uint32_t> SurfelRefinement::largest_others(std::size_t count) const {
+    const std::vector<double>& areas = scene_.surfels.areas;
+    std::vector<std::uint32_t> out;
+    auto refined = surfels_.begin();
+    for (std::uint32_t i = 0; i < areas.size(); ++i) {
+        if (refined != surfels_.end() && *refined == i)
+            ++refined;
+        else if (means_.outside(i) > 0.0 && areas[i] > 0.0)
+            out.push_back(i);
+    }
+    if (out.size() > count) {
+        std::nth_element(
+            out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return areas[a] > areas[b] || (areas[a] == areas[b] && a < b); });
+        out.resize(count);
+        std::sort(out.begin(), out.end());
+    }
+    return out;
+}
+
+void SurfelRefinement::run(const Progress& progress) {
+    const auto n = static_cast<std::uint32_t>(scene_.surfels.size());
+    std::vector<char> off(n, 0);
+    parallel_for(n, 256, [&](std::size_t i) { off[i] = is_off(static_cast<std::uint32_t>(i)); });
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (off[i]) surfels_.push_back(i);
+    const std::vector<std::uint32_t> tried = largest_others(gather_.rays() / (share_of_rays * trying_rays));
+    const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
+    for (std::size_t k = 0; k < tried.size(); ++k)
+        if (contradicted(tried[k], by_few[k])) surfels_.push_back(tried[k]);
+    std::sort(surfels_.begin(), surfels_.end());
+    std::vector<int> counts;
+    for (const std::uint32_t i : surfels_) {
+        const double spacing = oracle_.first_radius[scene_.object[i]];
+        const double share = std::min(1.0, in_a_row * std::sqrt(scene_.surfels.areas[i]) / spacing);
+        counts.push_back(
+            std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share))));
+    }
+    found_ = gather(surfels_, counts, progress);
+    if (!options_.indirect_only) return;
+    for (std::size_t k = 0; k < surfels_.size(); ++k) {
+        found_[k].all += light_.at_surfel(surfels_[k]);
+        found_[k].direct += light_.direct_at_surfel(surfels_[k]);
+    }
+}
+
+}  // namespace surflux

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/meshless_field.h"
+#include "surflux/meshless/oracle.h"
+#include "surflux/meshless/surface_light.h"
+#include "surflux/meshless/surfel_means.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// Surfels at which the basis is still off on its last level: light is gathered on all of each, and is theirs alone.
+// They are those that the oracle says are off and, of the largest others, those that a few rays contradict: what lies
+// between points, or seems to, has no coefficient to tell.
+class SurfelRefinement {
+public:
+    struct Options {
+        double epsilon_e;
+        int rays;            // of a surfel, at most
+        bool indirect_only;  // is direct light left out of the basis?
+        double gain;         // of what is reflected
+    };
+    // What surfaces send are the functions with `coefficients`.
+    SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means, const Oracle& oracle,
+                     const std::vector<Rgb>& coefficients, const Options& options, HemisphereGather& gather);
+
+    void run(const Progress& progress);
+
+    // Ascending, and what light they have.
+    const std::vector<std::uint32_t>& surfels() const { return surfels_; }
+    const std::vector<MeshlessField::At>& found() const { return found_; }
+
+private:
+    std::vector<MeshlessField::At> gather(const std::vector<std::uint32_t>& surfels, const std::vector<int>& counts,
+                                          const Progress& progress);
+    double allowed(std::uint32_t surfel) const;
+    bool is_off(std::uint32_t surfel) const;
+    bool contradicted(std::uint32_t surfel, const MeshlessField::At& found) const;
+    std::vector<std::uint32_t> largest_others(std::size_t count) const;
+
+    const Scene& scene_;
+    const SurfaceLight& light_;
+    const SurfelMeans& means_;
+    const Oracle& oracle_;
+    const std::vector<Rgb>& coefficients_;
+    Options options_;
+    Oracle::Wanted wanted_;
+    HemisphereGather& gather_;
+    std::vector<Rgb> sent_;
+    std::vector<std::uint32_t> surfels_;
+    std::vector<MeshlessField::At> found_;
+};
+
+}  // namespace surflux
