@@ -20,8 +20,9 @@ class Solution:
         objects: (n,) index of the object in scene.objects that each surfel belongs to.
         levels: (n,) how finely light was gathered. `solve`: 0 at the surfel itself, 1, 2 and so on at a group that many
             levels above it in the hierarchy, -1, -2 and so on for surfels inserted that many levels below the scene's
-            own. `solve_meshless`: the finest level of points that has a say, 0 being the coarsest; one more than
-            there are of surfels at which light was gathered by themselves.
+            own. `solve_meshless`: the finest level of points that has a say, 0 being the coarsest; one more than the
+            finest of all where light was gathered at the surfel itself, of which `irradiance_at` and pictures do not
+            know.
         radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
         irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk; of
             inserted surfels over the part of the patch that is theirs, or at their place.
@@ -35,12 +36,12 @@ class Solution:
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
             (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
             that max_surfels kept from being split), surfels (solve_meshless: those that light was gathered at by
-            themselves), links (pairs of a node and what it gathers from, or of surfels),
-            rays, channels (1 where all is grey), applications of the operator, residual, gain (what rays lost or made
-            of the energy, given back), error (an estimate from the noise of the rays and from what neighbours say; at
-            the end that of `error`), power_in and where it ends: power_absorbed, power_escaped and power_into_backs
-            (all channels added up; a grey scene has its one three times), seconds up to then. With all pairs also
-            largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
+            themselves), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
+            each ray), rays, channels (1 where all is grey), applications of the operator, residual, gain (what rays
+            lost or made of the energy, given back), error (an estimate from the noise of the rays and from what
+            neighbours say; at the end that of `error`), power_in and where it ends: power_absorbed, power_escaped and
+            power_into_backs (all channels added up; a grey scene has its one three times), seconds up to then. With all
+            pairs also largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
             largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it), short_rows and
             closure_applications.
         camera: Camera from which the scene wants to be seen, or None.

@@ -13,10 +13,10 @@ namespace {
 
 // A scene with points placed on it, on three levels, and the means of their functions.
 struct Placed {
-    explicit Placed(const Scene& of, double radius = 0.0)
+    explicit Placed(const Scene& of, double radius = 0.0, std::uint64_t seed = 1)
         : scene(of), tracer(scene), points(scene.surfels), placement(scene, tracer, {radius, 1000, 5}) {
-        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, placement.points().first_radius, 3, 1,
-                                              Progress{});
+        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, placement.points().first_radius, 3, 1.0,
+                                              seed, Progress{});
         for (std::size_t level = 0; level < 3; ++level) {
             placement.add_level();
             const PlacedPoints& p = placement.points();
@@ -82,37 +82,56 @@ TEST(SurfelMeans, AreTheMeansOfTheBasisOverPatchesAndItsValueAtDisks) {
     EXPECT_LT(std::sqrt(squared / static_cast<double>(patches)), 8e-3);  // of values about 1.5, of which waves are .1
 }
 
+// The unit square of parts x parts patches, on whose middle a closed box stands, w wide.
+Scene box_on_the_floor(int parts, double w) {
+    Surfels s;
+    const double at = 0.5 - 0.5 * w;
+    const Vec3 x{w, 0, 0}, y{0, w, 0}, z{0, 0, 0.4}, o{at, at, -0.1};
+    shapes::add_rectangle(s, {}, {1, 0, 0}, {0, 1, 0}, parts, parts);
+    shapes::add_rectangle(s, o, y, x, 1, 1);
+    shapes::add_rectangle(s, o + z, x, y, 1, 1);
+    shapes::add_rectangle(s, o, x, z, 1, 1);
+    shapes::add_rectangle(s, o + y, z, x, 1, 1);
+    shapes::add_rectangle(s, o, z, y, 1, 1);
+    shapes::add_rectangle(s, o + x, y, z, 1, 1);
+    shapes::finish(s, 0.5, 0.0);
+    Scene scene;
+    append(scene, s);
+    return scene;
+}
+
 TEST(SurfelMeans, LeaveOutWhatIsInsideGeometry) {
-    // A closed box stands on a quarter of the floor.
-    for (const int parts : {1, 8}) {
-        Surfels s;
-        const Vec3 x{0.5, 0, 0}, y{0, 0.5, 0}, z{0, 0, 0.4}, o{0.25, 0.25, -0.1};
-        shapes::add_rectangle(s, {}, {1, 0, 0}, {0, 1, 0}, parts, parts);
-        const auto floors = static_cast<std::uint32_t>(s.size());
-        shapes::add_rectangle(s, o, y, x, 1, 1);
-        shapes::add_rectangle(s, o + z, x, y, 1, 1);
-        shapes::add_rectangle(s, o, x, z, 1, 1);
-        shapes::add_rectangle(s, o + y, z, x, 1, 1);
-        shapes::add_rectangle(s, o, z, y, 1, 1);
-        shapes::add_rectangle(s, o + x, y, z, 1, 1);
-        shapes::finish(s, 0.5, 0.0);
-        Scene scene;
-        append(scene, s);
-        const Placed of(scene, 0.2);
-        const std::vector<Rgb> ones(of.basis.first(1), {1, 1, 1});
-        std::vector<Rgb> field(of.basis.size());
-        std::copy(ones.begin(), ones.end(), field.begin());
-        double outside = 0.0;
-        for (std::uint32_t i = 0; i < floors; ++i) {
-            outside += of.means->outside(i) / floors;
-            EXPECT_NEAR(of.means->mean(i, field).x, of.means->outside(i), 1e-6);
-            if (parts == 1) continue;
-            const Vec3& p = s.positions[i];
-            const bool below = p.x > 0.25 && p.x < 0.75 && p.y > 0.25 && p.y < 0.75;
-            EXPECT_EQ(of.means->outside(i), below ? 0.0 : 1.0);
-        }
-        EXPECT_NEAR(outside, 0.75, parts == 1 ? 0.03 : 1e-12);
+    for (const int parts : {1, 8})
+        for (const double w : {0.2, 0.35, 0.5})
+            for (std::uint64_t seed = 0; seed < 4; ++seed) {
+                const Placed of(box_on_the_floor(parts, w), 0.2, seed);
+                const auto floors = static_cast<std::uint32_t>(parts * parts);
+                std::vector<Rgb> field(of.basis.size());
+                std::fill(field.begin(), field.begin() + of.basis.first(1), Rgb{1, 1, 1});
+                double outside = 0.0;
+                for (std::uint32_t i = 0; i < floors; ++i) {
+                    outside += of.means->outside(i) / floors;
+                    EXPECT_NEAR(of.means->mean(i, field).x, of.means->outside(i), 1e-6);
+                }
+                EXPECT_NEAR(outside, 1.0 - w * w, 0.035) << parts << ' ' << w << ' ' << seed;
+            }
+}
+
+TEST(SurfelMeans, SeeNarrowPeaksOnWidePatches) {
+    const Placed of(box_on_the_floor(1, 0.2), 0.4);
+    ASSERT_TRUE(of.means->is_wide(0));
+    std::vector<Rgb> field(of.basis.size());
+    double sum = 0.0;
+    for (std::uint32_t j = 0; j < of.basis.first(1); ++j)
+        field[j].x = std::exp(-30.0 * length_squared(of.basis.position(j) - Vec3{0.15, 0.15, 0}));
+    const int n = 64;
+    for (int k = 0; k < n * n; ++k) {
+        const Vec3 p{(k % n + 0.5) / n, (k / n + 0.5) / n, 0};
+        if (std::max(std::abs(p.x - 0.5), std::abs(p.y - 0.5)) > 0.1)
+            sum += of.basis.evaluate(p, {0, 0, 1}, 0, field).x / (n * n);
     }
+    ASSERT_GT(sum, 0.01);
+    EXPECT_NEAR(of.means->mean(0, field).x, sum, 0.05 * sum);
 }
 
 TEST(SurfelMeans, AreOfLittleUseWhereSurfelsAreWiderThanTheCoarsestSpacing) {

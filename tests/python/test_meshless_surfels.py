@@ -3,9 +3,11 @@
 import itertools
 
 import numpy as np
+import pytest
 
 import surflux as sf
 from scenes import rms
+from surflux import shapes
 
 
 def slotted_plate(slots=8, depth=0.06):
@@ -46,3 +48,22 @@ def test_surfels_finer_than_the_last_level_have_light_of_their_own():
     last, before = (sf.solve_meshless(scene, levels=2, radius=0.5, bounces=n).irradiance[flat] for n in (4, 3))
     assert np.all(last[~land] >= before[~land])
     assert rms(last, found, areas) < 0.02
+
+
+@pytest.mark.parametrize("rays", [16, 64, 256])
+def test_noise_does_not_choose_surfels(rays):
+    """However few the rays, surfels are nearer to the light of many than the basis is at their centres."""
+    walls, faces, _ = shapes.box(1.0, 20, inward=True)
+    block, sides, _ = shapes.box(0.3, 6)
+    objects = [
+        sf.Surfels.from_mesh(mesh, reflectance=0.6)
+        for mesh in ((walls, faces), (block + np.array([0.55, 0.2, 0.0]), sides))
+    ]
+    scene = sf.Scene(objects, [sf.AreaLight([0.4, 0.4, 0.99], [0, 0.2, 0], [0.2, 0, 0], 10.0)])
+    true = sf.solve_meshless(scene, rays=4096, levels=4, epsilon_e=0.02)
+    solution = sf.solve_meshless(scene, rays=rays)
+    s = solution.surfels
+    indirect, wanted = solution.irradiance - solution.direct, true.irradiance - true.direct
+    basis = solution.irradiance_at(s.points, s.normals) - solution.direct
+    assert solution.history[-1]["surfels"] < 0.2 * len(s)
+    assert rms(indirect, wanted, s.areas) < rms(basis, wanted, s.areas) < 0.04

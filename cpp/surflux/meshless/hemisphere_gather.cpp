@@ -89,8 +89,7 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
     const double squared = static_cast<double>(end.distance) * static_cast<double>(end.distance);
     for (std::size_t level = first_level; level < basis_.levels(); ++level) {
         basis_.at_level(level, end.position, normal, scene_.object[end.surfel], sums.weights);
-        // Finer levels lie within; but those of clouds come again at the end.
-        if (sums.weights.empty()) return !light_.points().is_patch(end.surfel);
+        if (sums.weights.empty()) return false;  // finer levels lie within
         double support = 0.0;
         for (const BasisWeight& w : sums.weights) {
             sums.add(w.function, w.weight, end.share);

@@ -11,15 +11,15 @@
 namespace surflux {
 
 struct GatherOptions {
-    double epsilon_omega = 0.314;  // solid angle of a sender, below which it sends by its mean
+    double epsilon_omega = 0.314;  // solid angle below which a wide patch sends by its mean, and supports are small
     bool direct_in_basis = false;  // else what lights bring to senders is taken where rays meet them
     std::uint64_t seed = 0;
 };
 
 // GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
-// and what needs no solving. Surfels that are small as seen from there send by their means; others by the basis
-// functions where rays end, down to the level on which these are small as seen from there. Rays are shot once and kept
-// as such rows: every bounce is one sparse product, where L07 shoots anew.
+// and what needs no solving. Surfels send by their means, but wide patches that are near by the basis functions where
+// rays end, down to the level on which these are small as seen from there. Rays are shot once and kept as such rows:
+// every bounce is one sparse product, where L07 shoots anew.
 class HemisphereGather {
 public:
     struct Link {
@@ -44,7 +44,6 @@ public:
     // Where rays would have gone on to a level that was not there yet, the links to it, now that it is.
     void extend(const Progress& progress);
 
-    std::size_t size() const { return rows_.size(); }
     const Row& operator[](std::size_t row) const { return rows_[row].row; }
     std::size_t links() const { return links_; }
     std::size_t rays() const { return rays_; }

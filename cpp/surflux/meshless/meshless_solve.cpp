@@ -37,6 +37,9 @@ constexpr int least_rays = 128;
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
 constexpr int most_repeats = 2;
+// Of patches that send by their means nearby, over the coarsest spacing; and where direct light is in the basis, which
+// changes faster.
+constexpr double widest_mean = 1.0, widest_direct_mean = 0.5;
 
 double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
 
@@ -55,7 +58,7 @@ public:
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
           placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
           means_(scene, tracer_, light_.points(), field_->basis, placement_.points().first_radius, options.levels,
-                 options.seed, stage("direct")),
+                 options.indirect_only ? widest_mean : widest_direct_mean, options.seed, stage("direct")),
           gather_(scene, tracer_, light_, field_->basis, means_,
                   {options.epsilon_omega, !options.indirect_only, options.seed}),
           receivers_(field_->basis) {

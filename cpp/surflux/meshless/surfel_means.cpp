@@ -11,21 +11,21 @@ namespace surflux {
 
 namespace {
 
-// Of a patch: at most; and where some of these are inside geometry and some are not.
-constexpr int most_places = 16, split_places = 64;
-constexpr double widest = 1.0;  // of a surfel whose mean tells enough, over the coarsest spacing
+// On a patch: at most, and where it is wide, or some of these are inside geometry and some are not.
+constexpr int most_places = 16, all_places = 64;
 constexpr std::size_t grain = 256;
 
 }  // namespace
 
 SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
                          const MultilevelBasis& basis, const std::vector<double>& first_radius, int levels,
-                         std::uint64_t seed, const Progress& progress)
+                         double widest, std::uint64_t seed, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       points_(points),
       basis_(basis),
       first_radius_(first_radius),
+      widest_(widest),
       seed_(seed),
       outside_(scene.surfels.size()),
       inside_(scene.surfels.size(), 0) {
@@ -48,11 +48,11 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
                            to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
                 outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
                 if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
-                places_on(static_cast<std::uint32_t>(i), split_places, of_one);
+                places_on(static_cast<std::uint32_t>(i), all_places, of_one);
                 const std::vector<char> of_all = inside_geometry(scene_, tracer_, of_one, seed_ + i);
                 for (std::size_t p = 0; p < of_all.size(); ++p) {
                     inside_[i] |= static_cast<std::uint64_t>(of_all[p]) << p;
-                    outside_[i] -= static_cast<double>(of_all[p]) / split_places;
+                    outside_[i] -= static_cast<double>(of_all[p]) / all_places;
                 }
             }
         },
@@ -60,7 +60,7 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
 }
 
 bool SurfelMeans::is_wide(std::uint32_t i) const {
-    return points_.is_patch(i) && 2.0 * scene_.surfels.radii[i] > widest * first_radius_[scene_.object[i]];
+    return points_.is_patch(i) && 2.0 * scene_.surfels.radii[i] > widest_ * first_radius_[scene_.object[i]];
 }
 
 // How many places tell the mean over a surfel of what is about even over the spacing of a level.
@@ -68,6 +68,7 @@ int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
     const double spacing = std::ldexp(first_radius_[scene_.object[i]], -static_cast<int>(level));
     const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
     int count = 1;
+    if (is_wide(i)) return all_places;
     if (points_.is_patch(i))
         while (count < most_places && count < across * across) count *= 4;
     return count;
@@ -99,7 +100,7 @@ void SurfelMeans::extend(std::size_t spacing, const Progress& progress) {
                 if (outside_[k] == 0.0) continue;
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[k];
-                places_on(i, inside_[k] != 0 ? split_places : count_for(i, spacing), places);
+                places_on(i, inside_[k] != 0 ? all_places : count_for(i, spacing), places);
                 all.clear();
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if ((inside_[k] >> p & 1) != 0) continue;

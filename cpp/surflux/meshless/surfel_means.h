@@ -17,9 +17,11 @@ namespace surflux {
 class SurfelMeans {
 public:
     // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on
-    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most.
+    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. `widest`: over
+    // that, of patches that are not wide.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
-                const std::vector<double>& first_radius, int levels, std::uint64_t seed, const Progress& progress);
+                const std::vector<double>& first_radius, int levels, double widest, std::uint64_t seed,
+                const Progress& progress);
 
     // The rows of the level that the basis has got last. `spacing`: the level that its points are as far apart as.
     void extend(std::size_t spacing, const Progress& progress);
@@ -59,6 +61,7 @@ private:
     const SurfelPoints& points_;
     const MultilevelBasis& basis_;
     std::vector<double> first_radius_;
+    double widest_;
     std::uint64_t seed_;
     std::vector<double> outside_;
     std::vector<std::uint64_t> inside_;  // of each patch that is in part, a bit for each of its places

@@ -9,15 +9,15 @@ namespace surflux {
 
 namespace {
 
-// A surfel has as many rays as it is long, all of them where so many in a row span the spacing of the coarsest level.
+// A surfel has rays by the root of its area, all of them where so many in a row span the spacing of the coarsest level.
 constexpr int least_rays = 64;
 constexpr double in_a_row = 16.0;
 // Of those that are tried: rays of each, and of all together over those of all levels.
 constexpr int trying_rays = 16;
 constexpr std::size_t share_of_rays = 16;
-// Of surfels half as much is allowed as of points: nothing else is refined with them. And what their own rays may be
-// off by, and the few that try them, of their light.
-constexpr double stricter = 0.5, off_by_rays = 0.05, off_by_few = 0.3;
+// Of surfels half as much is allowed as of points: nothing else is refined with them. And what rays may be off by, of
+// what they bring, times the root of their number: what surfaces send; skies, which are smooth; the few that try.
+constexpr double stricter = 0.5, noise = 0.6, noise_of_skies = 0.04, noise_of_few = 1.2;
 
 }  // namespace
 
@@ -63,6 +63,12 @@ double SurfelRefinement::allowed(std::uint32_t surfel) const {
     return Oracle::allowed_at(0.5 * std::log2(spacing * spacing / std::max(scene_.surfels.areas[surfel], 1e-300)));
 }
 
+int SurfelRefinement::rays_for(std::uint32_t surfel) const {
+    const double spacing = oracle_.first_radius[scene_.object[surfel]];
+    const double share = std::min(1.0, in_a_row * std::sqrt(scene_.surfels.areas[surfel]) / spacing);
+    return std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share)));
+}
+
 // By what the finest functions on it differ by from coarser ones.
 bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     std::size_t finest = 0;
@@ -76,14 +82,15 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     });
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
-    const double more = allowed(surfel);
-    return off > std::max(more * wanted_.of_all, off_by_rays * all) ||
-           off_sent > std::max(more * wanted_.of_sent, off_by_rays * sent);
+    const double more = allowed(surfel), root = std::sqrt(static_cast<double>(rays_for(surfel)));
+    return off > std::max(more * wanted_.of_all, noise / root * all) ||
+           off_sent > std::max({more * wanted_.of_sent, noise / root * sent, noise_of_skies / root * all});
 }
 
 bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found) const {
+    const double root = std::sqrt(static_cast<double>(trying_rays));
     const auto farther = [&](double a, double b, double may_be) {
-        return std::abs(a - b) > allowed(surfel) * may_be + off_by_few * std::max(a, b);
+        return std::abs(a - b) > allowed(surfel) * may_be + noise_of_few / root * std::max(a, b);
     };
     const double all = luminance(means_.mean(surfel, oracle_.coefficients)),
                  direct = luminance(means_.mean(surfel, oracle_.direct_coefficients));
@@ -124,12 +131,7 @@ void SurfelRefinement::run(const Progress& progress) {
         if (contradicted(tried[k], by_few[k])) surfels_.push_back(tried[k]);
     std::sort(surfels_.begin(), surfels_.end());
     std::vector<int> counts;
-    for (const std::uint32_t i : surfels_) {
-        const double spacing = oracle_.first_radius[scene_.object[i]];
-        const double share = std::min(1.0, in_a_row * std::sqrt(scene_.surfels.areas[i]) / spacing);
-        counts.push_back(
-            std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share))));
-    }
+    for (const std::uint32_t i : surfels_) counts.push_back(rays_for(i));
     found_ = gather(surfels_, counts, progress);
     if (!options_.indirect_only) return;
     for (std::size_t k = 0; k < surfels_.size(); ++k) {

@@ -22,7 +22,7 @@ public:
         double epsilon_e;
         int rays;            // of a surfel, at most
         bool indirect_only;  // is direct light left out of the basis?
-        double gain;         // of what is reflected
+        double gain;         // of what is reflected; 0 where nothing is
     };
     // What surfaces send are the functions with `coefficients`.
     SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means, const Oracle& oracle,
@@ -38,6 +38,7 @@ private:
     std::vector<MeshlessField::At> gather(const std::vector<std::uint32_t>& surfels, const std::vector<int>& counts,
                                           const Progress& progress);
     double allowed(std::uint32_t surfel) const;
+    int rays_for(std::uint32_t surfel) const;
     bool is_off(std::uint32_t surfel) const;
     bool contradicted(std::uint32_t surfel, const MeshlessField::At& found) const;
     std::vector<std::uint32_t> largest_others(std::size_t count) const;
