@@ -76,7 +76,8 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       options_(options),
       contact_(contact_distance(bounds_of(scene.surfels))) {}
 
-// What is wide does where it is small as seen from `distance`; of what seems to be inside geometry there is no mean.
+// A wide patch does where it is small as seen from `distance`, any other surfel always; but what seems to be inside
+// geometry, which has no mean.
 bool HemisphereGather::sends_by_mean(std::uint32_t surfel, double distance) const {
     if (means_.outside(surfel) == 0.0) return false;
     const double radius = scene_.surfels.radii[surfel];
