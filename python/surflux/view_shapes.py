@@ -37,9 +37,11 @@ def text_actor(text, size, place, *, side="left", top=False, fixed=False, grey=0
     look.SetBackgroundOpacity(0.8)
     look.SetFontFamilyToCourier() if fixed else look.SetFontFamilyToArial()
     look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
-    {"left": look.SetJustificationToLeft, "right": look.SetJustificationToRight}.get(
-        side, look.SetJustificationToCentered
-    )()
+    {
+        "left": look.SetJustificationToLeft,
+        "centered": look.SetJustificationToCentered,
+        "right": look.SetJustificationToRight,
+    }[side]()
     where = actor.GetPositionCoordinate()
     where.SetCoordinateSystemToNormalizedViewport()
     where.SetValue(*place)

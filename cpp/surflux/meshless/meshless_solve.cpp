@@ -355,11 +355,11 @@ void MeshlessRadiosity::write() {
                 if (field_->gathered[j]) finest = j;
             });
             light.clamp();
-            if (options_.indirect_only) {
-                light.all += light_.at_surfel(i);
-                light.direct += light_.direct_at_surfel(i);
-            }
             level = field_->basis.level_of(finest);
+        }
+        if (options_.indirect_only) {
+            light.all += light_.at_surfel(i);
+            light.direct += light_.direct_at_surfel(i);
         }
         out_.parents[i] = static_cast<std::uint32_t>(i);
         out_.levels[i] = static_cast<std::int32_t>(level);

@@ -1,8 +1,5 @@
 #include "surflux/meshless/surface_light.h"
 
-#include <algorithm>
-
-#include "surflux/core/sampling.h"
 #include "surflux/lights/aimed.h"
 
 namespace surflux {

@@ -37,7 +37,7 @@ SurfelRefinement::SurfelRefinement(const Scene& scene, const SurfaceLight& light
         for (int c = 0; c < 3; ++c) rgb[c] = std::max(0.0, rgb[c]);
 }
 
-// All light but what is not in the basis.
+// Of the light that the basis has, all.
 std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::uint32_t>& surfels,
                                                         const std::vector<int>& counts, const Progress& progress) {
     const Surfels& s = scene_.surfels;
@@ -133,11 +133,6 @@ void SurfelRefinement::run(const Progress& progress) {
     std::vector<int> counts;
     for (const std::uint32_t i : surfels_) counts.push_back(rays_for(i));
     found_ = gather(surfels_, counts, progress);
-    if (!options_.indirect_only) return;
-    for (std::size_t k = 0; k < surfels_.size(); ++k) {
-        found_[k].all += light_.at_surfel(surfels_[k]);
-        found_[k].direct += light_.direct_at_surfel(surfels_[k]);
-    }
 }
 
 }  // namespace surflux

@@ -30,7 +30,7 @@ public:
 
     void run(const Progress& progress);
 
-    // Ascending, and what light they have.
+    // Ascending, and what they have of the light that the basis has.
     const std::vector<std::uint32_t>& surfels() const { return surfels_; }
     const std::vector<MeshlessField::At>& found() const { return found_; }
 
