@@ -14,6 +14,17 @@ namespace {
 constexpr std::uint64_t gather_stream = 0x6a71e4, light_stream = 0x11647;
 // A patch on which about this many rays end or more is not sent by its mean: it is nearer than light may change on it.
 constexpr double rays_on_a_patch = 4.0;
+// Of the rays of a place, where all that lights shine on are patches: how many are over its hemisphere, and for each of
+// all, how many are aimed. About half of these face what they are aimed at, and are shot.
+constexpr double over_hemisphere = 0.75, aimed_for_each = 0.5;
+
+// What surfels send of what lights bring to them, where it is not in the basis.
+std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light, const GatherOptions& options) {
+    std::vector<double> out(surfels.size(), 0.0);
+    if (!options.direct_in_basis)
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] = luminance(surfels.reflectance[i] * light.at_surfel(i));
+    return out;
+}
 
 }  // namespace
 
@@ -56,6 +67,18 @@ public:
     std::vector<LightRay> light;
     std::vector<Rgb> gain;
     std::vector<char> second_half;
+    // What rays are aimed at, and what each brings of the light that is there.
+    struct Aimed {
+        LitPatches::Target at;
+        double distance;
+        Rgb gain;
+        bool second_half;
+    };
+    LitPatches::Aim aim;
+    std::vector<Aimed> aimed;
+    std::vector<Ray> aimed_rays;
+    // What has been found of light that needs no solving: the first bounce, and by halves of the rays.
+    Rgb first, halves[2];
 
 private:
     struct Sum {
@@ -74,7 +97,8 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       basis_(basis),
       means_(means),
       options_(options),
-      contact_(contact_distance(bounds_of(scene.surfels))) {}
+      contact_(contact_distance(bounds_of(scene.surfels))),
+      lit_(scene.surfels, light.points(), exitances(scene.surfels, light, options)) {}
 
 // A wide patch does where it is small as seen from `distance`, any other surfel always; but what seems to be inside
 // geometry, which has no mean.
@@ -103,21 +127,80 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
     return true;
 }
 
+// What of light that a ray over the hemisphere finds is its own, where aimed rays find it too (the balance heuristic,
+// Veach and Guibas 1995).
+double HemisphereGather::weight_beside_aimed(const Ray& ray, const Hit& hit, int aimed, const Sums& sums) const {
+    const double by_aim = aimed > 0 ? aimed * lit_.density(sums.aim, hit.surfel) : 0.0;
+    if (!(by_aim > 0.0)) return 1.0;
+    const double cosines =
+        dot(ray.direction, ray.from.normal) * -dot(ray.direction, scene_.surfels.normals[hit.surfel]);
+    const double over = static_cast<double>(sums.rays.size()) * std::max(cosines, 1e-30);
+    return 1.0 / (1.0 + by_aim * pi * hit.distance * hit.distance / over);
+}
+
+// Of the rays that are aimed, those that face what they are aimed at. They leave from where others do, and meet it as
+// others would.
+void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& sums) const {
+    sums.aimed.clear(), sums.aimed_rays.clear();
+    for (int k = 0; k < aimed; ++k) {
+        const double choice = (k + random.uniform()) / aimed, u = random.uniform(), v = random.uniform();
+        const LitPatches::Target to = lit_.sample(sums.aim, choice, u, v);
+        const Departure& from = sums.rays[static_cast<std::size_t>(k) % sums.rays.size()].from;
+        const Vec3 d = to.point - from.position;
+        const double distance = length(d), here = dot(d, place.normal),
+                     there = -dot(d, scene_.surfels.normals[to.surfel]);
+        if (!(here > 0.0 && there > 0.0)) continue;
+        const double squared = distance * distance, irradiance = here * there / (pi * squared * squared);
+        const double densities =
+            static_cast<double>(sums.rays.size()) * irradiance + aimed * lit_.density(sums.aim, to.surfel);
+        sums.aimed.push_back(
+            {to, distance, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
+        sums.aimed_rays.push_back({from, d / distance, distance * (1.0 + 1e-4)});
+    }
+}
+
+// The first bounce of what lights bring to a point of a surfel: from a patch that is near by a ray from that point.
+void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance, const Rgb& gain, bool second_half,
+                               Random& random, Sums& sums) const {
+    const Surfels& s = scene_.surfels;
+    const double radius = s.radii[i];
+    if (!light_.points().is_patch(i) ||
+        radius * radius * static_cast<double>(sums.rays.size()) <= rays_on_a_patch * distance * distance) {
+        const Rgb found = gain * light_.at_surfel(i);
+        sums.first += found;
+        sums.halves[second_half] += found;
+        return;
+    }
+    const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
+    const LightRay light = light_.towards(at, s.normals[i], u);
+    if (!(light.length > 0.0)) return;
+    sums.towards.push_back({{at, s.normals[i], i}, light.direction, light.length});
+    sums.light.push_back(light);
+    sums.gain.push_back(gain * light.irradiance);
+    sums.second_half.push_back(second_half);
+}
+
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
     const Surfels& s = scene_.surfels;
-    const double each = 1.0 / count;
-    cosine_rays(light_.points(), place, count, options_.seed + gather_stream, sums.rays);
+    int over = count, aimed = 0;
+    if (lit_.share() > 0.0 && lit_.aim(place.position, place.normal, sums.aim)) {
+        over -= static_cast<int>((1.0 - over_hemisphere) * lit_.share() * count);
+        aimed = static_cast<int>(aimed_for_each * lit_.share() * count);
+    }
+    const double each = 1.0 / over;
+    cosine_rays(light_.points(), place, over, options_.seed + gather_stream, sums.rays);
     tracer_.closest(sums.rays, sums.hits);
     sums.towards.clear(), sums.light.clear(), sums.gain.clear(), sums.second_half.clear();
+    sums.first = sums.halves[0] = sums.halves[1] = {};
     out.row.share = each;
     Random random(options_.seed + light_stream, stream_of(place));
-    Rgb halves[2];
     for (std::size_t k = 0; k < sums.rays.size(); ++k) {
         const Ray& ray = sums.rays[k];
         const Hit& hit = sums.hits[k];
+        const bool second_half = 2 * k >= sums.rays.size();
         const auto take = [&](Rgb& to, const Rgb& light) {
             to += light;
-            halves[2 * k >= sums.rays.size()] += light;
+            sums.halves[second_half] += light;
         };
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
@@ -132,22 +215,8 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const Rgb rho = each * s.reflectance[i];
         if (rho == Rgb{}) continue;
         const Vec3 at = ray.from.position + hit.distance * ray.direction;
-        if (!options_.direct_in_basis && !light_.is_dark()) {
-            const double radius = s.radii[i];
-            if (light_.points().is_patch(i) &&
-                radius * radius * count > rays_on_a_patch * hit.distance * hit.distance) {
-                const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
-                const LightRay light = light_.towards(at, s.normals[i], u);
-                if (light.length > 0.0) {
-                    sums.towards.push_back({{at, s.normals[i], i}, light.direction, light.length});
-                    sums.light.push_back(light);
-                    sums.gain.push_back(rho * light.irradiance);
-                    sums.second_half.push_back(2 * k >= sums.rays.size());
-                }
-            } else {
-                take(out.row.first, rho * light_.at_surfel(i));
-            }
-        }
+        if (!options_.direct_in_basis && !light_.is_dark())
+            reflect(at, i, hit.distance, weight_beside_aimed(ray, hit, aimed, sums) * rho, second_half, random, sums);
         if (sends_by_mean(i, hit.distance)) {
             out.senders.push_back(i);
             continue;
@@ -156,13 +225,22 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         for (int c = 0; c < 3; ++c) end.share[c] = static_cast<float>(rho[c]);
         if (link(0, end, sums)) out.open.push_back(end);
     }
+    aim(place, aimed, random, sums);
+    tracer_.closest(sums.aimed_rays, sums.hits);
+    for (std::size_t k = 0; k < sums.aimed.size(); ++k) {
+        const Sums::Aimed& to = sums.aimed[k];
+        const Hit& hit = sums.hits[k];
+        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, contact_))
+            reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
+    }
     tracer_.closest(sums.towards, sums.hits);
     for (std::size_t k = 0; k < sums.towards.size(); ++k) {
         if (!sums.light[k].arrives(sums.hits[k])) continue;
-        out.row.first += sums.gain[k];
-        halves[sums.second_half[k] != 0] += sums.gain[k];
+        sums.first += sums.gain[k];
+        sums.halves[sums.second_half[k] != 0] += sums.gain[k];
     }
-    out.row.noise = std::abs(luminance(halves[0] - halves[1]));
+    out.row.first = sums.first;
+    out.row.noise = std::abs(luminance(sums.halves[0] - sums.halves[1]));
     std::sort(out.senders.begin(), out.senders.end());
     out.senders.shrink_to_fit();
     sums.take(out.links);

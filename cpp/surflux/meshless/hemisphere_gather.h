@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/random.h"
+#include "surflux/lights/lit_patches.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/surfel_means.h"
@@ -19,7 +21,8 @@ struct GatherOptions {
 // GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
 // and what needs no solving. Surfels send by their means, but wide patches that are near by the basis functions where
 // rays end, down to the level on which these are small as seen from there. Rays are shot once and kept as such rows:
-// every bounce is one sparse product, where L07 shoots anew.
+// every bounce is one sparse product, where L07 shoots anew. Of lights that are not in the basis, rays aimed at patches
+// that these shine on find the first bounce too.
 class HemisphereGather {
 public:
     struct Link {
@@ -27,7 +30,7 @@ public:
         float share[3];  // of its coefficient: of the hemisphere, times reflectance
     };
     struct Row {
-        double share = 0.0;  // of the hemisphere, that a ray stands for
+        double share = 0.0;  // of the hemisphere, that a ray over it stands for
         Rgb sky;             // that rays which left the scene found
         Rgb emitted;         // from emissive surfels, as far as rays find it
         Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
@@ -82,6 +85,10 @@ private:
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
+    void aim(const Place& place, int aimed, Random& random, Sums& sums) const;
+    double weight_beside_aimed(const Ray& ray, const Hit& hit, int aimed, const Sums& sums) const;
+    void reflect(const Vec3& at, std::uint32_t surfel, double distance, const Rgb& gain, bool second_half,
+                 Random& random, Sums& sums) const;
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
     bool sends_by_mean(std::uint32_t surfel, double distance) const;
     void count_links();
@@ -93,6 +100,7 @@ private:
     const SurfelMeans& means_;
     GatherOptions options_;
     double contact_;
+    LitPatches lit_;
     std::vector<Gathered> rows_;
     std::size_t links_ = 0, rays_ = 0, levels_ = 0;  // levels that rows are linked to
 };

@@ -18,6 +18,8 @@ constexpr std::size_t share_of_rays = 16;
 // Of surfels half as much is allowed as of points: nothing else is refined with them. And what rays may be off by, of
 // what they bring, times the root of their number: what surfaces send; skies, which are smooth; the few that try.
 constexpr double stricter = 0.5, noise = 0.6, noise_of_skies = 0.04, noise_of_few = 1.2;
+// A surfel that has more than this many times the RMS of what is sent is not left to the basis without a look.
+constexpr double bright = 4.0;
 
 }  // namespace
 
@@ -69,6 +71,12 @@ int SurfelRefinement::rays_for(std::uint32_t surfel) const {
     return std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share)));
 }
 
+std::vector<int> SurfelRefinement::rays_for(const std::vector<std::uint32_t>& surfels) const {
+    std::vector<int> out;
+    for (const std::uint32_t i : surfels) out.push_back(rays_for(i));
+    return out;
+}
+
 // By what the finest functions on it differ by from coarser ones.
 bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     std::size_t finest = 0;
@@ -87,8 +95,14 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
            off_sent > std::max({more * wanted_.of_sent, noise / root * sent, noise_of_skies / root * all});
 }
 
-bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found) const {
-    const double root = std::sqrt(static_cast<double>(trying_rays));
+bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
+    const double sent = luminance(means_.mean(surfel, oracle_.coefficients)) -
+                        luminance(means_.mean(surfel, oracle_.direct_coefficients));
+    return stricter * options_.epsilon_e * sent > bright * wanted_.of_sent;
+}
+
+bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const {
+    const double root = std::sqrt(static_cast<double>(rays));
     const auto farther = [&](double a, double b, double may_be) {
         return std::abs(a - b) > allowed(surfel) * may_be + noise_of_few / root * std::max(a, b);
     };
@@ -98,17 +112,12 @@ bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::A
            farther(all - direct, luminance(found.all - found.direct), wanted_.of_sent);
 }
 
-// Those that are not refined and not inside geometry.
-std::vector<std::uint32_t> SurfelRefinement::largest_others(std::size_t count) const {
+// Of those that are `left` and not inside geometry.
+std::vector<std::uint32_t> SurfelRefinement::largest(const std::vector<char>& left, std::size_t count) const {
     const std::vector<double>& areas = scene_.surfels.areas;
     std::vector<std::uint32_t> out;
-    auto refined = surfels_.begin();
-    for (std::uint32_t i = 0; i < areas.size(); ++i) {
-        if (refined != surfels_.end() && *refined == i)
-            ++refined;
-        else if (means_.outside(i) > 0.0 && areas[i] > 0.0)
-            out.push_back(i);
-    }
+    for (std::uint32_t i = 0; i < areas.size(); ++i)
+        if (left[i] && means_.outside(i) > 0.0 && areas[i] > 0.0) out.push_back(i);
     if (out.size() > count) {
         std::nth_element(
             out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(),
@@ -121,18 +130,32 @@ std::vector<std::uint32_t> SurfelRefinement::largest_others(std::size_t count) c
 
 void SurfelRefinement::run(const Progress& progress) {
     const auto n = static_cast<std::uint32_t>(scene_.surfels.size());
-    std::vector<char> off(n, 0);
-    parallel_for(n, 256, [&](std::size_t i) { off[i] = is_off(static_cast<std::uint32_t>(i)); });
-    for (std::uint32_t i = 0; i < n; ++i)
-        if (off[i]) surfels_.push_back(i);
-    const std::vector<std::uint32_t> tried = largest_others(gather_.rays() / (share_of_rays * trying_rays));
+    std::vector<char> off(n), bright_ones(n), left(n);
+    parallel_for(n, 256, [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
+        off[i] = is_off(i);
+        bright_ones[i] = !off[i] && is_bright(i);
+        left[i] = !off[i] && !bright_ones[i];
+    });
+    const auto all_of = [&](const std::vector<char>& chosen) {
+        std::vector<std::uint32_t> out;
+        for (std::uint32_t i = 0; i < n; ++i)
+            if (chosen[i]) out.push_back(i);
+        return out;
+    };
+    const std::vector<std::uint32_t> tried = largest(left, gather_.rays() / (share_of_rays * trying_rays));
     const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
-    for (std::size_t k = 0; k < tried.size(); ++k)
-        if (contradicted(tried[k], by_few[k])) surfels_.push_back(tried[k]);
-    std::sort(surfels_.begin(), surfels_.end());
-    std::vector<int> counts;
-    for (const std::uint32_t i : surfels_) counts.push_back(rays_for(i));
-    found_ = gather(surfels_, counts, progress);
+    for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k], trying_rays);
+    surfels_ = all_of(off);
+    found_ = gather(surfels_, rays_for(surfels_), progress);
+    const std::vector<std::uint32_t> doubted = all_of(bright_ones);
+    const std::vector<int> counts = rays_for(doubted);
+    const std::vector<MeshlessField::At> found = gather(doubted, counts, progress);
+    for (std::size_t k = 0; k < doubted.size(); ++k) {
+        if (!contradicted(doubted[k], found[k], counts[k])) continue;
+        surfels_.push_back(doubted[k]);
+        found_.push_back(found[k]);
+    }
 }
 
 }  // namespace surflux

@@ -14,8 +14,8 @@
 namespace surflux {
 
 // Surfels at which the basis is still off on its last level: light is gathered on all of each, and is theirs alone.
-// They are those that the oracle says are off and, of the largest others, those that a few rays contradict: what lies
-// between points, or seems to, has no coefficient to tell.
+// They are those that the oracle says are off and, of the largest others and the brightest, those that rays
+// contradict: what lies between points, or seems to, has no coefficient to tell.
 class SurfelRefinement {
 public:
     struct Options {
@@ -30,7 +30,7 @@ public:
 
     void run(const Progress& progress);
 
-    // Ascending, and what they have of the light that the basis has.
+    // And what they have of the light that the basis has.
     const std::vector<std::uint32_t>& surfels() const { return surfels_; }
     const std::vector<MeshlessField::At>& found() const { return found_; }
 
@@ -39,9 +39,11 @@ private:
                                           const Progress& progress);
     double allowed(std::uint32_t surfel) const;
     int rays_for(std::uint32_t surfel) const;
+    std::vector<int> rays_for(const std::vector<std::uint32_t>& surfels) const;
     bool is_off(std::uint32_t surfel) const;
-    bool contradicted(std::uint32_t surfel, const MeshlessField::At& found) const;
-    std::vector<std::uint32_t> largest_others(std::size_t count) const;
+    bool is_bright(std::uint32_t surfel) const;
+    bool contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const;
+    std::vector<std::uint32_t> largest(const std::vector<char>& left, std::size_t count) const;
 
     const Scene& scene_;
     const SurfaceLight& light_;

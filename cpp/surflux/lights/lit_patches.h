@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// Patches that lights shine on, as lights of their own: points on them, drawn in proportion to what they would bring to
+// a place if nothing were between, for rays that complement those over its hemisphere, which rarely meet a spot of sun.
+// Patches are drawn by groups, alike in place and normal (many lights: Conty Estevez and Kulla 2018), and in a group by
+// their power.
+class LitPatches {
+public:
+    // `exitance`: what each surfel sends of that light, by area. Disks are not drawn: which part of one is surface,
+    // only a ray can tell.
+    LitPatches(const Surfels& surfels, const SurfelPoints& points, const std::vector<double>& exitance);
+
+    // Of all that surfels send, what these do.
+    double share() const { return share_; }
+
+    // Of each group, and all before it, what it may bring to a place.
+    using Aim = std::vector<float>;
+    // Does any bring something?
+    bool aim(const Vec3& point, const Vec3& normal, Aim& out) const;
+
+    struct Target {
+        Vec3 point;
+        std::uint32_t surfel;
+    };
+    // (u, v) choose the place on the patch, `choice` the patch; all in [0, 1).
+    Target sample(const Aim& aim, double choice, double u, double v) const;
+    // Density by area with which sample() draws points of a surfel.
+    double density(const Aim& aim, std::uint32_t surfel) const;
+
+private:
+    struct Group;
+    void add(const Surfels& surfels, const std::vector<double>& power, double all, const Group& group);
+
+    const SurfelPoints& points_;
+    double share_ = 0.0;
+    std::vector<std::uint32_t> patches_;  // by group
+    std::vector<double> up_to_;           // power of patches_, of each and those before it in its group
+    std::vector<std::uint32_t> begin_;    // of groups in patches_, and one more
+    std::vector<std::uint32_t> group_;    // of each surfel, or none
+    std::vector<double> exitance_;        // of each surfel
+    // Coordinates below, which are floats: from here, in this unit.
+    Vec3 origin_;
+    double unit_ = 1.0;
+    std::vector<float> power_, x_, y_, z_, normal_x_, normal_y_, normal_z_, radius_, normal_spread_;  // of each group
+};
+
+}  // namespace surflux
