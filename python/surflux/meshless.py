@@ -30,8 +30,8 @@ def solve_meshless(
     gathered by rays at the points of the coarsest level, then at finer ones around where neighbours differ, or where
     the correction is large. So the field is smooth, and where light changes little its points are few, however finely
     the surfaces are modelled. Surfels send by the field's means over them. Where the last corrections on a surfel are
-    still large, as on tiles and reliefs finer than the last level, light is gathered once more, on all of that surfel,
-    and counts for it alone: not for `irradiance_at`, nor for pictures.
+    still large, as on tiles and reliefs finer than the last level, or rays contradict the field on one that is large or
+    bright, light is gathered on all of that surfel, and counts for it alone: not for `irradiance_at`, nor for pictures.
 
     Args:
         scene: Scene. Functions of one of its objects say nothing about the others.
@@ -44,8 +44,8 @@ def solve_meshless(
             which speaks for less of the surface, and half as much at surfels themselves; positive.
         epsilon_omega: solid angle in steradians, as a receiver sees it, below which a patch wider than the coarsest
             spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
-        rays: of a receiver, 16 to 65535, evenest by powers of 2;
-            half as many on every other finer level, down to 128.
+        rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
+            patches, a quarter of them are aimed at what these send (many lights: Conty Estevez and Kulla 2018).
         bounces: how often light is reflected; None for until the residual is below `tolerance`.
         indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
             where rays meet surfaces that are coarse. False has it in the basis, too.

@@ -27,17 +27,29 @@ struct LitPatches::Group {
 };
 
 LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const std::vector<double>& exitance)
-    : points_(points), group_(surfels.size(), none), exitance_(exitance) {
+    : points_(points) {
     std::vector<double> power(surfels.size());
-    double all = 0.0, of_patches = 0.0;
+    double of_disks = 0.0, of_patches = 0.0;
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
-        all += power[i] = surfels.areas[i] * exitance[i];
-        if (!points.is_patch(i) || !(power[i] > 0.0)) continue;
+        if (!(exitance[i] > 0.0)) continue;
+        if (!points.is_patch(i)) {
+            of_disks += surfels.areas[i] * exitance[i];
+            continue;
+        }
+        // That on which points are drawn, whatever area the surfel has been given.
+        double area = 0.0;
+        for (const Triangle* t = points.triangles_begin(i); t != points.triangles_end(i); ++t) area += area_of(*t);
         patches_.push_back(i);
-        of_patches += power[i];
+        of_patches += power[i] = area * exitance[i];
     }
     if (patches_.empty()) return;
-    share_ = of_patches / all;
+    share_ = of_patches / (of_patches + of_disks);
+    group_.assign(surfels.size(), none);
+    exitance_.resize(surfels.size());
+    for (const std::uint32_t i : patches_) {
+        power[i] /= of_patches;
+        exitance_[i] = exitance[i] / of_patches;
+    }
     const Box box = bounds_of(surfels);
     origin_ = box.center();
     unit_ = box.diagonal();
@@ -82,12 +94,12 @@ LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const
     std::sort(done.begin(), done.end(), [](const Group& a, const Group& b) { return a.begin < b.begin; });
     for (Group& g : done) {
         for (int axis = 3; axis < 6; ++axis) g.mean[axis] /= normal_unit, g.variance[axis] /= normal_unit * normal_unit;
-        add(surfels, power, of_patches, g);
+        add(surfels, power, g);
     }
     begin_.push_back(static_cast<std::uint32_t>(patches_.size()));
 }
 
-void LitPatches::add(const Surfels& surfels, const std::vector<double>& power, double all, const Group& g) {
+void LitPatches::add(const Surfels& surfels, const std::vector<double>& power, const Group& g) {
     double sum = 0.0, widest = 0.0;
     for (std::size_t k = g.begin; k < g.end; ++k) {
         const std::uint32_t i = patches_[k];
@@ -96,7 +108,7 @@ void LitPatches::add(const Surfels& surfels, const std::vector<double>& power, d
         widest = std::max(widest, surfels.areas[i]);
     }
     begin_.push_back(static_cast<std::uint32_t>(g.begin));
-    power_.push_back(static_cast<float>(sum / all));
+    power_.push_back(static_cast<float>(sum));
     x_.push_back(static_cast<float>(g.mean[0]));
     y_.push_back(static_cast<float>(g.mean[1]));
     z_.push_back(static_cast<float>(g.mean[2]));

@@ -11,14 +11,14 @@ namespace surflux {
 // Patches that lights shine on, as lights of their own: points on them, drawn in proportion to what they would bring to
 // a place if nothing were between, for rays that complement those over its hemisphere, which rarely meet a spot of sun.
 // Patches are drawn by groups, alike in place and normal (many lights: Conty Estevez and Kulla 2018), and in a group by
-// their power.
+// their power. They are taken to be flat.
 class LitPatches {
 public:
     // `exitance`: what each surfel sends of that light, by area. Disks are not drawn: which part of one is surface,
     // only a ray can tell.
     LitPatches(const Surfels& surfels, const SurfelPoints& points, const std::vector<double>& exitance);
 
-    // Of all that surfels send, what these do.
+    // Of all that surfels send, what these do; 0 where there are none.
     double share() const { return share_; }
 
     // Of each group, and all before it, what it may bring to a place.
@@ -32,20 +32,20 @@ public:
     };
     // (u, v) choose the place on the patch, `choice` the patch; all in [0, 1).
     Target sample(const Aim& aim, double choice, double u, double v) const;
-    // Density by area with which sample() draws points of a surfel.
+    // Density by area with which sample() draws points of a surfel; asked where there are some to aim at.
     double density(const Aim& aim, std::uint32_t surfel) const;
 
 private:
     struct Group;
-    void add(const Surfels& surfels, const std::vector<double>& power, double all, const Group& group);
+    void add(const Surfels& surfels, const std::vector<double>& power, const Group& group);
 
     const SurfelPoints& points_;
     double share_ = 0.0;
     std::vector<std::uint32_t> patches_;  // by group
-    std::vector<double> up_to_;           // power of patches_, of each and those before it in its group
+    std::vector<double> up_to_;           // share of the power, of each of patches_ and those before it in its group
     std::vector<std::uint32_t> begin_;    // of groups in patches_, and one more
     std::vector<std::uint32_t> group_;    // of each surfel, or none
-    std::vector<double> exitance_;        // of each surfel
+    std::vector<double> exitance_;        // of each surfel, over the power of all patches
     // Coordinates below, which are floats: from here, in this unit.
     Vec3 origin_;
     double unit_ = 1.0;

@@ -145,7 +145,7 @@ void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& 
     for (int k = 0; k < aimed; ++k) {
         const double choice = (k + random.uniform()) / aimed, u = random.uniform(), v = random.uniform();
         const LitPatches::Target to = lit_.sample(sums.aim, choice, u, v);
-        const Departure& from = sums.rays[static_cast<std::size_t>(k) % sums.rays.size()].from;
+        const Departure& from = sums.rays[static_cast<std::size_t>(k)].from;
         const Vec3 d = to.point - from.position;
         const double distance = length(d), here = dot(d, place.normal),
                      there = -dot(d, scene_.surfels.normals[to.surfel]);
@@ -155,7 +155,7 @@ void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& 
             static_cast<double>(sums.rays.size()) * irradiance + aimed * lit_.density(sums.aim, to.surfel);
         sums.aimed.push_back(
             {to, distance, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
-        sums.aimed_rays.push_back({from, d / distance, distance * (1.0 + 1e-4)});
+        sums.aimed_rays.push_back({from, d / distance});  // what it meets first decides, not how far it was meant to go
     }
 }
 
@@ -183,7 +183,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
     const Surfels& s = scene_.surfels;
     int over = count, aimed = 0;
-    if (lit_.share() > 0.0 && lit_.aim(place.position, place.normal, sums.aim)) {
+    if (lit_.aim(place.position, place.normal, sums.aim)) {
         over -= static_cast<int>((1.0 - over_hemisphere) * lit_.share() * count);
         aimed = static_cast<int>(aimed_for_each * lit_.share() * count);
     }

@@ -12,7 +12,7 @@ namespace {
 // A surfel has rays by the root of its area, all of them where so many in a row span the spacing of the coarsest level.
 constexpr int least_rays = 64;
 constexpr double in_a_row = 16.0;
-// Of those that are tried: rays of each, and of all together over those of all levels.
+// Of the largest that are tried: rays of each; of these, and of the brightest, all together over those of all levels.
 constexpr int trying_rays = 16;
 constexpr std::size_t share_of_rays = 16;
 // Of surfels half as much is allowed as of points: nothing else is refined with them. And what rays may be off by, of
@@ -137,18 +137,14 @@ void SurfelRefinement::run(const Progress& progress) {
         bright_ones[i] = !off[i] && is_bright(i);
         left[i] = !off[i] && !bright_ones[i];
     });
-    const auto all_of = [&](const std::vector<char>& chosen) {
-        std::vector<std::uint32_t> out;
-        for (std::uint32_t i = 0; i < n; ++i)
-            if (chosen[i]) out.push_back(i);
-        return out;
-    };
-    const std::vector<std::uint32_t> tried = largest(left, gather_.rays() / (share_of_rays * trying_rays));
+    const std::size_t rays = gather_.rays() / share_of_rays;
+    const std::vector<std::uint32_t> tried = largest(left, rays / trying_rays);
     const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
     for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k], trying_rays);
-    surfels_ = all_of(off);
+    for (std::uint32_t i = 0; i < n; ++i)
+        if (off[i]) surfels_.push_back(i);
     found_ = gather(surfels_, rays_for(surfels_), progress);
-    const std::vector<std::uint32_t> doubted = all_of(bright_ones);
+    const std::vector<std::uint32_t> doubted = largest(bright_ones, rays / least_rays);
     const std::vector<int> counts = rays_for(doubted);
     const std::vector<MeshlessField::At> found = gather(doubted, counts, progress);
     for (std::size_t k = 0; k < doubted.size(); ++k) {
