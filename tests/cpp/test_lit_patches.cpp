@@ -140,7 +140,7 @@ double gathered(const Spot& of) {
         shapes::finish(far, 0.0, 0.0);
         append(scene, far);
     }
-    scene.lights.push_back(DirectionalLight{frame.to_world(normalized(Vec3{1, 0, 0.2})), {8, 8, 8}});
+    scene.lights = {DirectionalLight{frame.to_world(normalized(Vec3{1, 0, 0.2})), {8, 8, 8}}};
     const Tracer tracer(scene);
     const SurfaceLight light(scene, tracer, {}, 256, of.seed, {});
     const MultilevelBasis basis;
