@@ -36,11 +36,8 @@ LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const
             of_disks += surfels.areas[i] * exitance[i];
             continue;
         }
-        // That on which points are drawn, whatever area the surfel has been given.
-        double area = 0.0;
-        for (const Triangle* t = points.triangles_begin(i); t != points.triangles_end(i); ++t) area += area_of(*t);
         patches_.push_back(i);
-        of_patches += power[i] = area * exitance[i];
+        of_patches += power[i] = points.area(i) * exitance[i];  // of that on which points are drawn
     }
     if (patches_.empty()) return;
     share_ = of_patches / (of_patches + of_disks);
@@ -53,6 +50,12 @@ LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const
     const Box box = bounds_of(surfels);
     origin_ = box.center();
     unit_ = box.diagonal();
+    for (const Group& g : split(surfels, power)) add(surfels, power, g);
+    begin_.push_back(static_cast<std::uint32_t>(patches_.size()));
+}
+
+// Puts patches_ in the order of groups, which are split where that may gain most.
+std::vector<LitPatches::Group> LitPatches::split(const Surfels& surfels, const std::vector<double>& power) {
     const double normal_unit = 0.5 * normals_apart;
     const auto coordinate = [&](std::uint32_t i, int axis) {
         return axis < 3 ? (surfels.positions[i][axis] - origin_[axis]) / unit_
@@ -94,9 +97,8 @@ LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const
     std::sort(done.begin(), done.end(), [](const Group& a, const Group& b) { return a.begin < b.begin; });
     for (Group& g : done) {
         for (int axis = 3; axis < 6; ++axis) g.mean[axis] /= normal_unit, g.variance[axis] /= normal_unit * normal_unit;
-        add(surfels, power, g);
     }
-    begin_.push_back(static_cast<std::uint32_t>(patches_.size()));
+    return done;
 }
 
 void LitPatches::add(const Surfels& surfels, const std::vector<double>& power, const Group& g) {

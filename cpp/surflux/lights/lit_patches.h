@@ -37,6 +37,7 @@ public:
 
 private:
     struct Group;
+    std::vector<Group> split(const Surfels& surfels, const std::vector<double>& power);
     void add(const Surfels& surfels, const std::vector<double>& power, const Group& group);
 
     const SurfelPoints& points_;

@@ -85,6 +85,12 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
     }
 }
 
+double SurfelPoints::area(std::uint32_t i) const {
+    double sum = 0.0;
+    for (const Triangle* t = triangles_begin(i); t != triangles_end(i); ++t) sum += area_of(*t);
+    return sum;
+}
+
 Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
     if (!is_patch(i)) {
         if (!(reach_[i] > 0.0)) return surfels_.positions[i];

@@ -37,6 +37,8 @@ public:
     }
 
     bool is_patch(std::uint32_t i) const { return begin_[i] != begin_[i + 1]; }
+    // Of a patch, what its triangles have: that of its surfel may have been set.
+    double area(std::uint32_t i) const;
     // Has it more points than one?
     bool extends(std::uint32_t i) const { return is_patch(i) || reach_[i] > 0.0; }
     // Uniform over the patch for (s, t) uniform in the unit square.

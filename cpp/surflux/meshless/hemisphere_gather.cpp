@@ -79,6 +79,10 @@ public:
     std::vector<Ray> aimed_rays;
     // What has been found of light that needs no solving: the first bounce, and by halves of the rays.
     Rgb first, halves[2];
+    void add_first(const Rgb& found, bool in_second_half) {
+        first += found;
+        halves[in_second_half] += found;
+    }
 
 private:
     struct Sum {
@@ -166,9 +170,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
         radius * radius * static_cast<double>(sums.rays.size()) <= rays_on_a_patch * distance * distance) {
-        const Rgb found = gain * light_.at_surfel(i);
-        sums.first += found;
-        sums.halves[second_half] += found;
+        sums.add_first(gain * light_.at_surfel(i), second_half);
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
@@ -234,11 +236,8 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
     tracer_.closest(sums.towards, sums.hits);
-    for (std::size_t k = 0; k < sums.towards.size(); ++k) {
-        if (!sums.light[k].arrives(sums.hits[k])) continue;
-        sums.first += sums.gain[k];
-        sums.halves[sums.second_half[k] != 0] += sums.gain[k];
-    }
+    for (std::size_t k = 0; k < sums.towards.size(); ++k)
+        if (sums.light[k].arrives(sums.hits[k])) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
     out.row.first = sums.first;
     out.row.noise = std::abs(luminance(sums.halves[0] - sums.halves[1]));
     std::sort(out.senders.begin(), out.senders.end());

@@ -49,8 +49,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon)
                 for (double a : {g, 1.0 - g})
                     for (double b : {g, 1.0 - g}) nodes_.push_back(p->corner + a * p->u + b * p->v);
             } else {  // degree 2 on each triangle
-                double area = 0.0;
-                for (const Triangle* t = begin; t != end; ++t) area += area_of(*t);
+                const double area = points_.area(i);
                 for (const Triangle* t = begin; t != end; ++t) {
                     const Vec3 sum = t->a + t->b + t->c;
                     for (const Vec3& corner : {t->a, t->b, t->c}) {
