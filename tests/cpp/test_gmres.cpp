@@ -106,6 +106,24 @@ TEST(Gmres, RestartsDoNotStopIt) {
     EXPECT_GT(report.applications, 32);
 }
 
+TEST(Gmres, NoConnectedPartIsLostBesideABrighterOne) {
+    // Two rooms that see nothing of each other, one 1e9 times as bright. A norm over both would call the dark one
+    // solved before it began.
+    const std::size_t n = 40;
+    const Dense one = of_light(n, 0.99);
+    Dense both{2 * n, std::vector<double>(4 * n * n, 0.0)};
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j) both.a[2 * i * n + j] = both.a[2 * (i + n) * n + j + n] = one.a[i * n + j];
+    std::vector<double> b = random_values(2 * n, 4), x, alone;
+    std::vector<std::uint32_t> part(2 * n, 0);
+    for (std::size_t k = n; k < 2 * n; ++k) b[k] *= 1e9, part[k] = 1;
+    const std::vector<double> dark(b.begin(), b.begin() + n);
+    EXPECT_LE(gmres(both.on(1), b, LinearSystems(1, part), 1e-6, 300, x).residual, 1e-6);
+    gmres(one.on(1), dark, 1, 1e-6, 300, alone);
+    EXPECT_LE(residual_of(one, {x.begin(), x.begin() + n}, dark, 1, 0), 1e-6 * (1 + 1e-6));
+    for (std::size_t k = 0; k < n; ++k) EXPECT_NEAR(x[k], alone[k], 2e-4 * std::abs(alone[k])) << k;
+}
+
 TEST(Gmres, NoChannelIsLostBesideABrighterOne) {
     // Sizes 1e12 apart. A norm over all channels would call the dark one solved before it began.
     const std::size_t channels = 3;

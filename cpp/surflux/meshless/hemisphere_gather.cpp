@@ -102,7 +102,8 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       means_(means),
       options_(options),
       contact_(contact_distance(bounds_of(scene.surfels))),
-      lit_(scene.surfels, light.points(), exitances(scene.surfels, light, options)) {}
+      exitance_(exitances(scene.surfels, light, options)),
+      lit_(scene.surfels, light.points(), exitance_) {}
 
 // A wide patch does where it is small as seen from `distance`, any other surfel always; but what seems to be inside
 // geometry, which has no mean.
@@ -208,14 +209,17 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
         if (!hit || absorbs(hit, place.normal, s, contact_)) {
-            out.row.left += each;
+            (hit ? out.row.into_backs : out.row.escape) += each;
             if (!hit) take(out.row.sky, found(light_.skies()));
             continue;
         }
         const std::uint32_t i = hit.surfel;
         take(out.row.emitted, light_.emitters().empty() ? each * s.emission[i] : found(light_.emitters()));
         const Rgb rho = each * s.reflectance[i];
-        if (rho == Rgb{}) continue;
+        if (rho == Rgb{}) {
+            if (light_.emitters().empty() && !(s.emission[i] == Rgb{})) out.senders.push_back(i);
+            continue;
+        }
         const Vec3 at = ray.from.position + hit.distance * ray.direction;
         if (!options_.direct_in_basis && !light_.is_dark())
             reflect(at, i, hit.distance, weight_beside_aimed(ray, hit, aimed, sums) * rho, second_half, random, sums);
@@ -223,6 +227,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             out.senders.push_back(i);
             continue;
         }
+        out.linked.push_back(i);
         OpenEnd end{at, i, static_cast<float>(hit.distance), {}};
         for (int c = 0; c < 3; ++c) end.share[c] = static_cast<float>(rho[c]);
         if (link(0, end, sums)) out.open.push_back(end);
@@ -240,9 +245,12 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         if (sums.light[k].arrives(sums.hits[k])) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
     out.row.first = sums.first;
     out.row.noise = std::abs(luminance(sums.halves[0] - sums.halves[1]));
-    std::sort(out.senders.begin(), out.senders.end());
-    out.senders.shrink_to_fit();
+    for (std::vector<std::uint32_t>* met : {&out.senders, &out.linked}) {
+        std::sort(met->begin(), met->end());
+        met->shrink_to_fit();
+    }
     sums.take(out.links);
+    scale(out);
 }
 
 void HemisphereGather::add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress) {
@@ -313,19 +321,45 @@ void HemisphereGather::sent(const std::vector<Rgb>& coefficients, std::vector<Rg
     out.resize(s.size());
     parallel_for(s.size(), 256, [&](std::size_t i) {
         const double outside = means_.outside(i);
-        out[i] = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) / outside) : Rgb{};
+        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[i];
+        out[i] = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) * (scale / outside)) : Rgb{};
     });
 }
 
+void HemisphereGather::set_sender_scale(std::vector<double> scale_of, std::vector<double> lit_scale) {
+    sender_scale_ = std::move(scale_of);
+    lit_scale_ = std::move(lit_scale);
+    parallel_for(rows_.size(), 64, [&](std::size_t k) { scale(rows_[k]); });
+}
+
+void HemisphereGather::scale(Gathered& of) const {
+    if (sender_scale_.empty()) return;
+    double all = 0.0, linked = 0.0, lit = 0.0, lit_scaled = 0.0, emitted = 0.0, emitted_scaled = 0.0;
+    const auto add = [&](std::uint32_t i) {
+        const double factor = sender_scale_[i], emission_of = emission(i);
+        all += factor;
+        lit += exitance_[i], lit_scaled += lit_scale_[i] * exitance_[i];
+        emitted += emission_of, emitted_scaled += factor * emission_of;
+        return factor;
+    };
+    for (const std::uint32_t i : of.senders) add(i);
+    for (const std::uint32_t i : of.linked) linked += add(i);
+    const auto ratio = [](double a, double b) { return b > 0.0 ? a / b : 1.0; };
+    Row& row = of.row;
+    row.scale = ratio(static_cast<double>(of.senders.size() + of.linked.size()), all);
+    row.linked_scale = row.scale * ratio(linked, static_cast<double>(of.linked.size()));
+    row.first_scale = row.scale * ratio(lit_scaled, lit);
+    row.emitted_scale = light_.emitters().empty() ? row.scale * ratio(emitted_scaled, emitted) : 1.0;
+}
+
 Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
-    Rgb sum;
+    Rgb sum, linked;
     for (const std::uint32_t i : of.senders) sum += sent[i];
-    sum = of.row.share * sum;
     for (const Link& link : of.links) {
         const Rgb& value = coefficients[link.function];
-        for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(link.share[c]) * value[c];
+        for (int c = 0; c < 3; ++c) linked[c] += static_cast<double>(link.share[c]) * value[c];
     }
-    return sum;
+    return (of.row.share * of.row.scale) * sum + of.row.linked_scale * linked;
 }
 
 }  // namespace surflux

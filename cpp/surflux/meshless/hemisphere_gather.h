@@ -35,7 +35,10 @@ public:
         Rgb emitted;         // from emissive surfels, as far as rays find it
         Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
         double noise = 0.0;  // standard error of all that, of its luminance
-        double left = 0.0;   // share of the hemisphere that leaves the scene, or meets backs
+        double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
+        // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found.
+        double scale = 1.0, linked_scale = 1.0, first_scale = 1.0, emitted_scale = 1.0;
+        double met() const { return 1.0 - escape - into_backs; }
     };
 
     // Of what is gathered `basis` may have more levels later on: see extend().
@@ -48,6 +51,27 @@ public:
     void extend(const Progress& progress);
 
     const Row& operator[](std::size_t row) const { return rows_[row].row; }
+    std::size_t size() const { return rows_.size(); }
+    std::size_t rays_of(std::size_t row) const { return rows_[row].senders.size() + rows_[row].linked.size(); }
+    // Calls visit(surfel) for each ray of a row that met something which sends, visit(function) for its links.
+    template <class Visit>
+    void for_senders(std::size_t row, const Visit& visit) const {
+        for (const std::uint32_t i : rows_[row].senders) visit(i);
+        for (const std::uint32_t i : rows_[row].linked) visit(i);
+    }
+    template <class Visit>
+    void for_links(std::size_t row, const Visit& visit) const {
+        for (const Link& link : rows_[row].links) visit(link.function);
+    }
+    // Luminance of what a surfel sends of light that is not in the basis.
+    double exitance(std::uint32_t surfel) const { return exitance_[surfel]; }
+    // Of what it emits, where rays find that by themselves.
+    double emission(std::uint32_t surfel) const {
+        return light_.emitters().empty() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
+    }
+    // From now on what each surfel sends counts as many times, light that is not in the basis by a factor of its own,
+    // and rows are scaled to what they gathered before of the same light from everywhere.
+    void set_sender_scale(std::vector<double> scale, std::vector<double> lit_scale);
     std::size_t links() const { return links_; }
     std::size_t rays() const { return rays_; }
     // What each surfel sends of light in the basis: reflected, on the average over what of it is not inside geometry.
@@ -79,6 +103,7 @@ private:
     struct Gathered {
         Row row;
         std::vector<std::uint32_t> senders;  // surfels that rays met, once for each ray
+        std::vector<std::uint32_t> linked;   // those that send by functions
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };
@@ -92,6 +117,7 @@ private:
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
     bool sends_by_mean(std::uint32_t surfel, double distance) const;
     void count_links();
+    void scale(Gathered& row) const;
 
     const Scene& scene_;
     const Tracer& tracer_;
@@ -100,7 +126,9 @@ private:
     const SurfelMeans& means_;
     GatherOptions options_;
     double contact_;
+    std::vector<double> exitance_;  // of light that is not in the basis, luminance
     LitPatches lit_;
+    std::vector<double> sender_scale_, lit_scale_;  // empty: 1
     std::vector<Gathered> rows_;
     std::size_t links_ = 0, rays_ = 0, levels_ = 0;  // levels that rows are linked to
 };

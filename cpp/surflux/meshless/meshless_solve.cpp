@@ -5,8 +5,8 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
-#include "surflux/meshless/energy_balance.h"
 #include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/meshless_exchange.h"
 #include "surflux/meshless/oracle.h"
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
@@ -17,6 +17,7 @@
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
+#include "surflux/solution/power_balance.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
@@ -25,9 +26,7 @@ namespace surflux {
 
 namespace {
 
-constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
-constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
-constexpr double most_gain = 1.1;
+constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr int most_applications = 100;
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
@@ -183,7 +182,6 @@ private:
             direct_.push_back(direct);
             unbounced_.push_back(direct + emitted);
             first_.push_back(row.first);
-            left_.push_back({row.left, row.left, row.left});
         }
         watch_.lap("direct");
     }
@@ -194,13 +192,13 @@ private:
         gather_.sent(field_->coefficients, sent_);
         std::vector<Rgb> out(x.size());
         parallel_for(x.size(), 16,
-                     [&](std::size_t row) { out[row] = gain_ * gather_.gather(row, field_->coefficients, sent_); });
+                     [&](std::size_t row) { out[row] = gather_.gather(row, field_->coefficients, sent_); });
         return out;
     }
 
     void solve(double tolerance, std::size_t refined) {
         std::vector<Rgb> constant(unbounced_.size());
-        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = unbounced_[row] + gain_ * first_[row];
+        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = unbounced_[row] + first_[row];
         values_.insert(values_.end(), constant.begin() + static_cast<std::ptrdiff_t>(values_.size()), constant.end());
         LinearReport linear;
         if (options_.bounces >= 0) {
@@ -217,8 +215,8 @@ private:
                 to = channels.pack(bounce(channels.unpack(of)));
                 for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
             };
-            linear =
-                gmres(apply, channels.pack(constant), channels.count, tolerance, most_applications, x, stage("solve"));
+            linear = gmres(apply, channels.pack(constant), LinearSystems(channels.count, parts_), tolerance,
+                           most_applications, x, stage("solve"));
             values_ = channels.unpack(x);
             before_ = values_;
         }
@@ -237,7 +235,7 @@ private:
                                 {"rays", static_cast<double>(gather_.rays())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
-                                {"gain", gain_},
+                                {"imbalance", imbalance_},
                                 {"seconds", total_seconds(out_.timings)}});
     }
 
@@ -248,23 +246,27 @@ private:
         return out;
     }
 
-    void balance() {
-        std::vector<Rgb> bounced(values_.size()), bounced_coefficients, left;
-        for (std::size_t row = 0; row < bounced.size(); ++row) bounced[row] = values_[row] - unbounced_[row];
-        receivers_.coefficients(bounced, bounced_coefficients);
-        receivers_.coefficients(left_, left);
-        const double correction = energy_correction(scene_, light_, means_, field_->coefficients, bounced_coefficients,
-                                                    left, options_.indirect_only);
-        gain_ = std::clamp(gain_ * correction, 1.0 / most_gain, most_gain);
+    // Energy that rays' noise and the weights would lose or make is kept where it is.
+    void keep_energy() {
+        const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
+        gather_.sent(field_->coefficients, sent_);
+        const ReciprocalScaling scaling = exchange.scale_by_reciprocity(sent_);
+        imbalance_ = scaling.before;
+        gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
+        lost_scale_ = scaling.lost;
+        parts_ = exchange.parts();
+        for (std::size_t row = 0; row < first_.size(); ++row) {
+            const HemisphereGather::Row& of = gather_[row];
+            first_[row] = of.first_scale * of.first;
+            unbounced_[row] += (of.emitted_scale - 1.0) * of.emitted;
+        }
         watch_.lap("solve");
     }
 
     void finish() {
         if (options_.bounces < 0) {
-            for (int round = 0; round < 2; ++round) {
-                solve(std::max(options_.tolerance, balanced_tolerance), 0);
-                balance();
-            }
+            solve(rough_tolerance, 0);
+            keep_energy();
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
@@ -273,15 +275,7 @@ private:
         watch_.lap("evaluation");
         const std::size_t n = scene_.surfels.size();
         check_solution(scene_, tracer_, usual_checks(n), usual_checking_rays, options_.seed, stage("self-check"), out_);
-        double entered = 0.0, absorbed = 0.0;
-        const Surfels& s = scene_.surfels;
-        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
-        for (std::size_t i = 0; i < n; ++i) {
-            entered += s.areas[i] * sum(out_.direct[i] + s.emission[i]);
-            absorbed += s.areas[i] * sum((Rgb{1, 1, 1} - s.reflectance[i]) * out_.irradiance[i]);
-        }
-        for (const auto& figure : Figures{{"power_in", entered}, {"power_absorbed", absorbed}})
-            out_.history.back().push_back(figure);
+        for (const auto& figure : power_) out_.history.back().push_back(figure);
     }
 
     void write();
@@ -302,11 +296,14 @@ private:
     std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
-    double gain_ = 1.0;                       // of what is reflected
-    // Of each row: direct light, that and emission, the first bounce of what is not in the basis, the share of its
-    // hemisphere that is lost, and the solution.
-    std::vector<Rgb> direct_, unbounced_, first_, left_, values_;
+    double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
+    std::vector<double> lost_scale_;          // of what each surfel loses; empty: 1
+    std::vector<std::uint32_t> parts_;        // connected part of each row; empty: one
+    // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
+    // solution.
+    std::vector<Rgb> direct_, unbounced_, first_, values_;
     std::vector<Rgb> before_;  // values before their last bounce
+    Figures power_;
 };
 
 // At the surfels of the scene: at the centre of disks, the mean over patches; where the basis is still off, by rays
@@ -319,13 +316,14 @@ void MeshlessRadiosity::write() {
     receivers_.coefficients(before_, sending);
     const Oracle of_points = oracle();
     const SurfelRefinement::Options options{options_.epsilon_e, options_.rays, options_.indirect_only,
-                                            options_.bounces == 0 ? 0.0 : gain_};
+                                            options_.bounces != 0};
     SurfelRefinement refinement(scene_, light_, means_, of_points, sending, options, gather_);
     const std::size_t rays = gather_.rays();
     refinement.run(stage("gathering"));
     const std::vector<std::uint32_t>& refined = refinement.surfels();
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
     out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
+    const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
     gather_.clear();
     watch_.lap("gathering");
     out_.surfels = s;
@@ -373,6 +371,14 @@ void MeshlessRadiosity::write() {
             for (std::size_t i = begin; i < end; ++i) write_one(i);
         },
         stage("evaluation"));
+    PowerBalance power;
+    for (std::size_t i = 0; i < n; ++i) {
+        const MeshlessExchange::Loss lost = exchange.loss(i);
+        const double scale = lost_scale_.empty() ? 1.0 : lost_scale_[i];
+        power.add(exchange.part_of_surfel(i), {s.areas[i], s.reflectance[i], s.emission[i], out_.direct[i],
+                                               out_.irradiance[i], scale * lost.escape, scale * lost.into_backs});
+    }
+    power_ = power.figures();
 }
 
 }  // namespace

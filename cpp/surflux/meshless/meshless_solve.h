@@ -46,7 +46,8 @@ struct MeshlessSolution {
 //   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
 //   rims;
 //   - clouds have points at the centres of their disks alone, and the last of them twice more;
-//   - energy that the weights lose is given back (energy_balance.h), unless the number of bounces is given.
+//   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
+//   is given.
 MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress);
 
 }  // namespace surflux

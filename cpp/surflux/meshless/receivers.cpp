@@ -58,4 +58,15 @@ void Receivers::coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& o
         });
 }
 
+std::vector<double> Receivers::functional(std::vector<double> of_coefficients) const {
+    std::vector<double> out(functions_.size(), 0.0);
+    for (std::size_t j = basis_.size(); j-- > 0;) {  // finer levels stand behind coarser ones
+        if (!has(static_cast<std::uint32_t>(j))) continue;
+        out[row_[j]] = of_coefficients[j];
+        for (const BasisWeight& parent : parents_[row_[j]])
+            of_coefficients[parent.function] -= parent.weight * of_coefficients[j];
+    }
+    return out;
+}
+
 }  // namespace surflux

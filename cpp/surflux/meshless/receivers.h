@@ -29,6 +29,13 @@ public:
 
     // From values by row, for all functions.
     void coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& out) const;
+    // The transpose of that: by row, what a functional of the coefficients is of the values.
+    std::vector<double> functional(std::vector<double> of_coefficients) const;
+    // Calls visit(function) for the parents of a row's function.
+    template <class Visit>
+    void for_parents(std::size_t row, const Visit& visit) const {
+        for (const BasisWeight& parent : parents_[row]) visit(parent.function);
+    }
 
 private:
     const MultilevelBasis& basis_;

@@ -48,8 +48,8 @@ std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::u
     std::vector<MeshlessField::At> out;
     for (const auto& [row, gathered] : gather_.once(places, counts, coefficients_, sent_, progress)) {
         const std::uint32_t i = surfels[out.size()];
-        out.push_back({row.sky + row.emitted, row.sky});
-        if (options_.gain > 0.0) out.back().all += options_.gain * (row.first + gathered);
+        out.push_back({row.sky + row.emitted_scale * row.emitted, row.sky});
+        if (options_.reflected) out.back().all += row.first_scale * row.first + gathered;
         if (!options_.indirect_only) {
             out.back().all += light_.at_surfel(i);
             out.back().direct += light_.direct_at_surfel(i);

@@ -22,7 +22,7 @@ public:
         double epsilon_e;
         int rays;            // of a surfel, at most
         bool indirect_only;  // is direct light left out of the basis?
-        double gain;         // of what is reflected; 0 where nothing is
+        bool reflected;      // is any bounce wanted?
     };
     // What surfaces send are the functions with `coefficients`.
     SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means, const Oracle& oracle,

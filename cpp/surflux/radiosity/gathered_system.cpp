@@ -1,7 +1,9 @@
 #include "surflux/radiosity/gathered_system.h"
 
-#include <utility>
+#include <algorithm>
+#include <cmath>
 
+#include "surflux/core/disjoint_sets.h"
 #include "surflux/core/parallel.h"
 #include "surflux/solution/gmres.h"
 
@@ -13,6 +15,7 @@ GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gatherin
 
 void GatheredSystem::take_by_nodes(const Cut& cut) {
     cut_ = &cut;
+    drop_scaling();
     const std::size_t n = tree_.points();
     begin_.resize(n + 1);
     weights_.resize(n);
@@ -24,6 +27,7 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
                                  const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted,
                                  const Progress& progress) {
     cut_ = &cut;
+    drop_scaling();
     std::vector<double> light(cut.rows.size());
     for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
     constexpr std::size_t grain = 256;
@@ -83,9 +87,11 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
                 for (std::size_t c = 0; c < channels_; ++c)
                     h[c] += weights_[w].weight * x[weights_[w].site * channels_ + c];
         }
+        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[k];
         const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
         for (std::size_t c = 0; c < channels_; ++c)
-            sent_[k * channels_ + c] = e[static_cast<int>(c)] + tree_.reflectance(p)[static_cast<int>(c)] * h[c];
+            sent_[k * channels_ + c] =
+                scale * (e[static_cast<int>(c)] + tree_.reflectance(p)[static_cast<int>(c)] * h[c]);
     });
     tree_.pull_up(sent_, channels_);
 }
@@ -100,35 +106,118 @@ void GatheredSystem::gather(std::vector<double>& out) const {
     parallel_for(cut_->rows.size(), 64, [&](std::size_t k) {
         double* to = out.data() + k * channels_;
         gathering_.gather(cut_->rows[k], sent_, channels_, to);
-        for (std::size_t c = 0; c < channels_; ++c) to[c] *= gain_;
+        for (std::size_t c = 0; c < channels_; ++c) to[c] *= row_scale(k);
     });
 }
 
-double GatheredSystem::balance(const std::vector<double>& x) {
-    send(x, true);
-    std::vector<double> arriving;
-    const double gain = std::exchange(gain_, 1.0);
-    gather(arriving);
-    gain_ = gain;
-    struct Flux {
-        double sent = 0.0, received = 0.0;
-        void operator+=(const Flux& other) { sent += other.sent, received += other.received; }
-    };
-    const Flux all = parallel_sum<Flux>(tree_.points(), 4096, [&](std::size_t k, Flux& flux) {
-        const auto p = static_cast<std::uint32_t>(k);
-        if (!tree_.is_leaf(p)) return;
-        double left = 0.0, received = 0.0;
-        for (std::size_t w = begin_[p]; w < begin_[p + 1]; ++w) {
-            const Gathering::Row& row = gathering_.row(cut_->rows[weights_[w].site]);
-            left += weights_[w].weight * static_cast<double>(row.escape + row.absorbed);
-            for (std::size_t c = 0; c < channels_; ++c)
-                received += weights_[w].weight * arriving[weights_[w].site * channels_ + c];
-        }
-        for (std::size_t c = 0; c < channels_; ++c)
-            flux.sent += tree_.area(p) * (1.0 - left) * sent_[p * channels_ + c];
-        flux.received += tree_.area(p) * received;
+void GatheredSystem::drop_scaling() {
+    row_scale_.clear();
+    part_.clear();
+    sender_scale_.clear();
+    lost_scale_.clear();
+}
+
+// Places of the cut are connected where one is interpolated from at a point that another's rays met.
+void GatheredSystem::find_parts() {
+    const std::size_t places = cut_->rows.size();
+    DisjointSets sets(places + tree_.size());
+    const auto of_node = [&](std::uint32_t node) { return static_cast<std::uint32_t>(places) + node; };
+    std::vector<char> linked(tree_.size(), 0);
+    for (std::uint32_t k = 0; k < places; ++k)
+        gathering_.for_senders(cut_->rows[k], [&](std::uint32_t sender, double) {
+            linked[sender] = 1;
+            sets.join(k, of_node(sender));
+        });
+    tree_.for_downwards([&](std::uint32_t node) {
+        if (linked[node])
+            tree_.for_members(node, [&](std::uint32_t member) {
+                linked[member] = 1;
+                sets.join(of_node(node), of_node(member));
+            });
     });
-    return all.received > 0.0 ? all.sent / all.received : 1.0;
+    for (std::uint32_t p = 0; p < tree_.points(); ++p)
+        if (tree_.is_leaf(p))
+            for (const Interpolation::Weight& w : weights(p)) sets.join(of_node(p), w.site);
+    part_ = sets.numbered(places);
+}
+
+double GatheredSystem::escape(std::uint32_t point) const {
+    double sum = 0.0;
+    for (const Interpolation::Weight& w : weights(point))
+        sum += w.weight * static_cast<double>(gathering_.row(cut_->rows[w.site]).escape);
+    return lost_scale_.empty() ? sum : lost_scale_[point] * sum;
+}
+
+double GatheredSystem::into_backs(std::uint32_t point) const {
+    double sum = 0.0;
+    for (const Interpolation::Weight& w : weights(point))
+        sum += w.weight * static_cast<double>(gathering_.row(cut_->rows[w.site]).absorbed);
+    return lost_scale_.empty() ? sum : lost_scale_[point] * sum;
+}
+
+Rgb GatheredSystem::sky(std::uint32_t point) const {
+    Rgb sum;
+    for (const Interpolation::Weight& w : weights(point)) sum += w.weight * gathering_.sky()[cut_->rows[w.site]].value;
+    return sum;
+}
+
+ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x) {
+    drop_scaling();
+    send(x, true);
+    find_parts();
+    const std::size_t places = cut_->rows.size();
+    std::vector<std::uint32_t> leaves;
+    tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
+    RayExchange exchange;
+    exchange.area.assign(places, 0.0);
+    exchange.doubt.assign(places, 0.0);
+    for (std::size_t k = 0; k < places; ++k) {
+        const Gathering::Row& row = gathering_.row(cut_->rows[k]);
+        exchange.met.push_back(1.0 - static_cast<double>(row.escape) - static_cast<double>(row.absorbed));
+        exchange.rays.push_back(row.rays);
+    }
+    for (const std::uint32_t p : leaves)
+        for (const Interpolation::Weight& w : weights(p)) exchange.area[w.site] += w.weight * tree_.area(p);
+    for (const std::uint32_t p : leaves) {
+        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), 0, 0.0, tree_.area(p), 0.0, 0.0, 0.0};
+        for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
+        for (const Interpolation::Weight& w : weights(p)) {
+            const double met = exchange.met[w.site], n = exchange.rays[w.site];
+            sender.met += w.weight * met;
+            sender.variance += w.weight * exchange.area[w.site] * std::max(met, 1.0 / n) * (1.0 - met) / n;
+            sender.part = part_[w.site];
+        }
+        for (const Interpolation::Weight& w : weights(p)) {
+            const double off = exchange.met[w.site] - sender.met;
+            sender.doubt += w.weight * off * off;
+        }
+        sender.doubt = std::sqrt(sender.doubt);
+        for (const Interpolation::Weight& w : weights(p))
+            exchange.doubt[w.site] += w.weight * tree_.area(p) * sender.doubt / exchange.area[w.site];
+        exchange.sender.push_back(sender);
+    }
+    std::vector<double> nodes(tree_.size());
+    exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {
+        for (std::size_t j = 0; j < leaves.size(); ++j) nodes[leaves[j]] = sent[j];
+        tree_.pull_up(nodes, 1);
+        out.resize(places);
+        parallel_for(places, 64, [&](std::size_t k) { gathering_.gather(cut_->rows[k], nodes, 1, &out[k]); });
+    };
+    exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& out) {
+        nodes.assign(tree_.size(), 0.0);
+        for (std::size_t k = 0; k < places; ++k)
+            gathering_.for_senders(cut_->rows[k],
+                                   [&](std::uint32_t sender, double share) { nodes[sender] += weight[k] * share; });
+        tree_.push_down(nodes);
+        for (std::size_t j = 0; j < leaves.size(); ++j) out[j] = nodes[leaves[j]];
+    };
+    ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange);
+    sender_scale_.assign(tree_.points(), 1.0);
+    for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];
+    lost_scale_.assign(tree_.points(), 1.0);
+    for (std::size_t j = 0; j < leaves.size(); ++j) lost_scale_[leaves[j]] = scaling.lost[j];
+    row_scale_ = scaling.rows;
+    return scaling;
 }
 
 LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::vector<double>& x,
@@ -142,7 +231,7 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
         gather(out);
         for (std::size_t k = 0; k < of.size(); ++k) out[k] = of[k] - out[k];
     };
-    return gmres(apply, b, channels_, tolerance, max_applications, x, progress);
+    return gmres(apply, b, LinearSystems(channels_, part_), tolerance, max_applications, x, progress);
 }
 
 }  // namespace surflux

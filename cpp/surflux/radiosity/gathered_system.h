@@ -10,6 +10,7 @@
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/solution/interpolation.h"
 #include "surflux/solution/linear.h"
+#include "surflux/solution/reciprocal_scaling.h"
 
 namespace surflux {
 
@@ -29,20 +30,29 @@ public:
                      const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted = {},
                      const Progress& progress = {});
 
-    // What surfaces send each other, less what escapes and what backs absorb, over what the rows give them of it: 1 but
-    // for the noise of the rays and what interpolation cuts off; for what all nodes send with x.
-    double balance(const std::vector<double>& x);
-    // What is gathered counts as many times.
-    void set_gain(double gain) { gain_ = gain; }
+    // Scales rows and senders so that energy is kept (solution/reciprocal_scaling.h): what all receive from a sender is
+    // what its own rays say leaves it for fronts of others, for about the light of x. After interpolate().
+    ReciprocalScaling scale_by_reciprocity(const std::vector<double>& x);
     // `x` holds the start and the result.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
     // The weights of the nodes at a leaf.
     Span<Interpolation::Weight> weights(std::uint32_t leaf) const {
         return {weights_.data() + begin_[leaf], weights_.data() + begin_[leaf + 1]};
     }
+    // Share of a point's hemisphere that leaves the scene, or meets backs, by the weights.
+    double escape(std::uint32_t point) const;
+    double into_backs(std::uint32_t point) const;
+    // The connected part that a point belongs to; before any scaling, all are one.
+    std::uint32_t part(std::uint32_t point) const {
+        return part_.empty() || weights(point).empty() ? 0 : part_[weights(point).begin()->site];
+    }
+    // What rays of the nodes around found of the sky.
+    Rgb sky(std::uint32_t point) const;
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
-    // What all nodes send, for x as it is.
+    // What a row is scaled by.
+    double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
+    // What all nodes send, for x as it is, as scaled.
     const std::vector<double>& sent(const std::vector<double>& x);
 
     std::size_t channels() const { return channels_; }
@@ -54,6 +64,8 @@ public:
 private:
     void send(const std::vector<double>& x, bool with_sources);
     void gather(std::vector<double>& out) const;
+    void find_parts();
+    void drop_scaling();
 
     const SurfelTree& tree_;
     const Gathering& gathering_;
@@ -61,8 +73,10 @@ private:
     const bool emitters_apart_;
     const std::size_t channels_;
     const Cut* cut_ = nullptr;
-    double gain_ = 1.0;
-    std::vector<std::size_t> begin_;  // of each point, in weights_
+    std::vector<double> row_scale_;                  // of places of the cut; empty: 1
+    std::vector<double> sender_scale_, lost_scale_;  // of points; empty: 1
+    std::vector<std::uint32_t> part_;                // connected part of each place of the cut
+    std::vector<std::size_t> begin_;                 // of each point, in weights_
     std::vector<Interpolation::Weight> weights_;
     std::vector<double> sent_;
 };

@@ -51,6 +51,13 @@ public:
     const std::vector<TiltedRgb>& lamps() const { return lamps_; }
     const std::vector<TiltedRgb>& sky() const { return sky_; }
 
+    // Calls visit(sender, share) for all nodes that rays of a row met.
+    template <class Visit>
+    void for_senders(std::size_t row, const Visit& visit) const {
+        const Row& r = rows_[row];
+        for (std::size_t k = r.begin; k < r.end; ++k)
+            visit(links_[k].sender, static_cast<double>(links_[k].first + links_[k].second) / r.rays);
+    }
     // Irradiance of row from what all senders send, `channels` interleaved.
     void gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const;
     // The same of each half of the rays: they differ by about twice the standard error of the whole.

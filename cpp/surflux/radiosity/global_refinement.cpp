@@ -12,6 +12,7 @@
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
+#include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
@@ -24,7 +25,6 @@ constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
 constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
 constexpr double little = 1e-3;           // of the surface: not worth another iteration
-constexpr double most_gain = 1.05;
 
 class GlobalRefinement {
 public:
@@ -140,34 +140,17 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        struct Part {
-            Rgb entered, absorbed, escaped, backs;
-            double squared = 0.0, area = 0.0;
-            void operator+=(const Part& other) {
-                entered += other.entered;
-                absorbed += other.absorbed;
-                escaped += other.escaped;
-                backs += other.backs;
-                squared += other.squared;
-                area += other.area;
-            }
-        };
-        const Part all = parallel_sum<Part>(tree_.points(), 4096, [&](std::size_t k, Part& part) {
-            const auto p = static_cast<std::uint32_t>(k);
-            if (!tree_.is_leaf(p)) return;
-            const double area = tree_.area(p);
-            const Rgb &rho = tree_.reflectance(p), h = system_->irradiance(p, values_);
-            const Rgb b = tree_.emission(p) + rho * h;
-            const std::uint32_t row = cut_.rows[cut_.place_of[p]];
-            part.entered += area * (sources_.from_lights(p) + gathering_.sky()[row].value + tree_.emission(p));
-            part.absorbed += area * (Rgb{1, 1, 1} - rho) * h;
-            part.escaped += (area * static_cast<double>(gathering_.row(row).escape)) * b;
-            part.backs += (area * static_cast<double>(gathering_.row(row).absorbed)) * b;
-            part.squared += area * luminance(h) * luminance(h);
-            part.area += area;
+        PowerBalance power;
+        double squared = 0.0, area = 0.0;
+        tree_.for_leaves([&](std::uint32_t p) {
+            const Rgb h = system_->irradiance(p, values_);
+            power.add(system_->part(p),
+                      {tree_.area(p), tree_.reflectance(p), tree_.emission(p),
+                       sources_.from_lights(p) + system_->sky(p), h, system_->escape(p), system_->into_backs(p)});
+            squared += tree_.area(p) * luminance(h) * luminance(h);
+            area += tree_.area(p);
         });
-        reference_ = std::sqrt(all.squared / all.area);
-        const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
+        reference_ = std::sqrt(squared / area);
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
                                 {"cut", static_cast<double>(cut_.nodes.size())},
                                 {"refined", static_cast<double>(refined)},
@@ -178,11 +161,9 @@ private:
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
-                                {"gain", gain_},
-                                {"power_in", sum(all.entered)},
-                                {"power_absorbed", sum(all.absorbed)},
-                                {"power_escaped", sum(all.escaped)},
-                                {"power_into_backs", sum(all.backs)}});
+                                {"imbalance", imbalance_}});
+        const Figures balance = power.figures();
+        out_.history.back().insert(out_.history.back().end(), balance.begin(), balance.end());
         watch_.lap("solve");
         out_.history.back().emplace_back("seconds", total_seconds(out_.timings));
     }
@@ -253,19 +234,21 @@ private:
         system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
         watch_.lap("interpolation");
         LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
+        // Energy that rays' noise and interpolation would lose or make is kept where it is.
         if (asked.empty()) {
-            // Energy that the rows lose or make, all in all, is given back: G symmetric would make none.
-            for (const double tolerance : {std::sqrt(rough_tolerance * options_.tolerance), options_.tolerance}) {
-                gain_ = std::clamp(system_->balance(values_), 1.0 / most_gain, most_gain);
-                system_->set_gain(gain_);
-                const LinearReport last = system_->solve(tolerance, most_applications, values_, stage("solve"));
-                linear = {linear.applications + last.applications, last.residual};
-            }
+            const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_);
+            imbalance_ = scaling.before;
+        }
+        if (asked.empty()) {
+            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+            linear = {linear.applications + last.applications, last.residual};
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less
     }
 
+    template <class Value>
+    std::vector<Rgb> to_first_order(const NodalField::Values& field, const Value& value) const;
     void write();
 
     const Scene& scene_;
@@ -285,18 +268,49 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;  // RMS of H
-    double gain_ = 1.0;
+    double reference_ = 0.0;   // RMS of H
+    double imbalance_ = 0.0;   // of what senders send and what is received of it, before it was scaled
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
 };
+
+// A field at all leaves, to first order, whose mean around each node is that of the weights alone: those are what
+// energy was balanced for. `value` is that of a node.
+template <class Value>
+std::vector<Rgb> GlobalRefinement::to_first_order(const NodalField::Values& field, const Value& value) const {
+    std::vector<Rgb> out(tree_.points()), wanted(cut_.rows.size()), found(cut_.rows.size());
+    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
+        const auto p = static_cast<std::uint32_t>(k);
+        if (tree_.is_leaf(p)) out[p] = field_->at(field, tree_.position(p), tree_.normal(p), system_->weights(p));
+    });
+    tree_.for_leaves([&](std::uint32_t p) {
+        Rgb constant;
+        for (const Interpolation::Weight& w : system_->weights(p)) constant += w.weight * value(w.site);
+        for (const Interpolation::Weight& w : system_->weights(p)) {
+            wanted[w.site] += (tree_.area(p) * w.weight) * constant;
+            found[w.site] += (tree_.area(p) * w.weight) * out[p];
+        }
+    });
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+        for (int c = 0; c < 3; ++c) wanted[k][c] = found[k][c] > 0.0 ? wanted[k][c] / found[k][c] : 1.0;
+    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
+        const auto p = static_cast<std::uint32_t>(k);
+        if (!tree_.is_leaf(p)) return;
+        Rgb scale;
+        for (const Interpolation::Weight& w : system_->weights(p)) scale += w.weight * wanted[w.site];
+        out[p] = scale * out[p];
+    });
+    return out;
+}
 
 void GlobalRefinement::write() {
     std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
         TiltedRgb& light = from_surfels[k];
         light = gathering_.gather_tilted(cut_.rows[k], *sent_, system_->channels());
+        const double scale = system_->row_scale(k);
+        light.u *= scale, light.v *= scale;
         light.value = system_->value(values_, k);
         const TiltedRgb& lamp = gathering_.lamps()[cut_.rows[k]];
         light.value += lamp.value;
@@ -306,11 +320,13 @@ void GlobalRefinement::write() {
     });
     const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_, stage("interpolation")),
                              sky = field_->fit(std::move(from_sky), &sight_, stage("interpolation"));
+    const std::vector<Rgb> reflected = to_first_order(
+        indirect, [&](std::size_t k) { return system_->value(values_, k) + gathering_.lamps()[cut_.rows[k]].value; });
+    const std::vector<Rgb> of_sky =
+        to_first_order(sky, [&](std::size_t k) { return gathering_.sky()[cut_.rows[k]].value; });
     write_leaves(tree_, out_, [&](std::uint32_t p) {
-        const Vec3 &at = tree_.position(p), &normal = tree_.normal(p);
-        const Span<Interpolation::Weight> near = system_->weights(p);
-        const Rgb direct = sources_.from_lights(p) + field_->at(sky, at, normal, near);
-        return LeafLight{direct, direct + sources_.from_emitters(p) + field_->at(indirect, at, normal, near),
+        const Rgb direct = sources_.from_lights(p) + of_sky[p];
+        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[p],
                          tree_.level(cut_.nodes[cut_.place_of[p]])};
     });
     tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });

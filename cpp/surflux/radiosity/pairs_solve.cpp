@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/disjoint_sets.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/radiosity/closure.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/conjugate_gradients.h"
+#include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
 
 namespace surflux {
@@ -20,8 +22,8 @@ constexpr int max_applications = 1000;
 // (I - sqrt(rho) M sqrt(rho)) y = sqrt(A rho) H0, H = H0 + A^-1/2 M sqrt(rho) y, H0 = D + F E,
 // is symmetric, positive definite as long as rho < 1, and takes rho = 0.
 LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const std::vector<Rgb>& direct,
-                              double tolerance, std::vector<Rgb>& irradiance, std::size_t& channel_count,
-                              const Progress& progress) {
+                              double tolerance, const std::vector<std::uint32_t>& parts, std::vector<Rgb>& irradiance,
+                              std::size_t& channel_count, const Progress& progress) {
     const Channels channels(is_grey(s.reflectance) && is_grey(s.emission) && is_grey(direct));
     channel_count = channels.count;
     const std::vector<double> rho = channels.pack(s.reflectance);
@@ -47,7 +49,8 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
         for (std::size_t k = 0; k < y.size(); ++k) out[k] = y[k] - weight[k] * product[k];
     };
     std::vector<double> y;
-    const LinearReport report = conjugate_gradients(apply, b, channels.count, tolerance, max_applications, y, progress);
+    const LinearReport report =
+        conjugate_gradients(apply, b, LinearSystems(channels.count, parts), tolerance, max_applications, y, progress);
     gathered(y);
     for (std::size_t k = 0; k < h0.size(); ++k) h0[k] += product[k] / area(k);
     irradiance = channels.unpack(h0);
@@ -61,22 +64,13 @@ double closure_tolerance(const Surfels& s) {
     return std::clamp(1e-5 * least, 1e-13, 1e-7);
 }
 
-// Light that enters, and where it ends; all channels added up. They agree if nothing is lost on the way.
-void add_energy(const Solution& solution, const Hemispheres& hemispheres, Figures& figures) {
-    Rgb entered, absorbed, escaped, backs;
-    for (std::size_t i = 0; i < solution.surfels.size(); ++i) {
-        const double area = solution.surfels.areas[i];
-        const Rgb& rho = solution.surfels.reflectance[i];
-        entered += area * (solution.direct[i] + solution.surfels.emission[i]);
-        absorbed += area * (Rgb{1, 1, 1} - rho) * solution.irradiance[i];
-        escaped += area * hemispheres.escape[i] * solution.radiosity[i];
-        backs += area * hemispheres.absorbed[i] * solution.radiosity[i];
-    }
-    const auto sum = [](const Rgb& c) { return c.x + c.y + c.z; };
-    figures.emplace_back("power_in", sum(entered));
-    figures.emplace_back("power_absorbed", sum(absorbed));
-    figures.emplace_back("power_escaped", sum(escaped));
-    figures.emplace_back("power_into_backs", sum(backs));
+// The connected part of each surfel: of those that exchange light, by any number of bounces.
+std::vector<std::uint32_t> connected_parts(const Exchange& exchange) {
+    DisjointSets sets(exchange.size);
+    for (std::uint32_t i = 0; i < exchange.size; ++i)
+        for (std::uint32_t j = i + 1; j < exchange.size; ++j)
+            if (exchange.at(i, j) > 0.0) sets.join(i, j);
+    return sets.numbered(exchange.size);
 }
 
 }  // namespace
@@ -98,9 +92,10 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
 
     for (std::size_t i = 0; i < n; ++i)
         out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
+    const std::vector<std::uint32_t> parts = connected_parts(exchange);
     std::size_t channels = 0;
     const LinearReport linear =
-        solve_irradiance(exchange, s, out.direct, options.tolerance, out.irradiance, channels, stage("solve"));
+        solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance, channels, stage("solve"));
     out.surfels = s;
     out.parents.resize(n);
     out.radiosity.resize(n);
@@ -122,7 +117,12 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
                     {"largest_shortfall", closure.largest_shortfall},
                     {"short_rows", static_cast<double>(closure.short_rows)},
                     {"closure_applications", static_cast<double>(closure.applications)}};
-    add_energy(out, hemispheres, figures);
+    PowerBalance power;
+    for (std::size_t i = 0; i < n; ++i)
+        power.add(parts[i], {s.areas[i], s.reflectance[i], s.emission[i], out.direct[i], out.irradiance[i],
+                             hemispheres.escape[i], hemispheres.absorbed[i]});
+    const Figures balance = power.figures();
+    figures.insert(figures.end(), balance.begin(), balance.end());
     out.history.push_back(std::move(figures));
 }
 

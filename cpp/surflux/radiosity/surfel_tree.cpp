@@ -202,4 +202,12 @@ void SurfelTree::pull_up(std::vector<double>& values, std::size_t channels) cons
                      [&](std::size_t k) { average(first_group_ + levels_[l] + static_cast<std::uint32_t>(k)); });
 }
 
+void SurfelTree::push_down(std::vector<double>& values) const {
+    for_downwards([&](std::uint32_t node) {
+        if (values[node] == 0.0) return;
+        const double density = values[node] / area(node);
+        for_members(node, [&](std::uint32_t member) { values[member] += density * area(member); });
+    });
+}
+
 }  // namespace surflux

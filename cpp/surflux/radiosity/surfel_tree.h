@@ -90,6 +90,15 @@ public:
 
     // Fills in what all nodes send from what leaves do: `channels` interleaved values each.
     void pull_up(std::vector<double>& values, std::size_t channels) const;
+    // The transpose of that: shares out what nodes have among their members, by area.
+    void push_down(std::vector<double>& values) const;
+    // Calls visit(node) for all nodes, each before its members.
+    template <class Visit>
+    void for_downwards(const Visit& visit) const {
+        for (std::size_t l = levels_.size(); l-- > 1;)
+            for (std::uint32_t k = levels_[l - 1]; k < levels_[l]; ++k) visit(first_group_ + k);
+        for (std::uint32_t p = 0; p < points(); ++p) visit(p);
+    }
 
 private:
     struct Group {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -8,10 +7,10 @@
 
 namespace surflux {
 
-// Solves A x = b for a symmetric positive definite A, each channel with its own steps, until every residual is at most
+// Solves A x = b for a symmetric positive definite A, each system with its own steps, until every residual is at most
 // `tolerance` |b|. x holds the start and the result.
-LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels,
-                                 double tolerance, int max_applications, std::vector<double>& x,
-                                 const Progress& progress = {});
+LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<double>& b,
+                                 const LinearSystems& systems, double tolerance, int max_applications,
+                                 std::vector<double>& x, const Progress& progress = {});
 
 }  // namespace surflux

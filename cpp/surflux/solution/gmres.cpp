@@ -1,6 +1,5 @@
 #include "surflux/solution/gmres.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "surflux/core/error.h"
@@ -12,22 +11,66 @@ namespace {
 constexpr std::size_t restart_after = 30;
 constexpr double rounding = 1e-14;  // what is left of a vector of length 1 where nothing should be
 
-// Summed in order, so that the result is the same for any number of threads.
-double inner(const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-    return sum;
-}
+// Least squares on one system's Hessenberg matrix, turned into a triangle by Givens rotations as its columns come.
+class LeastSquares {
+public:
+    LeastSquares() = default;
+    explicit LeastSquares(double beta) : active_(beta > 0.0), right_{beta} {}
+
+    // Has it another direction to look in?
+    bool is_active() const { return active_; }
+    double residual() const { return std::abs(right_.back()); }
+    std::size_t columns() const { return cosines_.size(); }
+    void stop() { active_ = false; }
+
+    // `column`: of the last direction's product, its share of each direction so far and what is left of it, `rest`;
+    // its length is `size`. False where the operator is singular: what there is, is all there can be.
+    bool add(std::vector<double> column, double rest, double size) {
+        for (std::size_t r = 0; r < cosines_.size(); ++r) {
+            const double above = column[r];
+            column[r] = cosines_[r] * above + sines_[r] * column[r + 1];
+            column[r + 1] = cosines_[r] * column[r + 1] - sines_[r] * above;
+        }
+        const double hypotenuse = std::hypot(column.back(), rest);
+        if (!(hypotenuse > rounding * size)) return false;
+        cosines_.push_back(column.back() / hypotenuse);
+        sines_.push_back(rest / hypotenuse);
+        column.back() = hypotenuse;
+        right_.push_back(-sines_.back() * right_.back());
+        right_[right_.size() - 2] *= cosines_.back();
+        triangle_.insert(triangle_.end(), column.begin(), column.end());
+        return true;
+    }
+
+    // What of each direction to take.
+    std::vector<double> weights() const {
+        const std::size_t n = columns();
+        const auto at = [this](std::size_t r, std::size_t c) { return triangle_[c * (c + 1) / 2 + r]; };
+        std::vector<double> out(n);
+        for (std::size_t r = n; r-- > 0;) {
+            out[r] = right_[r];
+            for (std::size_t c = r + 1; c < n; ++c) out[r] -= at(r, c) * out[c];
+            out[r] /= at(r, r);
+        }
+        return out;
+    }
+
+private:
+    bool active_ = false;
+    std::vector<double> triangle_, cosines_, sines_, right_;
+};
 
 }  // namespace
 
-LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels, double tolerance,
-                   int max_applications, std::vector<double>& x, const Progress& progress) {
+LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, const LinearSystems& systems,
+                   double tolerance, int max_applications, std::vector<double>& x, const Progress& progress) {
     LinearReport report;
     x.resize(b.size(), 0.0);
-    // Channels in units of their right-hand sides, so that none is lost beside a brighter one.
-    std::vector<double> unit(channels, 0.0);
-    for (std::size_t k = 0; k < b.size(); ++k) unit[k % channels] += b[k] * b[k];
+    const std::size_t count = systems.count();
+    const std::vector<std::uint32_t> system = systems.of(b.size());
+    // Systems in units of their right-hand sides, so that none is lost beside a brighter one.
+    std::vector<double> unit(count), sums(count);
+    inner_products(b, b, system, unit);
     for (double& size : unit) {
         require(std::isfinite(size),
                 "scene: its light is too strong to compute with: the linear system left the range of float64");
@@ -35,67 +78,75 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
     }
     std::vector<double> scaled(b.size()), product, residual(b.size());
     const auto apply_scaled = [&](const std::vector<double>& y, std::vector<double>& out) {
-        for (std::size_t k = 0; k < y.size(); ++k) scaled[k] = y[k] * unit[k % channels];
+        for (std::size_t k = 0; k < y.size(); ++k) scaled[k] = y[k] * unit[system[k]];
         apply(scaled, out);
-        for (std::size_t k = 0; k < out.size(); ++k) out[k] /= unit[k % channels];
+        for (std::size_t k = 0; k < out.size(); ++k) out[k] /= unit[system[k]];
         ++report.applications;
     };
+    std::vector<double> beta(count);  // residual of each
     const auto true_residual = [&] {
         apply(x, product);
         ++report.applications;
-        std::vector<double> squared(channels, 0.0);
-        for (std::size_t k = 0; k < b.size(); ++k) {
-            residual[k] = (b[k] - product[k]) / unit[k % channels];
-            squared[k % channels] += residual[k] * residual[k];
-        }
+        for (std::size_t k = 0; k < b.size(); ++k) residual[k] = (b[k] - product[k]) / unit[system[k]];
+        inner_products(residual, residual, system, beta);
         report.residual = 0.0;
-        for (double sum : squared) report.residual = std::max(report.residual, std::sqrt(sum));
+        for (double& size : beta) {
+            size = std::sqrt(size);
+            require(std::isfinite(size), "scene: its light could not be solved for: the residual is not a number");
+            report.residual = std::max(report.residual, size);
+        }
     };
 
     for (true_residual(); report.residual > tolerance && report.applications < max_applications; true_residual()) {
-        const double beta = std::sqrt(inner(residual, residual));
+        std::vector<LeastSquares> small(count);
+        for (std::size_t s = 0; s < count; ++s)
+            if (beta[s] > tolerance) small[s] = LeastSquares(beta[s]);
         std::vector<std::vector<double>> basis{residual};
-        for (double& value : basis[0]) value /= beta;
-        // Columns of the Hessenberg matrix, turned into a triangle by Givens rotations as they come.
-        std::vector<std::vector<double>> columns;
-        std::vector<double> cosines, sines, right{beta};
-        while (columns.size() < restart_after && report.applications + 1 < max_applications) {
-            surflux::report(progress, percent_done(std::abs(right.back()), tolerance), 100);
+        for (std::size_t k = 0; k < b.size(); ++k)
+            basis[0][k] = small[system[k]].is_active() ? residual[k] / beta[system[k]] : 0.0;
+        std::vector<double> size(count), rest(count);
+        bool any = true;
+        while (any && basis.size() <= restart_after && report.applications + 1 < max_applications) {
+            double worst = 0.0;
+            for (const LeastSquares& s : small)
+                if (s.is_active()) worst = std::max(worst, s.residual());
+            surflux::report(progress, percent_done(worst, tolerance), 100);
             apply_scaled(basis.back(), product);
-            const double size = std::sqrt(inner(product, product));
-            std::vector<double> column;
+            inner_products(product, product, system, size);
+            std::vector<std::vector<double>> shares;  // of each direction, by system
             for (const std::vector<double>& direction : basis) {
-                column.push_back(inner(direction, product));
-                for (std::size_t k = 0; k < product.size(); ++k) product[k] -= column.back() * direction[k];
+                inner_products(direction, product, system, sums);
+                for (std::size_t k = 0; k < product.size(); ++k) product[k] -= sums[system[k]] * direction[k];
+                shares.push_back(sums);
             }
-            const double rest = std::sqrt(inner(product, product));
-            for (std::size_t r = 0; r < cosines.size(); ++r) {
-                const double above = column[r];
-                column[r] = cosines[r] * above + sines[r] * column[r + 1];
-                column[r + 1] = cosines[r] * column[r + 1] - sines[r] * above;
+            inner_products(product, product, system, rest);
+            any = false;
+            for (std::size_t s = 0; s < count; ++s) {
+                rest[s] = std::sqrt(rest[s]);
+                if (!small[s].is_active()) continue;
+                std::vector<double> column;
+                for (const std::vector<double>& share : shares) column.push_back(share[s]);
+                if (!small[s].add(std::move(column), rest[s], std::sqrt(size[s])) ||
+                    small[s].residual() <= 0.5 * tolerance || !(rest[s] > 0.0))
+                    small[s].stop();
+                any = any || small[s].is_active();
             }
-            const double hypotenuse = std::hypot(column.back(), rest);
-            if (!(hypotenuse > rounding * size))
-                break;  // the operator is singular here: what there is is all there can be
-            cosines.push_back(column.back() / hypotenuse);
-            sines.push_back(rest / hypotenuse);
-            column.back() = hypotenuse;
-            right.push_back(-sines.back() * right.back());
-            right[right.size() - 2] *= cosines.back();
-            columns.push_back(std::move(column));
-            if (std::abs(right.back()) <= 0.5 * tolerance || !(rest > 0.0)) break;
+            if (!any) break;
             basis.push_back(product);
-            for (double& value : basis.back()) value /= rest;
+            for (std::size_t k = 0; k < product.size(); ++k)
+                basis.back()[k] = small[system[k]].is_active() ? product[k] / rest[system[k]] : 0.0;
         }
-        if (columns.empty()) break;
-        std::vector<double> weight(columns.size());
-        for (std::size_t r = columns.size(); r-- > 0;) {
-            weight[r] = right[r];
-            for (std::size_t c = r + 1; c < columns.size(); ++c) weight[r] -= columns[c][r] * weight[c];
-            weight[r] /= columns[r][r];
+        bool better = false;
+        std::vector<std::vector<double>> weights(count);
+        for (std::size_t s = 0; s < count; ++s) {
+            weights[s] = small[s].weights();
+            better = better || !weights[s].empty();
         }
-        for (std::size_t c = 0; c < weight.size(); ++c)
-            for (std::size_t k = 0; k < x.size(); ++k) x[k] += weight[c] * basis[c][k] * unit[k % channels];
+        if (!better) break;
+        for (std::size_t k = 0; k < x.size(); ++k) {
+            const std::vector<double>& of = weights[system[k]];
+            for (std::size_t c = 0; c < of.size(); ++c) x[k] += of[c] * basis[c][k] * unit[system[k]];
+        }
     }
     return report;
 }

@@ -7,9 +7,9 @@
 
 namespace surflux {
 
-// Solves A x = b for any A by restarted GMRES (Saad and Schultz 1986), all channels in one, each measured by its own
-// right-hand side, until |b - A x| <= tolerance |b| in every channel. x holds the start and the result.
-LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, std::size_t channels, double tolerance,
-                   int max_applications, std::vector<double>& x, const Progress& progress = {});
+// Solves A x = b for any A by restarted GMRES (Saad and Schultz 1986), all systems in lockstep, until |b - A x| <=
+// tolerance |b| in each. x holds the start and the result.
+LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, const LinearSystems& systems,
+                   double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
 
 }  // namespace surflux

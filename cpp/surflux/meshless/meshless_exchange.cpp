@@ -1,0 +1,148 @@
+#include "surflux/meshless/meshless_exchange.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/disjoint_sets.h"
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
+                                   const Receivers& receivers, const HemisphereGather& gather)
+    : scene_(scene), basis_(basis), means_(means), receivers_(receivers), gather_(gather) {
+    std::vector<Rgb> values(gather_.size());
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = {gather_[k].escape, gather_[k].into_backs, 0.0};
+    receivers_.coefficients(values, losses_);
+    find_parts();
+    find_areas();
+}
+
+void MeshlessExchange::find_areas() {
+    std::vector<double> of_coefficients(basis_.size(), 0.0);
+    for (std::size_t i = 0; i < scene_.surfels.size(); ++i)
+        means_.for_functions(
+            i, [&](std::uint32_t j, double weight) { of_coefficients[j] += scene_.surfels.areas[i] * weight; });
+    areas_ = receivers_.functional(std::move(of_coefficients));
+}
+
+void MeshlessExchange::find_parts() {
+    const auto rows = static_cast<std::uint32_t>(gather_.size());
+    const auto surfels = static_cast<std::uint32_t>(scene_.surfels.size());
+    DisjointSets sets(rows + surfels);
+    for (std::uint32_t k = 0; k < rows; ++k) {
+        gather_.for_senders(k, [&](std::uint32_t i) { sets.join(k, rows + i); });
+        gather_.for_links(k, [&](std::uint32_t j) {
+            if (receivers_.has(j)) sets.join(k, receivers_.row(j));
+        });
+        receivers_.for_parents(k, [&](std::uint32_t j) { sets.join(k, receivers_.row(j)); });
+    }
+    for (std::uint32_t i = 0; i < surfels; ++i)
+        means_.for_functions(i, [&](std::uint32_t j, double) {
+            if (receivers_.has(j)) sets.join(rows + i, receivers_.row(j));
+        });
+    parts_ = sets.numbered(rows + surfels);
+    part_of_surfel_.assign(parts_.begin() + rows, parts_.end());
+    parts_.resize(rows);
+}
+
+MeshlessExchange::Loss MeshlessExchange::loss(std::size_t surfel) const {
+    const double outside = means_.outside(surfel);
+    if (outside == 0.0) return {0.0, 0.0};
+    const Rgb mean = means_.mean(surfel, losses_) / outside;
+    const double escape = std::clamp(mean.x, 0.0, 1.0);
+    return {escape, std::clamp(mean.y, 0.0, 1.0 - escape)};
+}
+
+ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& sent) const {
+    const Surfels& s = scene_.surfels;
+    RayExchange exchange;
+    exchange.area = areas_;
+    const std::size_t rows = gather_.size();
+    exchange.doubt.assign(rows, 0.0);
+    for (std::size_t k = 0; k < rows; ++k) {
+        exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
+        exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
+    }
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        const Loss lost = loss(i);
+        RayExchange::Sender sender{s.positions[i],
+                                   s.normals[i],
+                                   part_of_surfel_[i],
+                                   std::max(0.0, luminance(sent[i])) + gather_.exitance(i) + gather_.emission(i),
+                                   s.areas[i] * means_.outside(i),
+                                   std::max(0.0, 1.0 - lost.escape - lost.into_backs),
+                                   0.0,
+                                   0.0};
+        // By the finest level on which light was gathered around it.
+        std::size_t level = 0;
+        double total = 0.0;
+        const auto on_finest = [&](const auto& visit) {
+            means_.for_functions(i, [&](std::uint32_t j, double weight) {
+                if (receivers_.has(j) && basis_.level_of(j) == level) visit(receivers_.row(j), weight);
+            });
+        };
+        means_.for_functions(i, [&](std::uint32_t j, double) {
+            if (receivers_.has(j)) level = std::max<std::size_t>(level, basis_.level_of(j));
+        });
+        on_finest([&](std::uint32_t row, double weight) {
+            const double met = gather_[row].met(), off = met - sender.met, n = exchange.rays[row];
+            total += weight;
+            sender.doubt += weight * off * off;
+            sender.variance +=
+                weight * std::max(0.0, exchange.area[row]) * std::max(met, 1.0 / n) * std::max(0.0, 1.0 - met) / n;
+        });
+        if (total > 0.0) {
+            sender.doubt = std::sqrt(sender.doubt / total);
+            sender.variance /= total;
+            on_finest([&](std::uint32_t row, double weight) {
+                if (exchange.area[row] > 0.0)
+                    exchange.doubt[row] += weight / total * sender.area * sender.doubt / exchange.area[row];
+            });
+        }
+        exchange.sender.push_back(sender);
+    }
+    exchange.gather = [&](const std::vector<double>& from, std::vector<double>& out) {
+        out.resize(rows);
+        parallel_for(rows, 64, [&](std::size_t k) {
+            double sum = 0.0;
+            gather_.for_senders(k, [&](std::uint32_t i) { sum += from[i]; });
+            out[k] = gather_[k].share * sum;
+        });
+    };
+    exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& out) {
+        out.assign(s.size(), 0.0);
+        for (std::size_t k = 0; k < rows; ++k) {
+            const double each = weight[k] * gather_[k].share;
+            gather_.for_senders(k, [&](std::uint32_t i) { out[i] += each; });
+        }
+    };
+    return surflux::scale_by_reciprocity(exchange);
+}
+
+std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling) const {
+    const Surfels& s = scene_.surfels;
+    std::vector<double> received(scaling.groups, 0.0), sent(scaling.groups, 0.0), out(s.size());
+    for (std::size_t k = 0; k < gather_.size(); ++k) {
+        double lit = 0.0;
+        gather_.for_senders(k, [&](std::uint32_t i) { lit += gather_.exitance(i); });
+        if (!(lit > 0.0)) continue;
+        // What the row found, shared out among those that its rays over the hemisphere met.
+        const double each = areas_[k] * scaling.rows[k] * luminance(gather_[k].first) / lit;
+        gather_.for_senders(
+            k, [&](std::uint32_t i) { received[scaling.group[i]] += each * scaling.senders[i] * gather_.exitance(i); });
+    }
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        const Loss lost = loss(i);
+        const double met = 1.0 - scaling.lost[i] * (lost.escape + lost.into_backs);
+        sent[scaling.group[i]] += s.areas[i] * std::max(0.0, met) * gather_.exitance(i);
+    }
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        const std::uint32_t group = scaling.group[i];
+        const double ratio = received[group] > 0.0 && sent[group] > 0.0 ? sent[group] / received[group] : 1.0;
+        out[i] = scaling.senders[i] * std::pow(ratio, scaling.trust[group]);
+    }
+    return out;
+}
+
+}  // namespace surflux

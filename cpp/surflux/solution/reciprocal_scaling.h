@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "surflux/core/vec.h"
+
+namespace surflux {
+
+// An exchange of light whose rows were gathered by rays: row k has the share of its hemisphere that each sender fills.
+// Rows are right by construction, with what escapes them and what backs absorb they make 1. Columns are not: what all
+// receive from a sender, over the area that each row stands for, ought to be what the sender's own rays say leaves it
+// for fronts of others, but rays have noise, and weights of interpolation do not carry on what rises towards an edge.
+struct RayExchange {
+    // out[k] = sum_j G[k, j] sent[j]; out[j] = sum_k G[k, j] weight[k].
+    std::function<void(const std::vector<double>& sent, std::vector<double>& out)> gather, scatter;
+    std::vector<double> area;  // that each row stands for: the integral of its weights
+    std::vector<double> met;   // share of each row's hemisphere that meets fronts
+    std::vector<std::uint32_t> rays;
+    std::vector<double> doubt;  // by how much `met` changes from each row to those around
+    struct Sender {
+        Vec3 position, normal;
+        std::uint32_t part;  // connected part of the scene
+        double radiosity;    // about what it sends: columns are balanced for that
+        double area, met;    // its share by the weights
+        // Of `met`: what interpolation may be off by; and the variance by rays, times the area that varies as one.
+        double doubt, variance;
+    };
+    std::vector<Sender> sender;
+};
+
+struct ReciprocalScaling {
+    std::vector<double> rows, senders;
+    std::vector<double> lost;          // of each sender: what its own rays say it loses is to be multiplied by
+    std::vector<std::uint32_t> group;  // of each sender
+    std::size_t groups = 0;
+    std::vector<double> trust;  // of each group: what senders' own rays count for, beside those of receivers
+    int rounds = 0;
+    double before = 0.0, after = 0.0;  // sum over groups of |received - sent|, over all that is sent
+};
+
+// Factors r and s with which r G s has the rows it had and, group by group of senders, columns by reciprocity (Sinkhorn
+// and Knopp 1967): sum_k area[k] r[k] G[k, j] s[j] = area[j] met[j]. A group is as small as some hundred rays that met
+// it allow: neighbours in one connected part that face about the same way. So what is mended stays where it was lost,
+// and no factor knows of another part of the scene. Of both sides of that equation the one that is known better counts
+// for more, by their variances: in a closed room `met` is 1 everywhere, without doubt; where a ball rests on a wide
+// floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
+// the sky is what the ball does not receive (`lost`).
+//   Rows are scaled last: as surfaces reflect less than 1, the spectral radius is below 1, and a uniform furnace exact.
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange);
+
+}  // namespace surflux

@@ -1,0 +1,133 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "surflux/core/disjoint_sets.h"
+#include "surflux/core/sampling.h"
+#include "surflux/solution/reciprocal_scaling.h"
+
+namespace surflux {
+namespace {
+
+// Rooms that see nothing of each other: in each, any place sees all others, in proportion to their areas, and so many
+// rays tell of it. Rows and senders are the same places.
+struct Rooms {
+    std::size_t places, rooms;
+    double escape;  // share of each hemisphere
+    std::vector<double> g;
+    std::size_t size() const { return places * rooms; }
+
+    Rooms(std::size_t places_of_each, std::size_t room_count, int rays, std::uint64_t seed, double escaping = 0.0)
+        : places(places_of_each), rooms(room_count), escape(escaping), g(size() * size(), 0.0) {
+        for (std::size_t k = 0; k < size(); ++k) {
+            Random random(seed, k);
+            const std::size_t first = k / places * places;
+            for (int r = 0; r < rays; ++r) {
+                if (random.uniform() < escape) continue;
+                g[k * size() + first + random.below(places)] += 1.0 / rays;
+            }
+        }
+    }
+    RayExchange exchange(int rays) const {
+        RayExchange out;
+        out.gather = [this](const std::vector<double>& sent, std::vector<double>& to) {
+            to.assign(size(), 0.0);
+            for (std::size_t k = 0; k < size(); ++k)
+                for (std::size_t j = 0; j < size(); ++j) to[k] += g[k * size() + j] * sent[j];
+        };
+        out.scatter = [this](const std::vector<double>& weight, std::vector<double>& to) {
+            to.assign(size(), 0.0);
+            for (std::size_t k = 0; k < size(); ++k)
+                for (std::size_t j = 0; j < size(); ++j) to[j] += g[k * size() + j] * weight[k];
+        };
+        for (std::size_t k = 0; k < size(); ++k) {
+            double met = 0.0;
+            for (std::size_t j = 0; j < size(); ++j) met += g[k * size() + j];
+            out.area.push_back(1.0);
+            out.met.push_back(met);
+            out.rays.push_back(static_cast<std::uint32_t>(rays));
+            out.doubt.push_back(0.0);
+            const double x = static_cast<double>(k % places) / static_cast<double>(places);
+            const double variance = std::max(met, 1.0 / rays) * (1.0 - met) / rays;
+            out.sender.push_back({{x, static_cast<double>(k / places), 0.0},
+                                  {0.0, 0.0, 1.0},
+                                  static_cast<std::uint32_t>(k / places),
+                                  1.0,
+                                  1.0,
+                                  met,
+                                  0.0,
+                                  variance});
+        }
+        return out;
+    }
+};
+
+TEST(ReciprocalScaling, KeepsRowsAndMendsColumns) {
+    const int rays = 64;
+    const Rooms rooms(400, 1, rays, 3);
+    const RayExchange exchange = rooms.exchange(rays);
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    EXPECT_GT(found.before, 0.02);  // sqrt(1 / 256) of each group
+    EXPECT_LT(found.after, 2e-4);
+    EXPECT_GT(found.groups, 40u);  // 400 * 64 rays, 256 to 512 in each
+    std::vector<double> filled;
+    exchange.gather(found.senders, filled);
+    for (std::size_t k = 0; k < rooms.size(); ++k) EXPECT_NEAR(found.rows[k] * filled[k], exchange.met[k], 1e-12);
+}
+
+TEST(ReciprocalScaling, FactorsOfOneRoomKnowNothingOfAnother) {
+    const int rays = 64;
+    const Rooms both(300, 2, rays, 5);
+    Rooms one = both;
+    one.rooms = 1;
+    one.g.clear();
+    for (std::size_t k = 0; k < 300; ++k)
+        for (std::size_t j = 0; j < 300; ++j) one.g.push_back(both.g[k * both.size() + j]);
+    RayExchange brighter = both.exchange(rays);
+    for (std::size_t j = 300; j < 600; ++j) brighter.sender[j].radiosity = 1e6;
+    const ReciprocalScaling alone = scale_by_reciprocity(one.exchange(rays)), beside = scale_by_reciprocity(brighter);
+    // Rounds end by the imbalance of all, so that what is left of either differs by it.
+    for (std::size_t j = 0; j < 300; ++j) EXPECT_NEAR(alone.senders[j], beside.senders[j], 5e-3) << j;
+}
+
+TEST(ReciprocalScaling, EnergyIsThatOfTheSendersInAClosedRoom) {
+    // The mean of what arrives is the mean of what is sent, group by group: here for light that falls off along x.
+    const int rays = 64;
+    const Rooms room(400, 1, rays, 11);
+    RayExchange exchange = room.exchange(rays);
+    double sent = 0.0, received = 0.0;
+    std::vector<double> light(room.size()), arrived;
+    for (std::size_t j = 0; j < light.size(); ++j) {
+        light[j] = exchange.sender[j].radiosity = std::exp(-3.0 * exchange.sender[j].position.x);
+        sent += light[j];
+    }
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    for (std::size_t j = 0; j < light.size(); ++j) light[j] *= found.senders[j];
+    exchange.gather(light, arrived);
+    for (std::size_t k = 0; k < arrived.size(); ++k) received += found.rows[k] * arrived[k];
+    EXPECT_NEAR(received / sent, 1.0, 3e-4);
+}
+
+TEST(ReciprocalScaling, WhereSendersRaysSayLittleTheReceiversAreBelieved) {
+    // 199 of 200 rays escape: of some 13 that are left of each group's 2560, senders and receivers know as much, and
+    // the doubt of interpolation decides.
+    const int rays = 64;
+    const Rooms open(400, 1, rays, 13, 0.995);
+    RayExchange exchange = open.exchange(rays);
+    for (RayExchange::Sender& sender : exchange.sender) sender.doubt = 0.01;
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    for (const double scale : found.senders) EXPECT_NEAR(scale, 1.0, 0.01);
+    for (const double lost : found.lost) EXPECT_NEAR(lost, 1.0, 0.01);
+}
+
+TEST(DisjointSets, AreNumberedByTheirLeastMembers) {
+    DisjointSets sets(7);
+    sets.join(5, 1);
+    sets.join(6, 5);
+    sets.join(4, 2);
+    EXPECT_EQ(sets.numbered(5), (std::vector<std::uint32_t>{0, 1, 2, 3, 2}));
+    EXPECT_EQ(sets.find(6), 1u);
+}
+
+}  // namespace
+}  // namespace surflux

@@ -1,0 +1,85 @@
+"""What one part of a scene lacks of its energy, no other part makes up for."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from cases.builders import cube_inside
+from scenes import surfels_of
+from surflux import shapes
+
+SOLVERS = {
+    "pairs": lambda scene, **knobs: sf.solve(scene, transport="pairs", insert=False, **knobs),
+    "rays": lambda scene, **knobs: sf.solve(scene, transport="rays", **knobs),
+    "meshless": lambda scene, **knobs: sf.solve_meshless(scene, levels=3, **knobs),
+}
+POWER = ("power_in", "power_absorbed", "power_escaped", "power_into_backs", "power_lost", "parts", "largest_part_lost")
+
+
+@pytest.fixture(params=SOLVERS)
+def solver(request):
+    return SOLVERS[request.param]
+
+
+def glowing_spheres():
+    """Coarse ones, whose disks stand off them and whose rays' noise is large, a thousand times as bright."""
+    coarse = [(150, [10.0, 0.0, 0.0]), (100, [12.5, 0.0, 0.0])]
+    return [surfels_of(shapes.sphere(n).points + at, shapes.sphere(n).normals, 0.5, 1000.0) for n, at in coarse]
+
+
+def mean_radiosity(solution, surfels):
+    """Of the scene's first surfels."""
+    own = solution.parents < surfels
+    return np.average(solution.radiosity[own, 0], weights=solution.surfels.areas[own])
+
+
+@pytest.mark.parametrize("rho", [0.9, 0.97, 0.99, 0.993, 0.999])
+def test_furnace_beside_bright_spheres_is_exact(solver, rho):
+    """E = 1 - rho makes B = 1. A factor for the energy of the whole scene made .11 to 1.25 of it at rho = .99."""
+    room = cube_inside(10, rho, 1 - rho)
+    solution = solver(sf.Scene([room, *glowing_spheres()]))
+    own = solution.parents < len(room)
+    np.testing.assert_allclose(solution.radiosity[own], 1.0, atol=1e-6)
+    assert solution.history[-1]["parts"] >= 2
+
+
+def test_lit_room_has_the_light_that_it_has_alone(solver):
+    """rho = .95: a wall glows, so that light is reflected some twenty times before it is absorbed."""
+    glowing = np.zeros(600)
+    glowing[:100] = 1.0
+    room = cube_inside(10, 0.95, glowing)
+    alone, beside = (solver(sf.Scene(objects), seed=2) for objects in ([room], [room, *glowing_spheres()]))
+    # The mean of B over the room is sum A E / (sum A (1 - rho)): energy alone decides it.
+    for solution in (alone, beside):
+        assert mean_radiosity(solution, len(room)) == pytest.approx(1.0 / 6 / 0.05, rel=2e-3)
+        assert solution.history[-1]["largest_part_lost"] < 1e-3
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("transport", ["rays", "meshless"])
+def test_ball_on_an_open_floor_is_as_bright_as_path_tracing_says(transport, seed):
+    """Nearly all light leaves the floor for the sky. What little the ball gets is known by its own rays."""
+    unit = shapes.sphere(1500)
+    ball = surfels_of(0.5 * unit.points + [0, 0, 0.6], unit.normals, 0.6)
+    corners = [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]]
+    floor = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), patch_area=0.04, reflectance=0.6)
+    scene = sf.Scene([ball, floor], [sf.AreaLight([-0.5, -0.5, 4], [0, 1, 0], [1, 0, 0], 30.0)])
+    solution = SOLVERS[transport](scene, seed=seed)
+    own = solution.parents < len(ball)
+    s, places = solution.surfels[own], np.arange(0, own.sum(), 3)
+    truth, error = sf.reference_irradiance(scene, s.points[places], s.normals[places], samples=1024, seed=7)
+    direct = solution.direct[own][places]
+    found = (solution.irradiance[own][places] - direct)[:, 0].mean()
+    expected = (truth - direct)[:, 0].mean()
+    noise = np.sqrt((error[:, 0] ** 2).sum()) / len(places)
+    assert abs(found - expected) <= 0.02 * expected + 3 * noise
+
+
+def test_every_solver_says_where_the_power_went(solver):
+    scene = sf.Scene([cube_inside(8, 0.6)], [sf.PointLight([0.5, 0.4, 0.7], 3.0)])
+    figures = solver(scene).history[-1]
+    assert set(POWER) <= set(figures)
+    ends = sum(figures[key] for key in POWER[1:5])
+    assert ends == pytest.approx(figures["power_in"], rel=1e-12)
+    assert abs(figures["power_lost"]) < 1e-3 * figures["power_in"]
+    assert figures["parts"] == 1
