@@ -12,8 +12,11 @@ MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& ba
                                    const Receivers& receivers, const HemisphereGather& gather)
     : scene_(scene), basis_(basis), means_(means), receivers_(receivers), gather_(gather) {
     std::vector<Rgb> values(gather_.size());
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = {gather_[k].escape, gather_[k].into_backs, 0.0};
-    receivers_.coefficients(values, losses_);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        const HemisphereGather::Row& row = gather_[k];
+        values[k] = {row.escape, row.into_backs, row.emitted.x + row.emitted.y + row.emitted.z};
+    }
+    receivers_.coefficients(values, found_);
     find_parts();
     find_areas();
 }
@@ -46,12 +49,37 @@ void MeshlessExchange::find_parts() {
     parts_.resize(rows);
 }
 
-MeshlessExchange::Loss MeshlessExchange::loss(std::size_t surfel) const {
+// Calls visit(row, weight) for the receivers of the finest level around a surfel; weights add up to 1.
+template <class Visit>
+void MeshlessExchange::for_finest_rows(std::uint32_t surfel, const Visit& visit) const {
+    std::size_t level = 0;
+    double total = 0.0;
+    means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
+        if (!receivers_.has(j)) return;
+        if (basis_.level_of(j) > level) level = basis_.level_of(j), total = 0.0;
+        if (basis_.level_of(j) == level) total += weight;
+    });
+    if (!(total > 0.0)) return;
+    means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
+        if (receivers_.has(j) && basis_.level_of(j) == level) visit(receivers_.row(j), weight / total);
+    });
+}
+
+HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
+    HemisphereLoss out;
     const double outside = means_.outside(surfel);
-    if (outside == 0.0) return {0.0, 0.0};
-    const Rgb mean = means_.mean(surfel, losses_) / outside;
-    const double escape = std::clamp(mean.x, 0.0, 1.0);
-    return {escape, std::clamp(mean.y, 0.0, 1.0 - escape)};
+    if (outside == 0.0) return out;
+    const Rgb mean = means_.mean(surfel, found_) / outside;
+    out.escape = std::clamp(mean.x, 0.0, 1.0);
+    out.into_backs = std::clamp(mean.y, 0.0, 1.0 - out.escape);
+    double squared = 0.0;
+    for_finest_rows(surfel, [&](std::uint32_t row, double weight) {
+        const double met = gather_[row].met(), off = met - out.met();
+        squared += weight * off * off;
+        out.variance += weight * std::max(0.0, areas_[row]) * variance_of_share(met, 1.0 / gather_[row].share);
+    });
+    out.doubt = std::sqrt(squared);
+    return out;
 }
 
 ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& sent) const {
@@ -65,41 +93,15 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const Loss lost = loss(i);
-        RayExchange::Sender sender{s.positions[i],
-                                   s.normals[i],
-                                   part_of_surfel_[i],
-                                   std::max(0.0, luminance(sent[i])) + gather_.exitance(i) + gather_.emission(i),
-                                   s.areas[i] * means_.outside(i),
-                                   std::max(0.0, 1.0 - lost.escape - lost.into_backs),
-                                   0.0,
-                                   0.0};
-        // By the finest level on which light was gathered around it.
-        std::size_t level = 0;
-        double total = 0.0;
-        const auto on_finest = [&](const auto& visit) {
-            means_.for_functions(i, [&](std::uint32_t j, double weight) {
-                if (receivers_.has(j) && basis_.level_of(j) == level) visit(receivers_.row(j), weight);
-            });
-        };
-        means_.for_functions(i, [&](std::uint32_t j, double) {
-            if (receivers_.has(j)) level = std::max<std::size_t>(level, basis_.level_of(j));
+        const RayExchange::Sender sender{s.positions[i],
+                                         s.normals[i],
+                                         part_of_surfel_[i],
+                                         std::max(0.0, luminance(sent[i])) + gather_.exitance(i) + gather_.emission(i),
+                                         s.areas[i] * means_.outside(i),
+                                         loss(i)};
+        for_finest_rows(i, [&](std::uint32_t row, double weight) {
+            if (areas_[row] > 0.0) exchange.doubt[row] += weight * sender.area * sender.loss.doubt / areas_[row];
         });
-        on_finest([&](std::uint32_t row, double weight) {
-            const double met = gather_[row].met(), off = met - sender.met, n = exchange.rays[row];
-            total += weight;
-            sender.doubt += weight * off * off;
-            sender.variance +=
-                weight * std::max(0.0, exchange.area[row]) * std::max(met, 1.0 / n) * std::max(0.0, 1.0 - met) / n;
-        });
-        if (total > 0.0) {
-            sender.doubt = std::sqrt(sender.doubt / total);
-            sender.variance /= total;
-            on_finest([&](std::uint32_t row, double weight) {
-                if (exchange.area[row] > 0.0)
-                    exchange.doubt[row] += weight / total * sender.area * sender.doubt / exchange.area[row];
-            });
-        }
         exchange.sender.push_back(sender);
     }
     exchange.gather = [&](const std::vector<double>& from, std::vector<double>& out) {
@@ -133,7 +135,7 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
             k, [&](std::uint32_t i) { received[scaling.group[i]] += each * scaling.senders[i] * gather_.exitance(i); });
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const Loss lost = loss(i);
+        const HemisphereLoss lost = loss(i);
         const double met = 1.0 - scaling.lost[i] * (lost.escape + lost.into_backs);
         sent[scaling.group[i]] += s.areas[i] * std::max(0.0, met) * gather_.exitance(i);
     }

@@ -28,15 +28,16 @@ public:
     // where rays end and far ones as means, of which they may see the brighter part.
     std::vector<double> lit_scale(const ReciprocalScaling& scaling) const;
 
-    // Shares of a surfel's hemisphere.
-    struct Loss {
-        double escape, into_backs;
-    };
-    Loss loss(std::size_t surfel) const;
+    // By the finest level on which light was gathered around a surfel.
+    HemisphereLoss loss(std::uint32_t surfel) const;
+    // What rays found of emitters, as a surfel has it; all channels added up.
+    double from_emitters(std::uint32_t surfel) const { return means_.mean(surfel, found_).z; }
 
 private:
     void find_parts();
     void find_areas();
+    template <class Visit>
+    void for_finest_rows(std::uint32_t surfel, const Visit& visit) const;
 
     const Scene& scene_;
     const MultilevelBasis& basis_;
@@ -45,7 +46,7 @@ private:
     const HemisphereGather& gather_;
     std::vector<std::uint32_t> parts_, part_of_surfel_;
     std::vector<double> areas_;  // that each row stands for
-    std::vector<Rgb> losses_;    // coefficients of what escapes and what backs absorb
+    std::vector<Rgb> found_;     // coefficients of what escapes, what backs absorb, and what emitters bring
 };
 
 }  // namespace surflux

@@ -26,7 +26,8 @@ namespace surflux {
 
 namespace {
 
-constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
+constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
+constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
 constexpr int most_applications = 100;
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
@@ -251,22 +252,26 @@ private:
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
         gather_.sent(field_->coefficients, sent_);
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(sent_);
-        imbalance_ = scaling.before;
+        if (imbalance_ == 0.0) imbalance_ = scaling.before;
         gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
         lost_scale_ = scaling.lost;
         parts_ = exchange.parts();
+        emitted_scale_.resize(first_.size(), 1.0);
         for (std::size_t row = 0; row < first_.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
             first_[row] = of.first_scale * of.first;
-            unbounced_[row] += (of.emitted_scale - 1.0) * of.emitted;
+            unbounced_[row] += (of.emitted_scale - emitted_scale_[row]) * of.emitted;
+            emitted_scale_[row] = of.emitted_scale;
         }
         watch_.lap("solve");
     }
 
     void finish() {
         if (options_.bounces < 0) {
-            solve(rough_tolerance, 0);
-            keep_energy();
+            for (int round = 0; round < 2; ++round) {
+                solve(std::max(options_.tolerance, balanced_tolerance), 0);
+                keep_energy();
+            }
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
@@ -297,6 +302,7 @@ private:
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
     double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
+    std::vector<double> emitted_scale_;       // of what rays of each row found of emitters, as it is in unbounced_
     std::vector<double> lost_scale_;          // of what each surfel loses; empty: 1
     std::vector<std::uint32_t> parts_;        // connected part of each row; empty: one
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
@@ -324,6 +330,8 @@ void MeshlessRadiosity::write() {
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
     out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
     const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
+    std::vector<HemisphereLoss> losses(n);
+    for (std::uint32_t i = 0; i < n; ++i) losses[i] = exchange.loss(i);
     gather_.clear();
     watch_.lap("gathering");
     out_.surfels = s;
@@ -371,12 +379,13 @@ void MeshlessRadiosity::write() {
             for (std::size_t i = begin; i < end; ++i) write_one(i);
         },
         stage("evaluation"));
-    PowerBalance power;
-    for (std::size_t i = 0; i < n; ++i) {
-        const MeshlessExchange::Loss lost = exchange.loss(i);
-        const double scale = lost_scale_.empty() ? 1.0 : lost_scale_[i];
-        power.add(exchange.part_of_surfel(i), {s.areas[i], s.reflectance[i], s.emission[i], out_.direct[i],
-                                               out_.irradiance[i], scale * lost.escape, scale * lost.into_backs});
+    PowerBalance power(!light_.emitters().empty());
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const Rgb lamps = options_.indirect_only ? light_.emitted_at_surfel(i) : Rgb{};
+        power.add(exchange.part_of_surfel(i),
+                  {s.areas[i], s.reflectance[i], s.emission[i], out_.direct[i], out_.irradiance[i],
+                   lamps.x + lamps.y + lamps.z + exchange.from_emitters(i), losses[i],
+                   lost_scale_.empty() ? 1.0 : lost_scale_[i]});
     }
     power_ = power.figures();
 }

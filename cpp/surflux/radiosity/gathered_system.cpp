@@ -112,6 +112,7 @@ void GatheredSystem::gather(std::vector<double>& out) const {
 
 void GatheredSystem::drop_scaling() {
     row_scale_.clear();
+    row_area_.clear();
     part_.clear();
     sender_scale_.clear();
     lost_scale_.clear();
@@ -141,23 +142,34 @@ void GatheredSystem::find_parts() {
     part_ = sets.numbered(places);
 }
 
-double GatheredSystem::escape(std::uint32_t point) const {
-    double sum = 0.0;
-    for (const Interpolation::Weight& w : weights(point))
-        sum += w.weight * static_cast<double>(gathering_.row(cut_->rows[w.site]).escape);
-    return lost_scale_.empty() ? sum : lost_scale_[point] * sum;
-}
-
-double GatheredSystem::into_backs(std::uint32_t point) const {
-    double sum = 0.0;
-    for (const Interpolation::Weight& w : weights(point))
-        sum += w.weight * static_cast<double>(gathering_.row(cut_->rows[w.site]).absorbed);
-    return lost_scale_.empty() ? sum : lost_scale_[point] * sum;
+HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
+    HemisphereLoss out;
+    for (const Interpolation::Weight& w : weights(point)) {
+        const Gathering::Row& row = gathering_.row(cut_->rows[w.site]);
+        out.escape += w.weight * static_cast<double>(row.escape);
+        out.into_backs += w.weight * static_cast<double>(row.absorbed);
+        const double area = row_area_.empty() ? tree_.area(cut_->nodes[w.site]) : row_area_[w.site];
+        out.variance += w.weight * area * variance_of_share(row.met(), row.rays);
+    }
+    double squared = 0.0;
+    for (const Interpolation::Weight& w : weights(point)) {
+        const double off = gathering_.row(cut_->rows[w.site]).met() - out.met();
+        squared += w.weight * off * off;
+    }
+    out.doubt = std::sqrt(squared);
+    return out;
 }
 
 Rgb GatheredSystem::sky(std::uint32_t point) const {
     Rgb sum;
     for (const Interpolation::Weight& w : weights(point)) sum += w.weight * gathering_.sky()[cut_->rows[w.site]].value;
+    return sum;
+}
+
+Rgb GatheredSystem::lamps(std::uint32_t point) const {
+    Rgb sum;
+    for (const Interpolation::Weight& w : weights(point))
+        sum += w.weight * gathering_.lamps()[cut_->rows[w.site]].value;
     return sum;
 }
 
@@ -168,32 +180,21 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     const std::size_t places = cut_->rows.size();
     std::vector<std::uint32_t> leaves;
     tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
+    row_area_.assign(places, 0.0);
+    for (const std::uint32_t p : leaves)
+        for (const Interpolation::Weight& w : weights(p)) row_area_[w.site] += w.weight * tree_.area(p);
     RayExchange exchange;
-    exchange.area.assign(places, 0.0);
+    exchange.area = row_area_;
     exchange.doubt.assign(places, 0.0);
     for (std::size_t k = 0; k < places; ++k) {
-        const Gathering::Row& row = gathering_.row(cut_->rows[k]);
-        exchange.met.push_back(1.0 - static_cast<double>(row.escape) - static_cast<double>(row.absorbed));
-        exchange.rays.push_back(row.rays);
+        exchange.met.push_back(gathering_.row(cut_->rows[k]).met());
+        exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
     }
-    for (const std::uint32_t p : leaves)
-        for (const Interpolation::Weight& w : weights(p)) exchange.area[w.site] += w.weight * tree_.area(p);
     for (const std::uint32_t p : leaves) {
-        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), 0, 0.0, tree_.area(p), 0.0, 0.0, 0.0};
+        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, tree_.area(p), loss(p)};
         for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
-        for (const Interpolation::Weight& w : weights(p)) {
-            const double met = exchange.met[w.site], n = exchange.rays[w.site];
-            sender.met += w.weight * met;
-            sender.variance += w.weight * exchange.area[w.site] * std::max(met, 1.0 / n) * (1.0 - met) / n;
-            sender.part = part_[w.site];
-        }
-        for (const Interpolation::Weight& w : weights(p)) {
-            const double off = exchange.met[w.site] - sender.met;
-            sender.doubt += w.weight * off * off;
-        }
-        sender.doubt = std::sqrt(sender.doubt);
         for (const Interpolation::Weight& w : weights(p))
-            exchange.doubt[w.site] += w.weight * tree_.area(p) * sender.doubt / exchange.area[w.site];
+            exchange.doubt[w.site] += w.weight * tree_.area(p) * sender.loss.doubt / row_area_[w.site];
         exchange.sender.push_back(sender);
     }
     std::vector<double> nodes(tree_.size());

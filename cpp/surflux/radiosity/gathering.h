@@ -31,6 +31,7 @@ public:
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
         float u, v;              // sum of the slopes of all rays, which a net's are not quite 0
+        double met() const { return 1.0 - static_cast<double>(escape) - static_cast<double>(absorbed); }
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };

@@ -23,8 +23,9 @@ constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
 constexpr int most_iterations = 16, most_applications = 100;
 constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
-constexpr double rough_tolerance = 3e-2;  // of solutions that are refined
-constexpr double little = 1e-3;           // of the surface: not worth another iteration
+constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
+constexpr double balanced_tolerance = 1e-3;  // of those for which energy is balanced
+constexpr double little = 1e-3;              // of the surface: not worth another iteration
 
 class GlobalRefinement {
 public:
@@ -140,13 +141,13 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        PowerBalance power;
+        PowerBalance power(!emitters_.empty());
         double squared = 0.0, area = 0.0;
         tree_.for_leaves([&](std::uint32_t p) {
-            const Rgb h = system_->irradiance(p, values_);
-            power.add(system_->part(p),
-                      {tree_.area(p), tree_.reflectance(p), tree_.emission(p),
-                       sources_.from_lights(p) + system_->sky(p), h, system_->escape(p), system_->into_backs(p)});
+            const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
+            const Rgb lamps = sources_.from_emitters(p) + system_->lamps(p);
+            power.add(system_->part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h,
+                                         lamps.x + lamps.y + lamps.z, system_->loss(p), system_->lost_scale(p)});
             squared += tree_.area(p) * luminance(h) * luminance(h);
             area += tree_.area(p);
         });
@@ -233,15 +234,18 @@ private:
                                               std::move(nodes.objects));
         system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
         watch_.lap("interpolation");
-        LinearReport linear = system_->solve(rough_tolerance, most_applications, values_, stage("solve"));
-        // Energy that rays' noise and interpolation would lose or make is kept where it is.
+        LinearReport linear = system_->solve(asked.empty() ? balanced_tolerance : rough_tolerance, most_applications,
+                                             values_, stage("solve"));
         if (asked.empty()) {
-            const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_);
-            imbalance_ = scaling.before;
-        }
-        if (asked.empty()) {
-            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
-            linear = {linear.applications + last.applications, last.residual};
+            // Energy that rays' noise and interpolation would lose or make is kept where it is, for the light there is;
+            // that light is a little other then.
+            for (const double tolerance : {balanced_tolerance, options_.tolerance}) {
+                const double before = system_->scale_by_reciprocity(values_).before;
+                if (imbalance_ == 0.0) imbalance_ = before;
+                const LinearReport last =
+                    system_->solve(std::max(tolerance, options_.tolerance), most_applications, values_, stage("solve"));
+                linear = {linear.applications + last.applications, last.residual};
+            }
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less

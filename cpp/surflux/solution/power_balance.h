@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/vec.h"
+#include "surflux/solution/reciprocal_scaling.h"
 #include "surflux/solution/solution.h"
 
 namespace surflux {
@@ -12,15 +13,16 @@ namespace surflux {
 // part makes up for.
 class PowerBalance {
 public:
-    struct Flux {
-        double entered = 0.0, absorbed = 0.0, escaped = 0.0, into_backs = 0.0;
-        double lost() const { return entered - absorbed - escaped - into_backs; }
-        void operator+=(const Flux& other);
-    };
+    // Emission that receivers find by light sampling is in no row: its loss is what is left of it, as far as senders'
+    // own rays have noise; else what these say.
+    explicit PowerBalance(bool emission_sampled) : emission_sampled_(emission_sampled) {}
+
     struct Surfel {
         double area;
         Rgb reflectance, emission, direct, irradiance;
-        double escape, into_backs;  // shares of its hemisphere
+        double from_emitters;  // part of the irradiance, where emission is sampled; all channels added up
+        HemisphereLoss loss;
+        double lost_scale;  // of what is reflected, by reciprocity
     };
     void add(std::uint32_t part, const Surfel& surfel);
 
@@ -29,6 +31,15 @@ public:
     Figures figures() const;
 
 private:
+    struct Flux {
+        double entered = 0.0, absorbed = 0.0, escaped = 0.0, into_backs = 0.0;
+        // Of emission that is sampled: all, what arrives, what own rays say is lost, and how well they know.
+        double emitted = 0.0, arrived = 0.0, emission_escaped = 0.0, emission_into_backs = 0.0;
+        double doubt = 0.0, variance = 0.0;
+        void settle_emission();
+        double lost() const { return entered - absorbed - escaped - into_backs; }
+    };
+    bool emission_sampled_;
     std::vector<Flux> parts_;
 };
 

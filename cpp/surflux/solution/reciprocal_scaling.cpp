@@ -11,8 +11,11 @@ namespace {
 
 constexpr double least_rays = 256.0;  // that met a group: its factor has a standard error of 6 % at most
 constexpr int most_rounds = 50;
-constexpr double rounding = 1e-6;   // of shares of hemispheres, as sums of floats
-constexpr double tolerance = 1e-4;  // of what is sent, that columns may be off by
+constexpr double even = 1e-6;  // relative variance of radiosity within a group that sends about the same
+constexpr double largest_step = 2.0;
+constexpr double least_progress = 0.95;  // of a round, or it is the last of its part
+constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
+constexpr double tolerance = 1e-6;       // of what is sent, that columns may be off by
 
 // What rays tell of senders: the sum of their weights, and of the squares of these.
 struct Evidence {
@@ -99,94 +102,167 @@ private:
     std::size_t count_ = 0;
 };
 
-struct GroupOfSenders {
-    Evidence received;
-    double receivers_doubt = 0.0;
-    double power = 0.0, sent = 0.0, doubt = 0.0, variance = 0.0;
-    double wanted = 0.0, found = 0.0, factor = 1.0;
+// What a group has of area, or of power: all of it, what senders' own rays say meets fronts, and what all receive.
+struct Account {
+    double all = 0.0, sent = 0.0, wanted = 0.0, found = 0.0;
+    void reconcile(double trust) { wanted = std::min(all, trust * sent + (1.0 - trust) * found); }
+};
 
-    // Weight of what is sent, by variances.
+struct GroupOfSenders {
+    std::uint32_t part = 0;
+    Evidence received;
+    double receivers_doubt = 0.0, doubt = 0.0, variance = 0.0;
+    Account area, power;
+    double squared = 0.0;  // what all receive, weighted by the square of radiosity
+
+    double mean_radiosity() const { return power.all / area.all; }
+    // Weight of what is sent beside what is received, by variances.
     double trust() const {
-        if (!(received.sum > 0.0) || !(sent > 0.0)) return 0.0;
-        const double noise = received.squares / (received.sum * received.sum);
-        const double uncertain = variance / (sent * sent) + doubt * doubt / (sent * sent) +
-                                 receivers_doubt * receivers_doubt / (received.sum * received.sum);
+        if (!(received.sum > 0.0) || !(power.sent > 0.0)) return 0.0;
+        const double sent_squared = power.sent * power.sent, sum_squared = received.sum * received.sum;
+        const double noise = received.squares / sum_squared;
+        const double uncertain =
+            (variance + doubt * doubt) / sent_squared + receivers_doubt * receivers_doubt / sum_squared;
         return noise / (noise + uncertain);
     }
-    // What all receive, as far as rays have told: the geometric mean of what is sent and what is received.
-    double reconciled() const {
-        const double weight = trust();
-        return weight > 0.0 ? std::min(power, sent * std::pow(received.sum / sent, 1.0 - weight)) : received.sum;
+    // The factor a + b B of senders that send B, with which both accounts are as wanted.
+    void factor(double& a, double& b) const {
+        a = area.found > 0.0 ? area.wanted / area.found : 1.0, b = 0.0;
+        const double determinant = area.found * squared - power.found * power.found;
+        if (!(determinant > even * area.found * squared)) return;
+        a = (area.wanted * squared - power.wanted * power.found) / determinant;
+        b = (area.found * power.wanted - power.found * area.wanted) / determinant;
     }
     double lost_scale() const {
-        const double lost = power - sent;
-        return lost > rounding * power ? std::max(0.0, power - found) / lost : 0.0;
+        const double lost = power.all - power.sent;
+        return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
+};
+
+struct Part {
+    double sent = 0.0, off = 0.0, last = 0.0;
+    bool done = false;  // balanced, or rows leave no more to balance
+};
+
+class Balancing {
+public:
+    explicit Balancing(const RayExchange& exchange)
+        : g_(exchange), weights_(exchange.area.size()), received_(exchange.sender.size()) {
+        out.rows.assign(exchange.area.size(), 1.0);
+        out.senders.assign(exchange.sender.size(), 1.0);
+        make_groups();
+        receive();
+        for (GroupOfSenders& of : groups_) {
+            const double trust = of.trust();
+            of.area.reconcile(trust);
+            of.power.reconcile(trust);
+            parts_[of.part].sent += of.power.sent;
+            out.trust.push_back(trust);
+        }
+    }
+
+    void run() {
+        for (; !is_done() && out.rounds < most_rounds; ++out.rounds) {
+            std::vector<double> a(groups_.size()), b(groups_.size());
+            for (std::size_t k = 0; k < groups_.size(); ++k) groups_[k].factor(a[k], b[k]);
+            for (std::size_t j = 0; j < out.senders.size(); ++j) {
+                const std::uint32_t k = out.group[j];
+                if (!parts_[g_.sender[j].part].done)
+                    out.senders[j] *=
+                        std::clamp(a[k] + b[k] * g_.sender[j].radiosity, 1.0 / largest_step, largest_step);
+            }
+            receive();
+        }
+        for (std::size_t j = 0; j < out.senders.size(); ++j) out.lost.push_back(groups_[out.group[j]].lost_scale());
+    }
+
+    ReciprocalScaling out;
+
+private:
+    // What all receive, with rows scaled to what they are.
+    void receive() {
+        std::vector<double> filled;
+        g_.gather(out.senders, filled);
+        for (std::size_t k = 0; k < weights_.size(); ++k) {
+            out.rows[k] = filled[k] > 0.0 ? g_.met[k] / filled[k] : 0.0;
+            weights_[k] = g_.area[k] * out.rows[k];
+        }
+        g_.scatter(weights_, received_);
+        for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.squared = 0.0;
+        for (std::size_t j = 0; j < received_.size(); ++j) {
+            GroupOfSenders& of = groups_[out.group[j]];
+            const double radiosity = g_.sender[j].radiosity, found = out.senders[j] * received_[j];
+            of.area.found += found;
+            of.power.found += radiosity * found;
+            of.squared += radiosity * radiosity * found;
+        }
+    }
+
+    bool is_done() {
+        for (Part& part : parts_) part.last = part.off, part.off = 0.0;
+        for (const GroupOfSenders& of : groups_)
+            parts_[of.part].off += 0.5 * (std::abs(of.power.found - of.power.wanted) +
+                                          of.mean_radiosity() * std::abs(of.area.found - of.area.wanted));
+        bool done = true;
+        double off = 0.0, sent = 0.0;
+        out.after = 0.0;
+        for (Part& part : parts_) {
+            off += part.off, sent += part.sent;
+            part.done = part.done || part.off <= tolerance * part.sent ||
+                        (out.rounds > 0 && part.off > least_progress * part.last);
+            done = done && part.done;
+            if (part.sent > 0.0) out.after = std::max(out.after, part.off / part.sent);
+        }
+        if (out.rounds == 0 && sent > 0.0) out.before = off / sent;
+        return done;
+    }
+
+    void make_groups() {
+        const std::size_t rows = g_.area.size(), senders = g_.sender.size();
+        std::vector<Evidence> evidence(senders);
+        g_.scatter(g_.area, received_);
+        for (std::size_t j = 0; j < senders; ++j)
+            evidence[j].sum = std::max(0.0, g_.sender[j].radiosity * received_[j]);
+        for (std::size_t k = 0; k < rows; ++k) weights_[k] = g_.area[k] * g_.area[k] / std::max(1u, g_.rays[k]);
+        g_.scatter(weights_, received_);
+        for (std::size_t j = 0; j < senders; ++j)
+            evidence[j].squares = g_.sender[j].radiosity * g_.sender[j].radiosity * received_[j];
+        for (std::size_t k = 0; k < rows; ++k)
+            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.doubt[k] / g_.met[k] : 0.0;
+        g_.scatter(weights_, received_);
+        Grouping grouping(g_, evidence);
+        out.groups = grouping.count();
+        out.group = std::move(grouping.group);
+        groups_.resize(out.groups);
+        for (std::size_t j = 0; j < senders; ++j) {
+            const RayExchange::Sender& sender = g_.sender[j];
+            const double power = sender.radiosity * sender.area;
+            GroupOfSenders& of = groups_[out.group[j]];
+            of.part = sender.part;
+            of.received += evidence[j];
+            of.receivers_doubt += sender.radiosity * received_[j];
+            of.area.all += sender.area;
+            of.area.sent += sender.area * sender.loss.met();
+            of.power.all += power;
+            of.power.sent += power * sender.loss.met();
+            of.doubt += power * sender.loss.doubt;
+            of.variance += sender.radiosity * power * sender.loss.variance;
+            if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);
+        }
+    }
+
+    const RayExchange& g_;
+    std::vector<double> weights_, received_;
+    std::vector<GroupOfSenders> groups_;
+    std::vector<Part> parts_;
 };
 
 }  // namespace
 
-ReciprocalScaling scale_by_reciprocity(const RayExchange& g) {
-    const std::size_t rows = g.area.size(), senders = g.sender.size();
-    ReciprocalScaling out;
-    out.rows.assign(rows, 1.0);
-    out.senders.assign(senders, 1.0);
-    out.lost.assign(senders, 1.0);
-    std::vector<double> weights(rows), received(senders), filled;
-
-    std::vector<Evidence> evidence(senders);
-    g.scatter(g.area, received);
-    for (std::size_t j = 0; j < senders; ++j) evidence[j].sum = std::max(0.0, g.sender[j].radiosity * received[j]);
-    for (std::size_t k = 0; k < rows; ++k) weights[k] = g.area[k] * g.area[k] / std::max(1u, g.rays[k]);
-    g.scatter(weights, received);
-    for (std::size_t j = 0; j < senders; ++j)
-        evidence[j].squares = g.sender[j].radiosity * g.sender[j].radiosity * received[j];
-    for (std::size_t k = 0; k < rows; ++k) weights[k] = g.met[k] > 0.0 ? g.area[k] * g.doubt[k] / g.met[k] : 0.0;
-    g.scatter(weights, received);
-    const Grouping groups(g, evidence);
-    out.groups = groups.count();
-    out.group = groups.group;
-    std::vector<GroupOfSenders> group(out.groups);
-    for (std::size_t j = 0; j < senders; ++j) {
-        GroupOfSenders& of = group[groups.group[j]];
-        const RayExchange::Sender& sender = g.sender[j];
-        const double power = sender.radiosity * sender.area;
-        of.received += evidence[j];
-        of.receivers_doubt += sender.radiosity * received[j];
-        of.power += power;
-        of.sent += power * sender.met;
-        of.doubt += power * sender.doubt;
-        of.variance += sender.radiosity * power * sender.variance;
-    }
-    double all = 0.0;
-    for (GroupOfSenders& of : group) {
-        of.wanted = of.reconciled();
-        out.trust.push_back(of.trust());
-        all += of.sent;
-    }
-    double last = std::numeric_limits<double>::infinity();
-    for (;; ++out.rounds) {
-        g.gather(out.senders, filled);
-        for (std::size_t k = 0; k < rows; ++k) {
-            out.rows[k] = filled[k] > 0.0 ? g.met[k] / filled[k] : 0.0;
-            weights[k] = g.area[k] * out.rows[k];
-        }
-        g.scatter(weights, received);
-        for (GroupOfSenders& of : group) of.found = 0.0;
-        for (std::size_t j = 0; j < senders; ++j)
-            group[groups.group[j]].found += g.sender[j].radiosity * out.senders[j] * received[j];
-        double off = 0.0;
-        for (const GroupOfSenders& of : group) off += std::abs(of.found - of.wanted);
-        out.after = all > 0.0 ? off / all : 0.0;
-        if (out.rounds == 0) out.before = out.after;
-        if (out.after <= tolerance || out.rounds == most_rounds || out.after > 0.95 * last) break;
-        last = out.after;
-        for (GroupOfSenders& of : group)
-            if (of.found > 0.0) of.factor *= of.wanted / of.found;
-        for (std::size_t j = 0; j < senders; ++j) out.senders[j] = group[groups.group[j]].factor;
-    }
-    for (std::size_t j = 0; j < senders; ++j) out.lost[j] = group[groups.group[j]].lost_scale();
-    return out;
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange) {
+    Balancing balancing(exchange);
+    balancing.run();
+    return std::move(balancing.out);
 }
 
 }  // namespace surflux

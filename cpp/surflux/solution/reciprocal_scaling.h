@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -7,6 +8,19 @@
 #include "surflux/core/vec.h"
 
 namespace surflux {
+
+// What of a place's hemisphere meets no fronts, as shares, and how well that is known.
+struct HemisphereLoss {
+    double escape = 0.0, into_backs = 0.0;
+    double doubt = 0.0;     // by how much the places it is interpolated from differ
+    double variance = 0.0;  // by their rays, times the area that varies as one
+    double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
+};
+
+// The variance of a share that so many rays found; of none, what one ray would have made of it.
+inline double variance_of_share(double met, double rays) {
+    return std::max(met, 1.0 / rays) * std::max(0.0, 1.0 - met) / rays;
+}
 
 // An exchange of light whose rows were gathered by rays: row k has the share of its hemisphere that each sender fills.
 // Rows are right by construction, with what escapes them and what backs absorb they make 1. Columns are not: what all
@@ -22,10 +36,9 @@ struct RayExchange {
     struct Sender {
         Vec3 position, normal;
         std::uint32_t part;  // connected part of the scene
-        double radiosity;    // about what it sends: columns are balanced for that
-        double area, met;    // its share by the weights
-        // Of `met`: what interpolation may be off by; and the variance by rays, times the area that varies as one.
-        double doubt, variance;
+        double radiosity;    // about what it sends
+        double area;
+        HemisphereLoss loss;
     };
     std::vector<Sender> sender;
 };
@@ -37,16 +50,18 @@ struct ReciprocalScaling {
     std::size_t groups = 0;
     std::vector<double> trust;  // of each group: what senders' own rays count for, beside those of receivers
     int rounds = 0;
-    double before = 0.0, after = 0.0;  // sum over groups of |received - sent|, over all that is sent
+    // Sum over groups of |received - sent|, over all that is sent: of everything, and of the part that is worst.
+    double before = 0.0, after = 0.0;
 };
 
 // Factors r and s with which r G s has the rows it had and, group by group of senders, columns by reciprocity (Sinkhorn
-// and Knopp 1967): sum_k area[k] r[k] G[k, j] s[j] = area[j] met[j]. A group is as small as some hundred rays that met
-// it allow: neighbours in one connected part that face about the same way. So what is mended stays where it was lost,
-// and no factor knows of another part of the scene. Of both sides of that equation the one that is known better counts
-// for more, by their variances: in a closed room `met` is 1 everywhere, without doubt; where a ball rests on a wide
-// floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
-// the sky is what the ball does not receive (`lost`).
+// and Knopp 1967): sum_k area[k] r[k] G[k, j] s[j] = area[j] met[j], of the area and of the power that a group sends,
+// for which s is linear in the radiosity within it. A group is as small as some hundred rays that met it allow:
+// neighbours in one connected part that face about the same way. So what is mended stays where it was lost, and no
+// factor knows of another part of the scene. Of both sides of that equation the one that is known better counts for
+// more, by their variances: in a closed room `met` is 1 everywhere, without doubt; where a ball rests on a wide floor
+// under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for the
+// sky is what the ball does not receive (`lost`).
 //   Rows are scaled last: as surfaces reflect less than 1, the spectral radius is below 1, and a uniform furnace exact.
 ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange);
 
