@@ -55,3 +55,60 @@ def test_a_full_disk_is_told_and_keeps_the_old_file(name, tmp_path, full_disk):
     assert os.listdir(tmp_path) == [name]
     write_small(path, 2)
     assert path.stat().st_mode & 0o777 == 0o640
+
+
+FORK = """
+    import os, signal, sys
+    import numpy as np
+    import surflux as sf
+
+    def solved(solve=sf.solve):
+        walls = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 1 / 400)
+        lid = sf.Surfels.from_mesh(([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[3, 2, 1, 0]]), 1 / 400)
+        return solve(sf.Scene([walls, lid], [sf.PointLight((0.5, 0.5, 0.5), 10)]))
+
+    def pixels(solution):
+        return solution.render(sf.Camera((0.5, 0.5, 0.9), (0.5, 0.5, 0), up=(0, 1, 0)), size=(32, 32))
+
+    def in_a_fork(work):
+        sys.stdout.flush()
+        child = os.fork()
+        if child == 0:
+            signal.alarm(60)  # the end of a child that hangs
+            try:
+                print(work())
+            except sf.DeviceError as error:
+                print(error)
+            finally:
+                sys.stdout.flush()
+                os._exit(0)
+        assert os.waitpid(child, 0)[1] == 0
+"""
+
+
+def test_drawing_in_a_process_forked_after_drawing_is_refused():
+    said = run_apart(
+        FORK
+        + """
+    solution = solved()
+    in_a_fork(lambda: pixels(solution).shape)  # nothing was drawn before: the fork may
+    pixels(solution)
+    in_a_fork(lambda: pixels(solution).shape)
+    print(pixels(solution).shape)
+    """
+    ).splitlines()
+    assert said[0] == said[2] == "(32, 32, 3)"
+    assert "after that drew by OpenGL" in said[1]
+    assert '"spawn"' in said[1]
+
+
+def test_solving_in_a_process_forked_after_solving_gives_the_same():
+    said = run_apart(
+        FORK
+        + """
+    for solve in sf.solve, sf.solve_meshless:
+        before = solved(solve).radiosity
+        in_a_fork(lambda: np.array_equal(solved(solve).radiosity, before))
+    """
+    )
+    assert said.split() == ["True", "True"]
