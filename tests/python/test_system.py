@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -112,3 +113,15 @@ def test_solving_in_a_process_forked_after_solving_gives_the_same():
     """
     )
     assert said.split() == ["True", "True"]
+
+
+def test_two_threads_solve_at_once_each_by_its_own_limit():
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 1 / 400)
+    lid = sf.Surfels.from_mesh(([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[3, 2, 1, 0]]), 1 / 400)
+    scene = sf.Scene([floor, lid], [sf.PointLight((0.5, 0.5, 0.5), 10)])
+    alone = sf.solve(scene, transport="rays").radiosity
+    limits = (1, 4, None, 2, 3)
+    with ThreadPoolExecutor(max_workers=len(limits)) as pool:
+        found = list(pool.map(lambda threads: sf.solve(scene, transport="rays", threads=threads), limits))
+    for solution in found:
+        np.testing.assert_array_equal(solution.radiosity, alone)

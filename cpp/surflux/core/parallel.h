@@ -42,7 +42,8 @@ Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
     return all;
 }
 
-// While it lives, passes of this process use at most this many threads (0: all).
+// While it lives, loops that this thread begins use at most this many threads (0: no other limit than before). Other
+// threads of the process have limits of their own. It ends on the thread that began it.
 class ThreadLimit {
 public:
     explicit ThreadLimit(int threads);
@@ -55,8 +56,14 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-// How many threads a pass uses now.
+// How many threads a loop uses that this thread begins now.
 int thread_count();
+
+// `work` for a thread of its own: what that one begins keeps to the limit of this one.
+std::function<void()> with_this_limit(std::function<void()> work);
+
+// Calls work(), which begins loops of a library that uses TBB too: they keep to this thread's limit.
+void within_limit(const std::function<void()>& work);
 
 std::string tbb_version();
 

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/gl/platforms.h"
 
 namespace surflux::gl {
@@ -118,7 +119,7 @@ Context::Context(Api api) {
 void run_pass(const std::function<void(const Context&)>& pass, Api api) {
     require_own_process();
     std::exception_ptr failure;
-    std::thread thread([&] {
+    std::thread thread(with_this_limit([&] {
         try {
             const Context context(api);
             pass(context);
@@ -129,7 +130,7 @@ void run_pass(const std::function<void(const Context&)>& pass, Api api) {
         } catch (...) {
             failure = std::current_exception();
         }
-    });
+    }));
     thread.join();
     if (failure) std::rethrow_exception(failure);
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
 
@@ -90,7 +91,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
     impl_->add_disks(s);
     impl_->add_triangles(s);
-    rtcCommitScene(impl_->scene.get());
+    within_limit([&] { rtcCommitScene(impl_->scene.get()); });
     impl_->drop_joints();
 }
 
