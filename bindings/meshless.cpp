@@ -205,7 +205,7 @@ py::dict solve_scene(const py::object& scene_object, int levels, double radius, 
     const StageProgress report = to_stage_progress(progress);
     MeshlessSolution found = without_gil([&] { return solve_meshless(scene, options, report); });
     py::dict out = to_dict(scene, std::move(found.solution));
-    const py::object field = py::cast(std::make_unique<FieldOnScene>(found.field, scene));
+    const py::object field = py::cast(without_gil([&] { return std::make_unique<FieldOnScene>(found.field, scene); }));
     py::detail::keep_alive_impl(field, scene_object);
     out["field"] = field;
     out["lit"] = to_array(found.lit);

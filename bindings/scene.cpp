@@ -68,9 +68,22 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("emission", [](const Surfels& s) { return to_array(s.emission); })
         .def_property_readonly("triangles", &triangles_of)
         .def_property_readonly("triangle_surfel", &triangle_surfels_of)
-        .def("set_areas", [](Surfels& s, const Doubles& areas) { s.areas = to_vector(areas); })
-        .def("select", [](const Surfels& s, const Indices& indices) { return select(s, to_vector(indices)); })
-        .def("two_sided", [](const Surfels& s) { return two_sided(s); });
+        // Copies all: nothing of Surfels ever changes, and passes read them without the GIL.
+        .def("with_areas",
+             [](const Surfels& s, const Doubles& areas) {
+                 std::vector<double> given = to_vector(areas);
+                 return without_gil([&] {
+                     Surfels out = s;
+                     out.areas = std::move(given);
+                     return out;
+                 });
+             })
+        .def("select",
+             [](const Surfels& s, const Indices& indices) {
+                 const std::vector<std::uint32_t> kept = to_vector(indices);
+                 return without_gil([&] { return select(s, kept); });
+             })
+        .def("two_sided", [](const Surfels& s) { return without_gil([&] { return two_sided(s); }); });
 
     py::class_<PointLight>(module, "PointLight").def(py::init([](const Doubles& position, const Doubles& intensity) {
         return PointLight{to_vec3(position, "position"), to_vec3(intensity, "intensity")};
@@ -108,10 +121,12 @@ void bind_scene(py::module_& module) {
 
     py::class_<Scene>(module, "Scene")
         .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights) {
-            Scene scene;
-            for (const Surfels* object : objects) append(scene, *object);
-            scene.lights = lights;
-            return scene;
+            return without_gil([&] {
+                Scene scene;
+                for (const Surfels* object : objects) append(scene, *object);
+                scene.lights = lights;
+                return scene;
+            });
         }))
         .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })
         .def_property_readonly("object", [](const Scene& s) { return to_array(s.object); });

@@ -14,7 +14,7 @@ namespace {
 struct Field {
     Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in,
           const py::object& progress)
-        : nodes(surfels.positions, surfels.normals, to_vector(objects)), scene(in) {
+        : nodes(nodes_at(surfels, to_vector(objects))), scene(in) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
         const Progress report = to_progress(progress);
@@ -65,6 +65,10 @@ struct Field {
         return to_array(without_gil([&] {
             return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed, report);
         }));
+    }
+
+    static NodalField nodes_at(const Surfels& surfels, std::vector<std::uint32_t> objects) {
+        return without_gil([&] { return NodalField(surfels.positions, surfels.normals, std::move(objects)); });
     }
 
     NodalField nodes;

@@ -23,6 +23,8 @@ def write_whole(path, data):
     try:
         with open(beside, "xb") as file:
             file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # some file systems say only here that there is no room
         if real.exists():
             os.chmod(beside, real.stat().st_mode & 0o7777)
         os.replace(beside, real)

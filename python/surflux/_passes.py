@@ -2,8 +2,30 @@
 
 import contextlib
 import sys
+import threading
 
 from surflux import _check, _core
+
+_stop = threading.local()
+
+
+def stop_callback():
+    """What a pass asks that nobody watches: the callback of stoppable() on this thread; None where there is none."""
+    return getattr(_stop, "callback", None)
+
+
+@contextlib.contextmanager
+def stoppable(event):
+    """Passes that this thread begins in the block are cancelled once a threading.Event is set.
+
+    For threads that work for another: Ctrl-C reaches the main thread alone.
+    """
+    before = stop_callback()
+    _stop.callback = lambda done, total: not event.is_set()
+    try:
+        yield
+    finally:
+        _stop.callback = before
 
 
 @contextlib.contextmanager
@@ -30,7 +52,7 @@ def progress_callback(progress, label):
 
             yield show
     else:
-        yield None
+        yield stop_callback()
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _check, _core
+from surflux._passes import stop_callback
 
 # Neighbours that a normal is fitted to.
 NORMAL_NEIGHBORS = 16
@@ -13,14 +14,14 @@ def estimated_normals(points, viewpoint):
     if len(points) < 3:
         few = _check.counted(len(points), "point")
         raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
-    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=None)
+    return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=stop_callback())
 
 
 def estimated_radii(points, normals):
     """(n,) radii of checked points with normals."""
     if len(points) < 2:
         raise ValueError("radii: must be given for a single point, which has no neighbours; got None")
-    radii = _core.estimate_radii(points, normals)
+    radii = _core.estimate_radii(points, normals, progress=stop_callback())
     flat = np.flatnonzero(~(radii > 0))
     if len(flat):
         raise ValueError(

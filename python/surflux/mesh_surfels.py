@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _core
+from surflux._passes import stop_callback
 from surflux.estimates import estimated_radii
 from surflux.patches import make_patches
 from surflux.sheets import sheet_faces, with_backs
@@ -32,7 +33,7 @@ def sampled_surfels(mesh, n, seed, reflectance, emission):
     """n blue-noise surfels on a Mesh, with reflectance (n, 3), or the mesh's own for None, and emission (n, 3)."""
     patches = make_patches(*mesh[:3], paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
-    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed)
+    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stop_callback())
     points = np.ascontiguousarray(points[kept])
     patch = patches.triangle_patch[triangle[kept]]
     normals = patches.normals[patch]

@@ -125,9 +125,7 @@ class Scene:
 
 
 def _with_areas(core, areas):
-    copy = core.select(np.arange(len(core), dtype=np.uint32))
-    copy.set_areas(np.zeros(0) if areas is None else areas)
-    return copy
+    return core.with_areas(np.zeros(0) if areas is None else areas)
 
 
 def _entries(name, values, types, what):

@@ -2,13 +2,16 @@
 
 import os
 import re
+import threading
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from surflux import _check
 from surflux import lights as light_types
 from surflux._core import FileError
+from surflux._passes import stoppable
 from surflux.scene import Scene
 from surflux.scene_counts import shared_out
 from surflux.scene_object import open_object
@@ -134,13 +137,16 @@ def load_scene(path, *, surfels=None):
 def read_toml(path):
     """The tables of a TOML file as dicts and lists; FileError where it cannot be read."""
     try:
-        return tomllib.loads(path.read_bytes().decode())
+        text = path.read_bytes().decode()
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise FileError(f"{path} (byte {error.start}): is not UTF-8 text") from None
+    _check_keys(path, text)
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         where = f" (line {place[1]}, column {place[2]})" if place else " (end of file)"
@@ -149,6 +155,24 @@ def read_toml(path):
         raise FileError(f"{path}: {error}") from None
     except RecursionError:
         raise FileError(f"{path}: its tables or lists are nested too deeply") from None
+
+
+# A key of very many parts takes tomllib the square of their number.
+_MOST_PARTS = 100
+# A text that does not end, which tomllib refuses, is one up to the end: each character is looked at once.
+_TEXT = r'"(?:[^"\\\n]++|\\[^\n]?+)*+(?:"|(?=\n)|\Z)|\'[^\'\n]*+(?:\'|(?=\n)|\Z)'
+_LONG_TEXT = r'"""(?:[^"\\]++|\\.?+|"(?!""))*+(?:"""|\Z)|' + r"'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
+_PART = rf"(?:[\w-]++|{_TEXT})"
+# Comments and texts of several lines are passed over; what stands for a key may also be a value.
+_TOKEN = re.compile(rf"#[^\n]*+|{_LONG_TEXT}|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)", re.DOTALL)
+
+
+def _check_keys(path, text):
+    for token in _TOKEN.finditer(text):
+        key = token["key"]
+        if key and key.count(".") >= _MOST_PARTS and len(re.findall(_PART, key)) > _MOST_PARTS:
+            line = text.count("\n", 0, token.start()) + 1
+            raise FileError(f"{path} (line {line}): a key of more than {_MOST_PARTS} parts")
 
 
 def make_scene(path, data, surfels=None):
@@ -174,13 +198,24 @@ def make_scene(path, data, surfels=None):
 
 def _objects(tables, surfels):
     """The Surfels of object tables, two tables at a time: much of the work on one cannot be shared by threads."""
+    given_up = threading.Event()
+
+    def unless_given_up(work, *arguments):
+        with stoppable(given_up):
+            return work(*arguments)
+
     with ThreadPoolExecutor(max_workers=2) as pool:
-        sources = list(pool.map(open_object, tables))
-        counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
-        # The most work first, or one thread has nothing to do while the other ends with it.
-        order = sorted(range(len(sources)), key=lambda k: -counts[k])
-        made = {k: pool.submit(sources[k].make, counts[k]) for k in order}
-        return [made[k].result() for k in range(len(sources))]
+        try:
+            sources = list(pool.map(partial(unless_given_up, open_object), tables))
+            counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
+            # The most work first, or one thread has nothing to do while the other ends with it.
+            order = sorted(range(len(sources)), key=lambda k: -counts[k])
+            made = {k: pool.submit(unless_given_up, sources[k].make, counts[k]) for k in order}
+            return [made[k].result() for k in range(len(sources))]
+        except BaseException:  # Ctrl-C, too: the pool waits for what its threads have begun
+            given_up.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 class Table:

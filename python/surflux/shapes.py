@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from surflux import _check, _core
+from surflux._passes import stop_callback
 from surflux.surfels import Surfels
 
 MOST_SURFELS = 20_000_000
@@ -180,7 +181,7 @@ def _sampled(evaluate, triangles, points, seed):
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     flat, index = _core.sample_triangles(corners, 5 * points, seed)
     position, normal = evaluate(_parameters(flat, corners[index], triangles[index]))
-    kept = _core.eliminate_samples(position, points, float(area), seed)
+    kept = _core.eliminate_samples(position, points, float(area), seed, progress=stop_callback())
     return Surfels(position[kept], normal[kept])
 
 

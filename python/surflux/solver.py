@@ -58,7 +58,8 @@ def solve(
             disagrees.
         epsilon: surfels with n_i . n_j above this that overlap stand for the same surface and may form a group (D04 eq.
             10); in (0, 1).
-        max_memory: bytes for the exchange of all pairs; None for three quarters of what the machine has.
+        max_memory: bytes for the exchange of all pairs; None for three quarters of the machine's memory, or
+            of what is left of a lower limit (container, batch queue, ulimit -v).
         seed: of everything random; the result is the same for the same seed, whatever the number of threads.
         threads: at most this many; None for all.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;

@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux import _check, _core
+from surflux._passes import stop_callback
 from surflux.estimates import estimated_normals, estimated_radii
 
 
@@ -193,7 +194,7 @@ class Surfels:
     @areas.setter
     def areas(self, values):
         areas = np.zeros(0) if values is None else _check.per_surfel("areas", values, len(self))
-        self._core.set_areas(areas)
+        self._core = self._core.with_areas(areas)
         self._arrays.pop("areas", None)
 
     @property
@@ -281,7 +282,7 @@ class Surfels:
         area = surface_area(self)
         kept = np.arange(n)
         if n < len(self):
-            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed))
+            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stop_callback()))
         points = np.ascontiguousarray(self.points[kept])
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
         normals = np.ascontiguousarray(self.normals[kept])

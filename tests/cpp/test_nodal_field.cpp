@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "surflux/core/sampling.h"
@@ -56,6 +57,10 @@ auto inside(double margin) {
         return std::pair<Vec3, Vec3>({margin + inner * x, margin + inner * y, 0.0}, up);
     };
 }
+
+// Its interpolation refers to what it holds, and would go on to refer to a field that was moved from.
+static_assert(!std::is_move_constructible_v<NodalField> && !std::is_move_assignable_v<NodalField>);
+static_assert(!std::is_copy_constructible_v<NodalField> && !std::is_copy_assignable_v<NodalField>);
 
 TEST(NodalField, IsExactAtNodesAndForConstants) {
     const std::vector<Vec3> at = square(12, 0.7);

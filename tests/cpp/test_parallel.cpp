@@ -1,7 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <future>
+#include <mutex>
+#include <set>
+#include <thread>
 
 #include "surflux/core/parallel.h"
 
@@ -39,6 +45,78 @@ TEST(ParallelSum, TakesWhateverAddsUp) {
         EXPECT_EQ(found.odd, 2500u);
         EXPECT_EQ(parallel_sum<Tally>(0, grain, add).even, 0u);
     }
+}
+
+// How many of `count` blocks were under way at one time: each waits for the others, not for ever.
+int blocks_at_once(int count) {
+    std::atomic<int> arrived{0};
+    parallel_for(static_cast<std::size_t>(count), 1, [&](std::size_t) {
+        ++arrived;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20 / count);
+        while (arrived < count && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+        if (arrived < count) --arrived;
+    });
+    return arrived;
+}
+
+TEST(ThreadLimit, IsThatOfTheThreadThatSetIt) {
+    const int all = thread_count();
+    std::promise<void> limited, done;
+    std::size_t threads_of_one = 0;
+    std::thread one([&] {
+        const ThreadLimit limit(1);
+        limited.set_value();
+        done.get_future().wait();  // its limit stands before and after that of the other
+        std::mutex mutex;
+        std::set<std::thread::id> ids;
+        parallel_for(200, 1, [&](std::size_t) {
+            const std::lock_guard lock(mutex);
+            ids.insert(std::this_thread::get_id());
+        });
+        threads_of_one = ids.size();
+    });
+    limited.get_future().wait();
+    EXPECT_EQ(thread_count(), all);
+    {
+        const ThreadLimit limit(3);
+        EXPECT_EQ(thread_count(), 3);
+        EXPECT_EQ(blocks_at_once(3), 3);
+        {
+            const ThreadLimit within(5);  // does not lift the one around it
+            EXPECT_EQ(thread_count(), 3);
+            const ThreadLimit no_other(0);
+            EXPECT_EQ(thread_count(), 3);
+        }
+        int of_other = 0, of_helper = 0;
+        std::thread([&] { of_other = thread_count(); }).join();
+        std::thread(with_this_limit([&] { of_helper = thread_count(); })).join();
+        EXPECT_EQ(of_helper, 3);
+        EXPECT_EQ(of_other, all);
+    }
+    EXPECT_EQ(thread_count(), all);
+    done.set_value();
+    one.join();
+    EXPECT_EQ(threads_of_one, 1u);
+    EXPECT_EQ(thread_count(), all);
+}
+
+TEST(ThreadLimit, StandsAlsoWhereLimitsEndInAnotherOrder) {
+    const int all = thread_count(), many = all + 2;
+    std::promise<void> begun, end;
+    std::thread other([&] {
+        const ThreadLimit limit(many);
+        begun.set_value();
+        end.get_future().wait();
+    });
+    begun.get_future().wait();
+    {
+        const ThreadLimit limit(many + 1);
+        end.set_value();
+        other.join();
+        EXPECT_EQ(blocks_at_once(many + 1), many + 1);
+    }
+    EXPECT_EQ(thread_count(), all);
+    std::thread([&] { EXPECT_EQ(thread_count(), all); }).join();
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <mutex>
+#include <optional>
 #include <utility>
 
 #include <oneapi/tbb/global_control.h>
@@ -17,30 +17,29 @@ namespace tbb = oneapi::tbb;
 
 namespace {
 
-// TBB has no room for more threads than cores unless it is made: a limit above that counts, too, so that a machine of
-// two cores can show that four threads give the same. Empty while no such limit stands.
-std::mutex wide_mutex;
-std::shared_ptr<tbb::task_arena> wide;
+using Arena = std::shared_ptr<tbb::task_arena>;
 
-std::shared_ptr<tbb::task_arena> wide_arena() {
-    const std::lock_guard<std::mutex> lock(wide_mutex);
-    return wide;
-}
+// Where the loops of a thread run that has a limit. Loops within loops find themselves in it already.
+thread_local Arena limited;
 
 }  // namespace
+
+void within_limit(const std::function<void()>& work) {
+    const Arena arena = limited;  // which another limit within the work may replace for a while
+    if (arena)
+        arena->execute(work);
+    else
+        work();
+}
 
 void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
     if (count == 0) return;
     grain = std::max<std::size_t>(grain, 1);
     const std::size_t blocks = (count + grain - 1) / grain;
-    const auto run = [&] {
+    within_limit([&] {
         tbb::parallel_for(std::size_t{0}, blocks,
                           [&](std::size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); });
-    };
-    if (const auto arena = wide_arena())
-        arena->execute(run);
-    else
-        run();
+    });
 }
 
 void parallel_blocks(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
@@ -63,34 +62,43 @@ void parallel_blocks(std::size_t count, std::size_t grain, const std::function<v
 }
 
 struct ThreadLimit::Impl {
-    explicit Impl(std::size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {
-        const int count = thread_count();  // a limit around this one may be lower
-        if (count <= tbb::info::default_concurrency()) return;
-        const std::lock_guard<std::mutex> lock(wide_mutex);
-        around = std::exchange(wide, std::make_shared<tbb::task_arena>(count));
-        is_wide = true;
+    explicit Impl(int threads) {
+        const int count = limited ? std::min(threads, thread_count()) : threads;
+        // TBB makes no more threads than there are cores unless it is told: a limit above that counts, too, so that a
+        // machine of two cores can show that four threads give the same.
+        if (count > tbb::info::default_concurrency())
+            more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));
+        around = std::exchange(limited, std::make_shared<tbb::task_arena>(count));
     }
-    ~Impl() {
-        if (!is_wide) return;
-        const std::lock_guard<std::mutex> lock(wide_mutex);
-        wide = std::move(around);
-    }
+    ~Impl() { limited = std::move(around); }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    tbb::global_control control;
-    std::shared_ptr<tbb::task_arena> around;
-    bool is_wide = false;
+    std::optional<tbb::global_control> more;
+    Arena around;
 };
 
 ThreadLimit::ThreadLimit(int threads) {
-    if (threads > 0) impl_ = std::make_unique<Impl>(static_cast<std::size_t>(threads));
+    if (threads > 0) impl_ = std::make_unique<Impl>(threads);
 }
 
 ThreadLimit::~ThreadLimit() = default;
 
 int thread_count() {
-    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    if (limited) return limited->max_concurrency();
+    const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    return std::min(tbb::info::default_concurrency(), static_cast<int>(allowed));
+}
+
+std::function<void()> with_this_limit(std::function<void()> work) {
+    return [arena = limited, work = std::move(work)] {
+        const Arena before = std::exchange(limited, arena);
+        struct Restore {
+            const Arena& before;
+            ~Restore() { limited = before; }
+        } const restore{before};
+        work();
+    };
 }
 
 std::string tbb_version() { return std::to_string(TBB_VERSION_MAJOR) + "." + std::to_string(TBB_VERSION_MINOR); }

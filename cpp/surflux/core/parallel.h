@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -42,7 +44,47 @@ Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
     return all;
 }
 
-// While it lives, passes of this process use at most this many threads (0: all).
+// Scratch memory of a pass. Each block of its loops borrows one T, that nobody else has at the time: made where all
+// others are lent, so that there are as many as blocks at once. All end with the pass.
+template <class T>
+class Scratch {
+public:
+    class Lent {
+    public:
+        explicit Lent(Scratch& of) : of_(of), mine_(of.take()) {}
+        ~Lent() { of_.give_back(std::move(mine_)); }
+        Lent(const Lent&) = delete;
+        Lent& operator=(const Lent&) = delete;
+        T& operator*() const { return *mine_; }
+
+    private:
+        Scratch& of_;
+        std::unique_ptr<T> mine_;
+    };
+
+private:
+    std::unique_ptr<T> take() {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (free_.empty()) {
+            free_.reserve(++made_);  // so that giving back never throws
+            return std::make_unique<T>();
+        }
+        std::unique_ptr<T> one = std::move(free_.back());
+        free_.pop_back();
+        return one;
+    }
+    void give_back(std::unique_ptr<T> one) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        free_.push_back(std::move(one));
+    }
+
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<T>> free_;
+    std::size_t made_ = 0;
+};
+
+// While it lives, loops that this thread begins use at most this many threads (0: no other limit than before). Other
+// threads of the process have limits of their own. It ends on the thread that began it.
 class ThreadLimit {
 public:
     explicit ThreadLimit(int threads);
@@ -55,8 +97,14 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-// How many threads a pass uses now.
+// How many threads a loop uses that this thread begins now.
 int thread_count();
+
+// `work` for a thread of its own: what that one begins keeps to the limit of this one.
+std::function<void()> with_this_limit(std::function<void()> work);
+
+// Calls work(), which begins loops of a library that uses TBB too: they keep to this thread's limit.
+void within_limit(const std::function<void()>& work);
 
 std::string tbb_version();
 

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "surflux/core/error.h"
-#include "surflux/files/file_bytes.h"
+#include "surflux/core/file_bytes.h"
 #include "surflux/files/text_lines.h"
 
 namespace surflux {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "surflux/core/error.h"
-#include "surflux/files/file_bytes.h"
+#include "surflux/core/file_bytes.h"
 
 namespace surflux {
 

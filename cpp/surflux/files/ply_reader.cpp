@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "surflux/core/error.h"
-#include "surflux/files/file_bytes.h"
+#include "surflux/core/file_bytes.h"
 #include "surflux/files/ply.h"
 #include "surflux/files/ply_header.h"
 #include "surflux/files/text_lines.h"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "surflux/core/error.h"
-#include "surflux/files/file_bytes.h"
+#include "surflux/core/file_bytes.h"
 #include "surflux/files/ply.h"
 
 namespace surflux {

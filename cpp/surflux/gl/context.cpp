@@ -1,6 +1,7 @@
 #include "surflux/gl/context.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cstdlib>
 #include <exception>
@@ -9,8 +10,10 @@
 #include <thread>
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/gl/platforms.h"
 
 namespace surflux::gl {
@@ -49,6 +52,18 @@ const char* error_name(GLenum error) {
         default:
             return "unknown error";
     }
+}
+
+// The drivers' threads are not in a process that was forked after they were started, and a pass would wait for them
+// for ever. The library, and what it keeps, is the same for all contexts: a new one does not help.
+void require_own_process() {
+    static std::atomic<pid_t> first_to_draw{0};
+    const pid_t here = getpid();
+    pid_t began = 0;
+    if (!first_to_draw.compare_exchange_strong(began, here) && began != here)
+        throw DeviceError(message("process ", here, " was forked from process ", began, " after that drew by OpenGL, ",
+                                  "whose drivers do not survive a fork. Fork before anything is drawn, or start ",
+                                  "processes by multiprocessing's \"spawn\" or \"forkserver\""));
 }
 
 }  // namespace
@@ -102,8 +117,9 @@ Context::Context(Api api) {
 }
 
 void run_pass(const std::function<void(const Context&)>& pass, Api api) {
+    require_own_process();
     std::exception_ptr failure;
-    std::thread thread([&] {
+    std::thread thread(with_this_limit([&] {
         try {
             const Context context(api);
             pass(context);
@@ -114,7 +130,7 @@ void run_pass(const std::function<void(const Context&)>& pass, Api api) {
         } catch (...) {
             failure = std::current_exception();
         }
-    });
+    }));
     thread.join();
     if (failure) std::rethrow_exception(failure);
 }

@@ -43,7 +43,8 @@ private:
 
 // Calls pass(context) with a new context current, on a thread of its own, and waits for it; what the pass throws,
 // this throws. A thread of its own because the caller's may have a context current (VTK's, of EGL, GLX or OSMesa),
-// which thus stays current and untouched. Throws DeviceError where the pass left a GL error.
+// which thus stays current and untouched. Throws DeviceError where the pass left a GL error, and in a process that was
+// forked after a pass.
 void run_pass(const std::function<void(const Context&)>& pass, Api api = requested_api());
 
 // The device that a pass would use now.

@@ -1,18 +1,17 @@
 #include "surflux/image/image.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <new>
 #include <set>
-#include <system_error>
 
-#include <unistd.h>
-
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include "surflux/core/error.h"
+#include "surflux/core/file_bytes.h"
 #include "surflux/image/claims.h"
 
 namespace surflux {
@@ -79,33 +78,10 @@ void check_channels(const Image& image, Format format) {
         " alone; .exr takes any");
 }
 
-// A name beside the target for what is not finished yet; removed unless committed.
-class UnfinishedFile {
-public:
-    explicit UnfinishedFile(const fs::path& target) : target_(target) {
-        static std::atomic<unsigned> number{0};
-        path_ = target;
-        path_ += message(".", getpid(), "-", number++, ".part");
-    }
-    ~UnfinishedFile() {
-        std::error_code ignored;
-        fs::remove(path_, ignored);
-    }
-    UnfinishedFile(const UnfinishedFile&) = delete;
-    UnfinishedFile& operator=(const UnfinishedFile&) = delete;
-
-    std::string path() const { return path_.string(); }
-    void commit() const { fs::rename(path_, target_); }
-
-private:
-    fs::path target_, path_;
-};
-
-fs::path check_target(const std::string& path) {
+void check_target(const std::string& path) {
     const fs::path folder = fs::absolute(path).parent_path();
     if (!fs::is_directory(folder)) throw FileError(path, "", "the folder " + folder.string() + " does not exist");
     if (fs::exists(path) && !fs::is_regular_file(path)) throw FileError(path, "", "exists and is not a plain file");
-    return fs::is_symlink(path) ? fs::canonical(path) : fs::path(path);  // renaming would replace the link itself
 }
 
 }  // namespace
@@ -141,7 +117,7 @@ Image read_image(const std::string& path) try {
 void write_image(const std::string& path, const Image& image) try {
     const Format format = format_of(path);
     check_channels(image, format);
-    const UnfinishedFile file(check_target(path));
+    check_target(path);
     const auto output = OIIO::ImageOutput::create(library_name(format));
     if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
@@ -153,7 +129,10 @@ void write_image(const std::string& path, const Image& image) try {
         spec.attribute("oiio:UnassociatedAlpha", 1);
     }
     if (format == Format::exr) spec.attribute("compression", "zip");
-    if (!output->open(file.path(), spec)) {
+    // Into memory, and from there at once: the PNG writer of OpenImageIO does not see that a disk is full.
+    OIIO::Filesystem::IOVecOutput file;
+    if (!output->set_ioproxy(&file)) throw FileError(path, "", "OpenImageIO cannot write this format into memory");
+    if (!output->open(path, spec)) {
         throw FileError(path, "", reason_or(output->geterror(), "cannot be opened for writing"));
     }
     Image encoded;
@@ -163,11 +142,13 @@ void write_image(const std::string& path, const Image& image) try {
     }
     const std::vector<float>& pixels = format == Format::png ? encoded.pixels : image.pixels;
     if (!output->write_image(OIIO::TypeDesc::FLOAT, pixels.data()) || !output->close()) {
-        throw FileError(path, "", reason_or(output->geterror(), "cannot be written; is the disk full?"));
+        throw FileError(path, "", reason_or(output->geterror(), "cannot be written"));
     }
-    file.commit();
+    write_bytes(path, {reinterpret_cast<const char*>(file.buffer().data()), file.buffer().size()});
 } catch (const fs::filesystem_error& error) {
     throw FileError(path, "", error.code().message());
+} catch (const std::bad_alloc&) {
+    throw FileError(path, "", "does not fit into memory");
 }
 
 double srgb_encode(double linear) {

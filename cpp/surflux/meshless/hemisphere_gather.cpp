@@ -31,14 +31,7 @@ std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light,
 // Shares of all functions, of which most are 0.
 class HemisphereGather::Sums {
 public:
-    // Those of this thread, anew also after a pass that was left by an exception.
-    static Sums& of_thread(std::size_t functions) {
-        thread_local Sums sums;
-        for (const std::uint32_t function : sums.touched_) sums.sums_[function] = {};
-        sums.touched_.clear();
-        if (sums.sums_.size() < functions) sums.sums_.resize(functions);
-        return sums;
-    }
+    void make_room(std::size_t functions) { sums_.resize(functions); }
     void add(std::uint32_t function, double weight, const float (&share)[3]) {
         Sum& sum = sums_[function];
         if (!sum.touched) {
@@ -257,10 +250,13 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
     const std::size_t before = rows_.size();
     rows_.resize(before + places.size());
     levels_ = basis_.levels();
+    Scratch<Sums> scratch;
     parallel_blocks(
         places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
-            Sums& sums = Sums::of_thread(basis_.size());
+            const Scratch<Sums>::Lent lent(scratch);
+            Sums& sums = *lent;
+            sums.make_room(basis_.size());
             for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
         },
         progress);
@@ -269,10 +265,13 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
 }
 
 void HemisphereGather::extend(const Progress& progress) {
+    Scratch<Sums> scratch;
     parallel_blocks(
         rows_.size(), 64,
         [&](std::size_t begin, std::size_t end) {
-            Sums& sums = Sums::of_thread(basis_.size());
+            const Scratch<Sums>::Lent lent(scratch);
+            Sums& sums = *lent;
+            sums.make_room(basis_.size());
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered& row = rows_[k];
                 row.open.erase(std::remove_if(row.open.begin(), row.open.end(),
@@ -291,10 +290,13 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
                                                            const std::vector<Rgb>& coefficients,
                                                            const std::vector<Rgb>& sent, const Progress& progress) {
     std::vector<Once> out(places.size());
+    Scratch<Sums> scratch;
     parallel_blocks(
         places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
-            Sums& sums = Sums::of_thread(basis_.size());
+            const Scratch<Sums>::Lent lent(scratch);
+            Sums& sums = *lent;
+            sums.make_room(basis_.size());
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered row;
                 shoot(places[k], counts[k], sums, row);

@@ -1,9 +1,9 @@
 #include "surflux/radiosity/exchange.h"
 
-#include <unistd.h>
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -24,8 +24,7 @@ constexpr int more_rays = 8;  // times as many between patches that see each oth
 }  // namespace
 
 void require_memory_for_pairs(std::size_t n, double limit) {
-    if (limit <= 0.0)
-        limit = 0.75 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+    if (limit <= 0.0) limit = 0.75 * available_memory();
     const double wanted = 4.0 * static_cast<double>(n) * static_cast<double>(n);
     require(wanted <= limit, "scene: the exchange of all pairs of ", n, " surfels needs ", wanted / 1e9,
             " GB and there are ", limit / 1e9, " GB for it; at most ", static_cast<std::size_t>(std::sqrt(limit / 4.0)),

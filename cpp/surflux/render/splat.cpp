@@ -173,7 +173,7 @@ public:
     // Runs the work to its end, reporting how much of `total` is done; what either throws, this throws.
     void watch(const std::function<void()>& work, const Progress& progress, std::size_t total) {
         std::exception_ptr failure;
-        std::thread thread([&] {
+        std::thread thread(with_this_limit([&] {
             try {
                 work();
             } catch (...) {
@@ -182,7 +182,7 @@ public:
             const std::lock_guard lock(mutex_);
             finished_ = true;
             changed_.notify_one();
-        });
+        }));
         try {
             std::unique_lock lock(mutex_);
             while (!finished_) {

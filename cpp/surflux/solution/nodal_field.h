@@ -34,6 +34,8 @@ public:
     };
 
     NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects);
+    NodalField(const NodalField&) = delete;  // nor moved: the interpolation refers to the positions and normals
+    NodalField& operator=(const NodalField&) = delete;
 
     std::size_t size() const { return positions_.size(); }
     const Interpolation& interpolation() const { return *interpolation_; }

@@ -1,10 +1,13 @@
 #include "surflux/trace/tracer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
 
@@ -14,6 +17,13 @@ namespace {
 
 void throw_on_error(void*, RTCError code, const char* text) {
     throw DeviceError(message("Embree: ", text ? text : "unknown error", " (code ", static_cast<int>(code), ")"));
+}
+
+DeviceError no_device(RTCError why) {
+    if (why == RTC_ERROR_UNSUPPORTED_CPU) return DeviceError("Embree: this processor lacks instructions that it needs");
+    const char* lacks = why == RTC_ERROR_OUT_OF_MEMORY ? "memory" : "memory or of threads";
+    return DeviceError(message("Embree: no device could be made for want of ", lacks, ": this process has ",
+                               std::round(available_memory() / 1e6), " MB left"));
 }
 
 // For each surfel the one that is its back (Surfels made two-sided), found by place.
@@ -84,13 +94,13 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
 
     impl_->device.reset(rtcNewDevice(nullptr));
-    if (!impl_->device) throw DeviceError("Embree: no device could be made on this processor");
+    if (!impl_->device) throw no_device(rtcGetDeviceError(nullptr));
     rtcSetDeviceErrorFunction(impl_->device.get(), throw_on_error, nullptr);
     impl_->scene.reset(rtcNewScene(impl_->device.get()));
     rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
     impl_->add_disks(s);
     impl_->add_triangles(s);
-    rtcCommitScene(impl_->scene.get());
+    within_limit([&] { rtcCommitScene(impl_->scene.get()); });
     impl_->drop_joints();
 }
 

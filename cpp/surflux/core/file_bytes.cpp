@@ -1,4 +1,4 @@
-#include "surflux/files/file_bytes.h"
+#include "surflux/core/file_bytes.h"
 
 #include <array>
 #include <cerrno>
@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
+
+#include <unistd.h>
 
 #include "surflux/core/error.h"
 
@@ -54,9 +56,12 @@ bool is_utf8(std::string_view text) {
     throw FileError(shown_path(path), "", what + " (" + std::strerror(errno) + ")");
 }
 
+// fsync, for some file systems say only then, or at the end, that there is no room; where one cannot, it has no say.
+bool reaches_disk(std::FILE* file) { return ::fsync(fileno(file)) == 0 || errno == EINVAL || errno == ENOSYS; }
+
 void write_and_close(File file, const std::string& path, std::string_view bytes) {
     const bool whole = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-    if (!whole || std::fflush(file.get()) != 0) fail(path, "cannot be written");
+    if (!whole || std::fflush(file.get()) != 0 || !reaches_disk(file.get())) fail(path, "cannot be written");
     if (std::fclose(file.release()) != 0) fail(path, "cannot be written");
 }
 
@@ -112,6 +117,7 @@ void write_bytes(const std::string& path, std::string_view bytes) {
     if (!file) fail(path, "cannot be written");
     try {
         write_and_close(std::move(file), path, bytes);
+        if (fs::exists(status)) fs::permissions(temporary, status.permissions(), error);
         fs::rename(temporary, target, error);
         if (error) throw FileError(shown_path(path), "", "cannot be written (" + error.message() + ")");
     } catch (...) {
