@@ -44,7 +44,7 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::
 }  // namespace
 
 std::uint64_t stream_of(const Place& place) {
-    if (place.shape == place.surfel) return place.surfel;
+    if (place.is_whole_surfel()) return place.surfel;
     std::uint64_t bits = 0x51ed270b;
     for (int axis = 0; axis < 3; ++axis) {
         std::uint64_t word = 0;
