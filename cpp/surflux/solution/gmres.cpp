@@ -10,6 +10,8 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t restart_after = 30;
+constexpr const char* out_of_range =
+    "scene: its light is too strong to compute with: the linear system left the range of float64";
 constexpr double rounding = 1e-14;  // what is left of a vector of length 1 where nothing should be
 
 // Summed in order, so that the result is the same for any number of threads.
@@ -29,8 +31,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
     std::vector<double> unit(channels, 0.0);
     for (std::size_t k = 0; k < b.size(); ++k) unit[k % channels] += b[k] * b[k];
     for (double& size : unit) {
-        require(std::isfinite(size),
-                "scene: its light is too strong to compute with: the linear system left the range of float64");
+        require(std::isfinite(size), out_of_range);
         size = size > 0.0 ? std::sqrt(size) : 1.0;
     }
     std::vector<double> scaled(b.size()), product, residual(b.size());
@@ -49,7 +50,10 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
             squared[k % channels] += residual[k] * residual[k];
         }
         report.residual = 0.0;
-        for (double sum : squared) report.residual = std::max(report.residual, std::sqrt(sum));
+        for (double sum : squared) {
+            require(std::isfinite(sum), out_of_range);  // std::max takes no notice of a NaN
+            report.residual = std::max(report.residual, std::sqrt(sum));
+        }
     };
 
     for (true_residual(); report.residual > tolerance && report.applications < max_applications; true_residual()) {
@@ -63,6 +67,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, st
             surflux::report(progress, percent_done(std::abs(right.back()), tolerance), 100);
             apply_scaled(basis.back(), product);
             const double size = std::sqrt(inner(product, product));
+            require(std::isfinite(size), out_of_range);
             std::vector<double> column;
             for (const std::vector<double>& direction : basis) {
                 column.push_back(inner(direction, product));
