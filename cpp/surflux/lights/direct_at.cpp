@@ -4,6 +4,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/lights/aimed.h"
+#include "surflux/scene/extent.h"
 
 namespace surflux {
 
@@ -16,7 +17,7 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                            const std::vector<Vec3>& normals, const DirectOptions& options, int rays, std::uint64_t seed,
                            const Progress& progress) {
-    require_near(points, bounds_of(scene.surfels));
+    require_near(points, scene.surfels);
     const SurfelPoints points_of(scene.surfels);
     std::vector<Place> places(points.size());
     parallel_for(points.size(), 64, [&](std::size_t k) {

@@ -101,7 +101,6 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       basis_(basis),
       means_(means),
       options_(options),
-      contact_(contact_distance(bounds_of(scene.surfels))),
       lit_(scene.surfels, light.points(), exitances(scene.surfels, light, options)) {}
 
 // A wide patch does where it is small as seen from `distance`, any other surfel always; but what seems to be inside
@@ -207,7 +206,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
-        if (!hit || absorbs(hit, place.normal, s, contact_)) {
+        if (!hit || absorbs(hit, place.normal, s, tracer_.contact(hit.surfel))) {
             out.row.left += each;
             if (!hit) take(out.row.sky, found(light_.skies()));
             continue;
@@ -232,7 +231,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     for (std::size_t k = 0; k < sums.aimed.size(); ++k) {
         const Sums::Aimed& to = sums.aimed[k];
         const Hit& hit = sums.hits[k];
-        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, contact_))
+        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, tracer_.contact(hit.surfel)))
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
     tracer_.closest(sums.towards, sums.hits);

@@ -99,7 +99,6 @@ private:
     const MultilevelBasis& basis_;
     const SurfelMeans& means_;
     GatherOptions options_;
-    double contact_;
     LitPatches lit_;
     std::vector<Gathered> rows_;
     std::size_t links_ = 0, rays_ = 0, levels_ = 0;  // levels that rows are linked to

@@ -8,6 +8,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/light_sampler.h"
+#include "surflux/scene/extent.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -179,7 +180,7 @@ std::size_t PathTracer::trace(const Vec3& point, const Vec3& normal, std::uint64
 
 Reference reference_irradiance(const Scene& scene, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
                                const ReferenceOptions& options, const Progress& progress) {
-    require_near(points, bounds_of(scene.surfels));
+    require_near(points, scene.surfels);
     require(points.size() == normals.size(), "normals: wanted one for each of the ", points.size(), " points, got ",
             normals.size());
     require(options.samples >= least_batches, "samples: wanted at least ", least_batches, ", got ", options.samples);
