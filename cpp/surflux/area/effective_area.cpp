@@ -44,13 +44,18 @@ std::vector<double> patch_areas(const Surfels& surfels) {
     return areas;
 }
 
+void share_area(double area, Span<std::uint32_t> among, std::vector<double>& areas) {
+    const double part = area / static_cast<double>(among.size());
+    for (const std::uint32_t i : among) areas[i] = part;
+}
+
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
     check(options);
     std::vector<double> areas = patch_areas(surfels);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
     if (takes_gl(finder.size(), options)) {
         const std::vector<double> drawn = atlas_areas(finder, options, progress);
-        for (std::size_t k = 0; k < finder.size(); ++k) areas[finder.surfel(k)] = drawn[k];
+        for (std::size_t k = 0; k < finder.size(); ++k) share_area(drawn[k], finder.surfels(k), areas);
         return areas;
     }
     const PolarGrid grid(options.resolution);
@@ -61,7 +66,7 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, options.method == AreaMethod::curved, around);
-                areas[finder.surfel(k)] = integrator.area(around);
+                share_area(integrator.area(around), finder.surfels(k), areas);
             }
         },
         progress);

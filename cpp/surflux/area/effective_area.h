@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/span.h"
 #include "surflux/scene/surfels.h"
 
 namespace surflux {
@@ -31,6 +32,9 @@ std::vector<bool> disks_among(const Surfels& surfels);
 
 // Of patches, by their triangles; 0 of disks.
 std::vector<double> patch_areas(const Surfels& surfels);
+
+// To each of the surfels of a pile its part of the area that they are together.
+void share_area(double area, Span<std::uint32_t> among, std::vector<double>& areas);
 
 // Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
 // take no part in the others' disks.

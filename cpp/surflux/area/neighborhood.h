@@ -5,6 +5,7 @@
 
 #include "surflux/area/border.h"
 #include "surflux/area/surface_fit.h"
+#include "surflux/core/span.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/scene/surfels.h"
 
@@ -36,9 +37,12 @@ public:
     // Of those surfels for which `is_disk` holds.
     NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
 
-    // Disks are numbered here along a curve through space; which surfel disk i is, surfel(i) says.
+    // Disks are numbered here along a curve through space; which surfels disk i is, surfels(i) says: one, or a pile of
+    // them (neighbors/piles.h), which have the area of the first in equal parts.
     std::size_t size() const { return disks_.size(); }
-    std::uint32_t surfel(std::size_t i) const { return disks_[i].surfel; }
+    Span<std::uint32_t> surfels(std::size_t i) const {
+        return {surfels_.data() + begin_[i], surfels_.data() + begin_[i + 1]};
+    }
 
     void find(std::size_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
 
@@ -80,12 +84,13 @@ private:
         std::uint32_t surfel;
     };
     // In Morton order, so that what a search finds lies together in memory too.
-    static std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);
+    std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);  // fills in surfels_, too
     template <class T>
     static std::vector<T> of_each(const std::vector<Disk>& disks, T Disk::* member);
 
-    std::vector<Disk> disks_;
     double epsilon_;
+    std::vector<std::uint32_t> surfels_, begin_;  // of disk i those from begin_[i] to begin_[i + 1]
+    std::vector<Disk> disks_;
     DiskIndex index_;
 };
 

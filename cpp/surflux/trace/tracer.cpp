@@ -2,45 +2,15 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 #include "surflux/core/error.h"
+#include "surflux/trace/coincident.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
 
 namespace surflux {
 
 namespace {
-
-// For each surfel the one that is its back (Surfels made two-sided), found by place.
-std::vector<std::uint32_t> find_twins(const Scene& scene) {
-    const Surfels& s = scene.surfels;
-    std::vector<std::uint32_t> order(s.size()), twin(s.size(), no_surfel);
-    std::iota(order.begin(), order.end(), 0u);
-    const auto before = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3 &p = s.positions[a], &q = s.positions[b];
-        if (p.x != q.x) return p.x < q.x;
-        if (p.y != q.y) return p.y < q.y;
-        if (p.z != q.z) return p.z < q.z;
-        return a < b;
-    };
-    std::sort(order.begin(), order.end(), before);
-    for (std::size_t first = 0; first < order.size();) {
-        std::size_t last = first + 1;
-        while (last < order.size() && s.positions[order[last]] == s.positions[order[first]]) ++last;
-        for (std::size_t a = first; a < last; ++a)
-            for (std::size_t b = a + 1; b < last; ++b) {
-                const std::uint32_t i = order[a], j = order[b];
-                if (twin[i] == no_surfel && twin[j] == no_surfel && scene.object[i] == scene.object[j] &&
-                    s.radii[i] == s.radii[j] && dot(s.normals[i], s.normals[j]) < -0.999999) {
-                    twin[i] = j;
-                    twin[j] = i;
-                }
-            }
-        first = last;
-    }
-    return twin;
-}
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
@@ -65,7 +35,7 @@ Tracer::Impl::Impl(const Surfels& surfels)
 
 Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)) {
     const Surfels& s = scene.surfels;
-    const std::vector<std::uint32_t> twin = find_twins(scene);
+    const Coincident coincident = find_coincident(scene);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     impl_->disks.resize(s.size());
     for (std::uint32_t i = 0; i < s.size(); ++i) {
@@ -75,9 +45,9 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
         d.radius = impl_->to_local(s.radii[i]);
         d.contact = impl_->to_local(impl_->extent.contact_of(i));
         d.object = scene.object[i];
-        d.twin = twin[i];
+        d.twin = coincident.twin[i];
         d.is_patch = triangles[i] != triangles[i + 1];
-        if (triangles[i] == triangles[i + 1]) impl_->disk_surfel.push_back(i);
+        if (!d.is_patch && !coincident.is_copy[i]) impl_->disk_surfel.push_back(i);
     }
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
