@@ -49,7 +49,7 @@ private:
     std::vector<char> alone_;
 };
 
-// Calls visit(surfels, neighbourhood) for every disk; what makes `state` is called once for each block of them.
+// Calls visit(disk, neighbourhood) for every disk of the finder; what makes `state` is called once for each block of them.
 template <class MakeState, class Visit>
 void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, const Visit& visit,
                const Progress& progress) {
@@ -60,7 +60,7 @@ void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, co
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, true, around);
-                visit(state, finder.surfels(k), around);
+                visit(state, k, around);
             }
         },
         progress);
@@ -72,7 +72,7 @@ void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) 
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
     DiskEnds ends(surfels);
     for_disks(
-        finder, [] { return 0; }, [&](int, Span<std::uint32_t> pile, const Neighborhood& around) { ends.take(pile, around); },
+        finder, [] { return 0; }, [&](int, std::size_t k, const Neighborhood& around) { ends.take(finder.surfels(k), around); },
         progress);
     ends.write(surfels);
 }
@@ -80,14 +80,15 @@ void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) 
 std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progress) {
     const AreaOptions options;
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    require_radii(finder);
     const PolarGrid grid(options.resolution);
     DiskEnds ends(surfels);
     std::vector<double> areas = patch_areas(surfels);
     for_disks(
         finder, [&] { return DiskIntegrator(options, grid); },
-        [&](DiskIntegrator& integrator, Span<std::uint32_t> pile, const Neighborhood& around) {
-            ends.take(pile, around);
-            share_area(integrator.area(around), pile, areas);
+        [&](DiskIntegrator& integrator, std::size_t k, const Neighborhood& around) {
+            ends.take(finder.surfels(k), around);
+            take_area(finder, k, options.method, integrator.area(around), areas);
         },
         progress);
     ends.write(surfels);

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/core/span.h"
 #include "surflux/scene/surfels.h"
 
 namespace surflux {
@@ -33,9 +32,6 @@ std::vector<bool> disks_among(const Surfels& surfels);
 // Of patches, by their triangles; 0 of disks.
 std::vector<double> patch_areas(const Surfels& surfels);
 
-// To each of the surfels of a pile its part of the area that they are together.
-void share_area(double area, Span<std::uint32_t> among, std::vector<double>& areas);
-
 // Effective areas by quadrature over each tangent disk. Surfels with triangles have the exact area of their patch and
 // take no part in the others' disks.
 //
@@ -48,6 +44,8 @@ void share_area(double area, Span<std::uint32_t> among, std::vector<double>& are
 // R_j^2): it depends on distance alone, not on distance over R_j, so that a piece of surface goes to the nearest surfel
 // however the radii vary (for large kappa the areas are those of Voronoi cells), and it ends at the disk's rim without
 // a step. The disk ends at creases and at borders of the sampling (neighborhood.h), where D04 lets it overhang.
+// No area is more than that of its disk, which is all that blocks light: loose leaves have no neighbours to share what
+// their wider domains hold.
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress = {});
 
 }  // namespace surflux

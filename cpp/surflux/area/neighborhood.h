@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/area/border.h"
+#include "surflux/area/effective_area.h"
 #include "surflux/area/surface_fit.h"
 #include "surflux/core/span.h"
 #include "surflux/neighbors/disk_index.h"
@@ -43,6 +44,7 @@ public:
     Span<std::uint32_t> surfels(std::size_t i) const {
         return {surfels_.data() + begin_[i], surfels_.data() + begin_[i + 1]};
     }
+    double radius(std::size_t i) const { return disks_[i].radius; }
 
     void find(std::size_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
 
@@ -93,5 +95,12 @@ private:
     std::vector<Disk> disks_;
     DiskIndex index_;
 };
+
+// Throws ArgumentError where radii are of a size that has no squares.
+void require_radii(const NeighborhoodFinder& finder);
+
+// Gives the surfels of a disk its area in equal parts; of the curved method at most that of the flat disk.
+void take_area(const NeighborhoodFinder& finder, std::size_t disk, AreaMethod method, double area,
+               std::vector<double>& areas);
 
 }  // namespace surflux

@@ -70,12 +70,4 @@ Extent::Extent(const Surfels& surfels) : reach(surfels.size()) {
 
 double Extent::contact(double distance) const { return contact_share * std::max(size, 2.0 * distance); }
 
-void require_near(const std::vector<Vec3>& points, const Surfels& surfels) {
-    const Extent extent(surfels);
-    const double limit = 1e15 * extent.unit;  // its square is a float, too, in that unit
-    for (std::size_t k = 0; k < points.size(); ++k)
-        require(length(points[k] - extent.middle) <= limit, "points: number ", k, " is more than ", limit,
-                " away from the scene");
-}
-
 }  // namespace surflux

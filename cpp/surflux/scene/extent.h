@@ -25,7 +25,4 @@ struct Extent {
     double contact_of(std::uint32_t surfel) const { return contact(reach[surfel]); }
 };
 
-// Throws ArgumentError where a point is so far from the surfels that passes in floats do not take it.
-void require_near(const std::vector<Vec3>& points, const Surfels& surfels);
-
 }  // namespace surflux

@@ -14,6 +14,8 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
+constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
+
 }  // namespace
 
 void Tracer::Impl::Errors::keep(void* errors, RTCError code, const char* text) {
@@ -146,6 +148,13 @@ Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) co
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     embree::intersect(impl_->scene.get(), query.context, hit);
     return impl_->found(hit, direction);
+}
+
+void Tracer::require_near(const std::vector<Vec3>& points) const {
+    const double limit = farthest_point * impl_->unit;
+    for (std::size_t k = 0; k < points.size(); ++k)
+        require(length(points[k] - impl_->origin) <= limit, "points: number ", k, " is more than ", limit,
+                " away from the scene");
 }
 
 double Tracer::contact(std::uint32_t surfel) const { return impl_->extent.contact_of(surfel); }
