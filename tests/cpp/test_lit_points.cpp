@@ -10,8 +10,7 @@ namespace {
 // the scene's order, which lie behind it and within its bounds.
 std::vector<Rgb> light_of_parts(int before) {
     Surfels s;
-    for (int k = 0; k < before; ++k)
-        shapes::add_rectangle(s, {0.1 * k, 0, -0.5}, {0, 0.1, 0}, {0.1, 0, 0}, 1, 1);
+    for (int k = 0; k < before; ++k) shapes::add_rectangle(s, {0.1 * k, 0, -0.5}, {0, 0.1, 0}, {0.1, 0, 0}, 1, 1);
     const auto patch = static_cast<std::uint32_t>(before);
     shapes::add_rectangle(s, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1, 1);
     shapes::add_rectangle(s, {0.3, 0.3, 0.5}, {0.4, 0, 0}, {0, 0.4, 0}, 1, 1);
@@ -45,7 +44,8 @@ TEST(LitPoints, PartsDoNotDependOnTheNumberOfTheirPatch) {
 
 // Each place draws its own random numbers, on a disk or in the air.
 TEST(LitPoints, PlacesOffAllDisksHaveStreamsOfTheirOwn) {
-    const Place one{{1, 2, 3}, {0, 0, 1}, Hit::none, Place::point}, other{{1, 2, 4}, {0, 0, 1}, Hit::none, Place::point};
+    const Place one{{1, 2, 3}, {0, 0, 1}, Hit::none, Place::point},
+        other{{1, 2, 4}, {0, 0, 1}, Hit::none, Place::point};
     EXPECT_NE(stream_of(one), stream_of(other));
 }
 

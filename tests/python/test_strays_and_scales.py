@@ -17,7 +17,7 @@ def lit_room(scale=1.0, stray_point=None, stray_triangle=None):
     faces = [list(face) for face in faces]
     if stray_triangle is not None:
         at = len(vertices)
-        vertices = np.vstack([vertices, np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]) + [stray_triangle, 0, 0]])
+        vertices = np.vstack([vertices, np.add([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [stray_triangle, 0, 0])])
         faces.append([at, at + 1, at + 2])
     room = sf.Surfels.from_mesh((vertices * scale, faces), reflectance=0.5)
     unit = shapes.sphere(100)

@@ -49,7 +49,8 @@ private:
     std::vector<char> alone_;
 };
 
-// Calls visit(disk, neighbourhood) for every disk of the finder; what makes `state` is called once for each block of them.
+// Calls visit(disk, neighbourhood) for every disk of the finder; what makes `state` is called once for each block of
+// them.
 template <class MakeState, class Visit>
 void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, const Visit& visit,
                const Progress& progress) {
@@ -72,8 +73,8 @@ void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) 
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
     DiskEnds ends(surfels);
     for_disks(
-        finder, [] { return 0; }, [&](int, std::size_t k, const Neighborhood& around) { ends.take(finder.surfels(k), around); },
-        progress);
+        finder, [] { return 0; },
+        [&](int, std::size_t k, const Neighborhood& around) { ends.take(finder.surfels(k), around); }, progress);
     ends.write(surfels);
 }
 

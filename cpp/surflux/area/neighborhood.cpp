@@ -108,7 +108,8 @@ std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels
         const std::uint32_t pile = piles.empty() ? none : pile_of[k];
         if (pile == below) continue;
         disks.push_back({positions[k], normals[k], radii[k], given[k]});
-        if (pile == none) surfels_.push_back(given[k]);
+        if (pile == none)
+            surfels_.push_back(given[k]);
         else
             for (const std::uint32_t member : piles[pile]) surfels_.push_back(given[member]);
         begin_.push_back(static_cast<std::uint32_t>(surfels_.size()));

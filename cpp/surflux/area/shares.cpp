@@ -43,7 +43,9 @@ DiskShares area_shares(const Surfels& surfels, std::size_t index, const AreaOpti
     const NeighborhoodFinder finder(surfels, is_disk, options.epsilon);
     Neighborhood around;
     std::size_t disk = 0;
-    const auto is_in = [&](Span<std::uint32_t> pile) { return std::find(pile.begin(), pile.end(), index) != pile.end(); };
+    const auto is_in = [&](Span<std::uint32_t> pile) {
+        return std::find(pile.begin(), pile.end(), index) != pile.end();
+    };
     while (!is_in(finder.surfels(disk))) ++disk;
     finder.find(disk, curved, around);
     std::vector<Member> members = around.surface;

@@ -228,8 +228,8 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                const Receiver receiver{points, place.surfel, place.shape, place.position, place.normal,
-                                        place.is_whole_surfel()};
+                const Receiver receiver{points,         place.surfel, place.shape,
+                                        place.position, place.normal, place.is_whole_surfel()};
                 Rgb squared;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part part = irradiance_from(*lights[l], tracer, receiver, options,

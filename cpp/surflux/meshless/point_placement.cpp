@@ -17,7 +17,7 @@ namespace {
 constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
-constexpr double cell_side = 2.0;     // in R
+constexpr double cell_side = 2.0;  // in R
 // Cubic cells of side R that the surface of an object may lie in, counted at so many places of it. A plane has up to
 // sqrt(3) of them for each R^2, with usual_points about 1000; a wire that has no more is up to 1600 R long.
 constexpr std::size_t most_cells = 1600, counted_places = 4096;

@@ -30,9 +30,8 @@ std::vector<std::vector<std::uint32_t>> find_piles(const std::vector<Vec3>& posi
         index.take(k, pile);
         if (pile.size() < 2) continue;
         for (std::uint32_t& member : pile) member = shared[member];
-        std::sort(pile.begin(), pile.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return radii[a] != radii[b] ? radii[a] < radii[b] : a < b;
-        });
+        std::sort(pile.begin(), pile.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return radii[a] != radii[b] ? radii[a] < radii[b] : a < b; });
         std::rotate(pile.begin(), pile.begin() + static_cast<std::ptrdiff_t>(pile.size() / 2), pile.end());
         piles.push_back(std::move(pile));
     }

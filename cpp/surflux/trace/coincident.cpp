@@ -72,8 +72,8 @@ private:
             const Cell middle = cell_of(i, -s_.normals[i]);
             std::uint32_t found = Hit::none;
             for (int k = 0; k < 27; ++k) {
-                const auto cell = cells.find(
-                    {middle.object, middle.radius, middle.x + k % 3 - 1, middle.y + k / 3 % 3 - 1, middle.z + k / 9 - 1});
+                const auto cell = cells.find({middle.object, middle.radius, middle.x + k % 3 - 1,
+                                              middle.y + k / 3 % 3 - 1, middle.z + k / 9 - 1});
                 if (cell == cells.end()) continue;
                 Waiting& there = cell->second;
                 while (there.next < there.surfels.size() && is_done(there.surfels[there.next], i)) ++there.next;
@@ -97,9 +97,8 @@ private:
         pile.erase(std::remove_if(pile.begin(), pile.end(),
                                   [&](std::uint32_t i) { return triangles_[i] != triangles_[i + 1]; }),
                    pile.end());
-        std::sort(pile.begin(), pile.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return shape(a) != shape(b) ? shape(a) < shape(b) : a < b;
-        });
+        std::sort(pile.begin(), pile.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return shape(a) != shape(b) ? shape(a) < shape(b) : a < b; });
         for (std::size_t k = 1; k < pile.size(); ++k) out_.is_copy[pile[k]] = shape(pile[k]) == shape(pile[k - 1]);
     }
 

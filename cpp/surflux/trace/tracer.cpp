@@ -129,7 +129,8 @@ void Tracer::Impl::drop_joints() {
         for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
             if (ends[e].kind != DiskEnd::border) continue;
             const Disk& disk = disks[i];
-            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal), center = origin + unit * vec(disk.position);
+            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal),
+                       center = origin + unit * vec(disk.position);
             const double radius = unit * static_cast<double>(disk.radius);
             // Another's surface across what sticks out, or along it.
             const Vec3 beyond = center + 0.5 * (unit * static_cast<double>(ends[e].limit) + radius) * outwards;
