@@ -168,7 +168,7 @@ private:
     std::pair<std::vector<Vec3>, std::vector<Vec3>> checked(const Doubles& points, const Doubles& normals) const {
         std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         require(places.size() == facing.size(), "normals: wanted as many as points");
-        require_near(places, bounds_of(scene_.surfels));
+        tracer_.require_near(places);
         return {std::move(places), std::move(facing)};
     }
     // That of the surface there; off all surfaces, that of the nearest surfel.

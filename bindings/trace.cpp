@@ -38,7 +38,6 @@ py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& 
     std::vector<double> distance(at.size(), 0.0);
     without_gil([&] {
         const Tracer tracer(scene);
-        const double step = contact_distance(bounds_of(scene.surfels));
         parallel_blocks(at.size(), 1024, [&](std::size_t begin, std::size_t end) {
             std::vector<Ray> rays;
             std::vector<std::size_t> of;
@@ -58,7 +57,7 @@ py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& 
                         met[k] = hits[r].surfel;
                         continue;
                     }
-                    distance[k] += step;
+                    distance[k] += tracer.contact(hits[r].surfel);
                     rays[left] = {{at[k] + distance[k] * along[k], along[k], Hit::none}, along[k]};
                     of[left++] = k;
                 }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "refusal.h"
 #include "shapes.h"
 #include "surflux/area/effective_area.h"
 
@@ -45,10 +46,15 @@ TEST(EffectiveArea, EndsWhereAnotherLayerBegins) {
     for (int x : {9, 10}) EXPECT_NEAR(areas[static_cast<std::size_t>(x) * 10 + 5], areas[5], 1e-3) << x;
 }
 
-TEST(EffectiveArea, OfDisksWithoutExtentIsZero) {
-    Surfels s = shapes::disk({0, 0, 0}, {0, 0, 1}, 1e-200);  // squared, that is 0
-    s = select(s, {0, 0, 0});
-    for (double area : effective_areas(s, {})) EXPECT_EQ(area, 0.0);
+TEST(EffectiveArea, OfADiskWithoutExtentIsZeroAndOfNoneButSuchIsRefused) {
+    Surfels s = select(shapes::disk({0, 0, 0}, {0, 0, 1}, 1e-200), {0, 0, 0});  // squared, that is 0
+    EXPECT_EQ(refusal([&] { effective_areas(s, {}); }).find("radii: the largest is 1e-200, wanted between"), 0u);
+    s.positions[2] = {0, 0, 5};
+    s.radii[2] = 1.0;
+    const std::vector<double> areas = effective_areas(s, {});
+    EXPECT_EQ(areas[0], 0.0);
+    EXPECT_EQ(areas[1], 0.0);
+    EXPECT_NEAR(areas[2], pi, 1e-6);
 }
 
 }  // namespace

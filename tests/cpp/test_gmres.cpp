@@ -5,6 +5,7 @@
 
 #include "refusal.h"
 #include "surflux/core/sampling.h"
+#include "surflux/solution/conjugate_gradients.h"
 #include "surflux/solution/gmres.h"
 
 namespace surflux {
@@ -203,6 +204,24 @@ TEST(Gmres, RefusesWhatIsBeyondFloat64) {
         EXPECT_EQ(said.find("scene: "), 0u) << said;
         EXPECT_NE(said.find("too strong"), std::string::npos) << said;
     }
+}
+
+TEST(Gmres, RefusesAnOperatorThatIsNotFinite) {
+    // Whatever the operator makes of the start, or of the first direction alone: no NaN passes as a small residual.
+    for (double value : {std::nan(""), std::numeric_limits<double>::infinity()})
+        for (bool at_zero : {true, false}) {
+            const LinearOperator broken = [&](const std::vector<double>& in, std::vector<double>& out) {
+                out = in;
+                if (at_zero || in[0] != 0.0) out[0] = value;
+            };
+            std::vector<double> x;
+            EXPECT_NE(refusal([&] { gmres(broken, {1.0, 1.0}, 1, 1e-6, 50, x); }).find("too strong"), std::string::npos)
+                << value << " " << at_zero;
+            x.clear();
+            EXPECT_NE(refusal([&] { conjugate_gradients(broken, {1.0, 1.0}, 1, 1e-6, 50, x); }).find("too strong"),
+                      std::string::npos)
+                << value << " " << at_zero;
+        }
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ double factor_between(const Exchange& e, std::size_t from, std::size_t from_end,
     double exchange = 0.0, area = 0.0;
     for (std::size_t i = from; i < from_end; ++i) {
         area += e.areas[i];
-        for (std::size_t j = to; j < to_end; ++j) exchange += e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j];
+        for (std::size_t j = to; j < to_end; ++j) exchange += e.scale[i] * e.at(i, j) * e.scale[j];
     }
     return exchange / area;
 }
@@ -64,7 +64,7 @@ TEST(Exchange, InsideASphereEveryPairHasItsShareOfTheArea) {
     for (double area : e.areas) total += area;
     for (std::size_t i = 0; i < e.size; ++i)
         for (std::size_t j = 0; j < e.size; ++j) {
-            const double factor = e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j] / e.areas[i];
+            const double factor = e.scale[i] * e.at(i, j) * e.scale[j] / e.areas[i];
             ASSERT_NEAR(factor / (e.areas[j] / total), 1.0, 0.02) << i << " " << j;
         }
 }
@@ -86,7 +86,7 @@ TEST(Exchange, IsSymmetricClosedAndTheSameForAnyNumberOfThreads) {
         for (std::size_t j = 0; j < e.size; ++j) {
             ASSERT_EQ(e.g[i * e.size + j], e.g[j * e.size + i]);
             ASSERT_GE(e.g[i * e.size + j], 0.0f);
-            row += e.scale[i] * double(e.g[i * e.size + j]) * e.scale[j] / e.areas[i];
+            row += e.scale[i] * e.at(i, j) * e.scale[j] / e.areas[i];
         }
         ASSERT_NEAR(row, 1.0, 1e-6);
     }
@@ -108,7 +108,7 @@ TEST(Exchange, WhereNoDiagonalClosesItNoRowIsTooLargeAndWhatIsLackingIsAbsorbed)
     const Closure closure = close(e, h);
     EXPECT_LT(closure.residual, 1e-7);
     EXPECT_NEAR(closure.largest_shortfall, 1.0, 1e-12);  // of the third
-    EXPECT_NEAR(e.scale[0] * double(e.g[1]) * e.scale[1], 1.0, 1e-6);
+    EXPECT_NEAR(e.scale[0] * e.at(0, 1) * e.scale[1], 1.0, 1e-6);
     EXPECT_NEAR(h.absorbed[0], 0.0, 1e-6);
     EXPECT_NEAR(h.absorbed[1], 0.5, 1e-6);
     EXPECT_NEAR(h.absorbed[2], 1.0, 1e-12);
@@ -122,8 +122,8 @@ TEST(Exchange, DisksInContactStayFinite) {
         const Tracer tracer(scene);
         const Exchange e = exchange_of_all_pairs(scene, &tracer, {}, 0);
         EXPECT_TRUE(std::isfinite(e.g[1]));
-        EXPECT_LE(double(e.g[1]), e.areas[0] * (1.0 + 1e-6));
-        EXPECT_GE(double(e.g[1]), (gap > 0.0 ? 0.95 : 0.0) * e.areas[0]);
+        EXPECT_LE(e.at(0, 1), e.areas[0] * (1.0 + 1e-6));
+        EXPECT_GE(e.at(0, 1), (gap > 0.0 ? 0.95 : 0.0) * e.areas[0]);
     }
 }
 

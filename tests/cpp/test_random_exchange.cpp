@@ -42,12 +42,12 @@ TEST(RandomExchange, IsSymmetricAndNoObstacleAddsToIt) {
         const Exchange obstructed = exchange_of_all_pairs(scene, &tracer, {}, seed);
         for (std::size_t i = 0; i < open.size; ++i)
             for (std::size_t j = 0; j < open.size; ++j) {
-                const float all = open.g[i * open.size + j], seen = obstructed.g[i * open.size + j];
+                const double all = open.at(i, j), seen = obstructed.at(i, j);
                 ASSERT_TRUE(std::isfinite(all));
-                ASSERT_GE(seen, 0.0f);
+                ASSERT_GE(seen, 0.0);
                 ASSERT_LE(seen, all) << seed << ": " << i << " " << j;
-                ASSERT_EQ(seen, obstructed.g[j * open.size + i]);
-                ASSERT_LE(double(all), std::min(open.areas[i], open.areas[j]) * (1.0 + 1e-6));
+                ASSERT_EQ(seen, obstructed.at(j, i));
+                ASSERT_LE(all, std::min(open.areas[i], open.areas[j]) * (1.0 + 1e-6));
                 hidden += seen < all;
             }
     }

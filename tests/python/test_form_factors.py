@@ -119,7 +119,7 @@ def test_a_partition_is_one_sheet_whatever_makes_it(sheet):
 
 
 def test_areas_have_to_be_positive():
-    disks = sf.Surfels([[0, 0, 0], [0, 0, 1]], [[0, 0, 1], [0, 0, -1]], radii=1e-200)
+    disks = sf.Surfels([[0, 0, 0], [0, 0, 1]], [[0, 0, 1], [0, 0, -1]], radii=[1e-200, 1.0])
     with pytest.raises(ValueError, match=r"^areas: surfel 0 has area 0, wanted a positive number"):
         sf.form_factors(sf.Scene([disks]))
 

@@ -18,6 +18,10 @@ public:
     explicit DiskEnds(const Surfels& surfels)
         : surfels_(surfels), of_surfel_(surfels.size()), alone_(surfels.size(), 0) {}
 
+    void take(Span<std::uint32_t> pile, const Neighborhood& around) {
+        for (const std::uint32_t i : pile) take(i, around);
+    }
+
     void take(std::uint32_t i, const Neighborhood& around) {
         alone_[i] = around.surface.size() == 1 && around.crease.empty() && around.ends.empty();
         for (std::size_t e = 0; e < around.ends.size(); ++e) {
@@ -45,7 +49,8 @@ private:
     std::vector<char> alone_;
 };
 
-// Calls visit(surfel, neighbourhood) for every disk; what makes `state` is called once for each block of them.
+// Calls visit(disk, neighbourhood) for every disk of the finder; what makes `state` is called once for each block of
+// them.
 template <class MakeState, class Visit>
 void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, const Visit& visit,
                const Progress& progress) {
@@ -56,7 +61,7 @@ void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, co
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, true, around);
-                visit(state, finder.surfel(k), around);
+                visit(state, k, around);
             }
         },
         progress);
@@ -68,22 +73,23 @@ void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) 
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
     DiskEnds ends(surfels);
     for_disks(
-        finder, [] { return 0; }, [&](int, std::uint32_t i, const Neighborhood& around) { ends.take(i, around); },
-        progress);
+        finder, [] { return 0; },
+        [&](int, std::size_t k, const Neighborhood& around) { ends.take(finder.surfels(k), around); }, progress);
     ends.write(surfels);
 }
 
 std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progress) {
     const AreaOptions options;
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    require_radii(finder);
     const PolarGrid grid(options.resolution);
     DiskEnds ends(surfels);
     std::vector<double> areas = patch_areas(surfels);
     for_disks(
         finder, [&] { return DiskIntegrator(options, grid); },
-        [&](DiskIntegrator& integrator, std::uint32_t i, const Neighborhood& around) {
-            ends.take(i, around);
-            areas[i] = integrator.area(around);
+        [&](DiskIntegrator& integrator, std::size_t k, const Neighborhood& around) {
+            ends.take(finder.surfels(k), around);
+            take_area(finder, k, options.method, integrator.area(around), areas);
         },
         progress);
     ends.write(surfels);

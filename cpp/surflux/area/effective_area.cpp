@@ -1,10 +1,13 @@
 #include "surflux/area/effective_area.h"
 
+#include <algorithm>
+
 #include "surflux/area/atlas.h"
 #include "surflux/area/disk_integrator.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
 #include "surflux/gl/context.h"
 
 namespace surflux {
@@ -44,13 +47,30 @@ std::vector<double> patch_areas(const Surfels& surfels) {
     return areas;
 }
 
+void take_area(const NeighborhoodFinder& finder, std::size_t disk, AreaMethod method, double area,
+               std::vector<double>& areas) {
+    const double radius = finder.radius(disk);
+    if (method == AreaMethod::curved) area = std::min(area, pi * radius * radius);
+    const Span<std::uint32_t> pile = finder.surfels(disk);
+    for (const std::uint32_t i : pile) areas[i] = area / static_cast<double>(pile.size());
+}
+
+void require_radii(const NeighborhoodFinder& finder) {
+    double largest = 0.0;
+    for (std::size_t k = 0; k < finder.size(); ++k) largest = std::max(largest, finder.radius(k));
+    constexpr double least = 1e-30, most = 1e30;
+    require(finder.size() == 0 || (largest >= least && largest <= most), "radii: the largest is ", largest,
+            ", wanted between ", least, " and ", most, "; choose other units");
+}
+
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
     check(options);
     std::vector<double> areas = patch_areas(surfels);
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    require_radii(finder);
     if (takes_gl(finder.size(), options)) {
         const std::vector<double> drawn = atlas_areas(finder, options, progress);
-        for (std::size_t k = 0; k < finder.size(); ++k) areas[finder.surfel(k)] = drawn[k];
+        for (std::size_t k = 0; k < finder.size(); ++k) take_area(finder, k, options.method, drawn[k], areas);
         return areas;
     }
     const PolarGrid grid(options.resolution);
@@ -61,7 +81,7 @@ std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& o
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
                 finder.find(k, options.method == AreaMethod::curved, around);
-                areas[finder.surfel(k)] = integrator.area(around);
+                take_area(finder, k, options.method, integrator.area(around), areas);
             }
         },
         progress);

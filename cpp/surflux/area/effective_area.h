@@ -44,6 +44,8 @@ std::vector<double> patch_areas(const Surfels& surfels);
 // R_j^2): it depends on distance alone, not on distance over R_j, so that a piece of surface goes to the nearest surfel
 // however the radii vary (for large kappa the areas are those of Voronoi cells), and it ends at the disk's rim without
 // a step. The disk ends at creases and at borders of the sampling (neighborhood.h), where D04 lets it overhang.
+// No area is more than that of its disk, which is all that blocks light: loose leaves have no neighbours to share what
+// their wider domains hold.
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress = {});
 
 }  // namespace surflux

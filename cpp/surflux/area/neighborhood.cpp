@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "surflux/core/morton.h"
+#include "surflux/neighbors/piles.h"
 
 namespace surflux {
 
@@ -19,6 +20,8 @@ constexpr double domain_ratio = 1.3;
 // What lies higher over a disk, over the sum of the two domains, and steeper, is another layer. On a smooth surface
 // with n_i . n_j = .8 the slope is .33; a jitter of a tenth of the spacing is that high in one case in a thousand.
 constexpr double layer_height = 0.27, layer_slope = 0.35;
+// Between the normals of disks at one place that are one disk: they are apart by what floats or an estimate leave.
+constexpr double pile_cosine = 0.999;
 // What may stick out over a crease's plane, over the sum of the two radii.
 constexpr double crease_tolerance = 0.05;
 // How far around a surfel, over its spacing, the hull of the points is taken; where points crowd, over .6 of its
@@ -84,9 +87,33 @@ double mean_spacing(const std::vector<Member>& around) {
 
 std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels& surfels,
                                                                    const std::vector<bool>& is_disk) {
+    std::vector<std::uint32_t> given;
+    std::vector<Vec3> positions, normals;
+    std::vector<double> radii;
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+        if (!is_disk[i]) continue;
+        given.push_back(i);
+        positions.push_back(surfels.positions[i]);
+        normals.push_back(surfels.normals[i]);
+        radii.push_back(surfels.radii[i]);
+    }
+    const std::vector<std::vector<std::uint32_t>> piles = find_piles(positions, normals, radii, pile_cosine);
+    constexpr std::uint32_t none = 0xffffffffu, below = none - 1;  // not in a pile; in one, but not its first
+    std::vector<std::uint32_t> pile_of(piles.empty() ? 0 : given.size(), none);
+    for (std::uint32_t p = 0; p < piles.size(); ++p)
+        for (const std::uint32_t member : piles[p]) pile_of[member] = member == piles[p].front() ? p : below;
     std::vector<Disk> disks;
-    for (std::uint32_t i : morton_order(surfels.positions))
-        if (is_disk[i]) disks.push_back({surfels.positions[i], surfels.normals[i], surfels.radii[i], i});
+    begin_.push_back(0);
+    for (const std::uint32_t k : morton_order(positions)) {
+        const std::uint32_t pile = piles.empty() ? none : pile_of[k];
+        if (pile == below) continue;
+        disks.push_back({positions[k], normals[k], radii[k], given[k]});
+        if (pile == none)
+            surfels_.push_back(given[k]);
+        else
+            for (const std::uint32_t member : piles[pile]) surfels_.push_back(given[member]);
+        begin_.push_back(static_cast<std::uint32_t>(surfels_.size()));
+    }
     return disks;
 }
 
@@ -99,8 +126,8 @@ std::vector<T> NeighborhoodFinder::of_each(const std::vector<Disk>& disks, T Dis
 }
 
 NeighborhoodFinder::NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon)
-    : disks_(disks_of(surfels, is_disk)),
-      epsilon_(epsilon),
+    : epsilon_(epsilon),
+      disks_(disks_of(surfels, is_disk)),
       index_(of_each(disks_, &Disk::position), of_each(disks_, &Disk::radius)) {}
 
 void NeighborhoodFinder::flat(std::size_t i, Neighborhood& out) const { gather(i, 1.0, out); }

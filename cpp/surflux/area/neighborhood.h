@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "surflux/area/border.h"
+#include "surflux/area/effective_area.h"
 #include "surflux/area/surface_fit.h"
+#include "surflux/core/span.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/scene/surfels.h"
 
@@ -36,9 +38,13 @@ public:
     // Of those surfels for which `is_disk` holds.
     NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
 
-    // Disks are numbered here along a curve through space; which surfel disk i is, surfel(i) says.
+    // Disks are numbered here along a curve through space; which surfels disk i is, surfels(i) says: one, or a pile of
+    // them (neighbors/piles.h), which have the area of the first in equal parts.
     std::size_t size() const { return disks_.size(); }
-    std::uint32_t surfel(std::size_t i) const { return disks_[i].surfel; }
+    Span<std::uint32_t> surfels(std::size_t i) const {
+        return {surfels_.data() + begin_[i], surfels_.data() + begin_[i + 1]};
+    }
+    double radius(std::size_t i) const { return disks_[i].radius; }
 
     void find(std::size_t i, bool for_curved, Neighborhood& out) const { for_curved ? curved(i, out) : flat(i, out); }
 
@@ -80,13 +86,21 @@ private:
         std::uint32_t surfel;
     };
     // In Morton order, so that what a search finds lies together in memory too.
-    static std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);
+    std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);  // fills in surfels_, too
     template <class T>
     static std::vector<T> of_each(const std::vector<Disk>& disks, T Disk::* member);
 
-    std::vector<Disk> disks_;
     double epsilon_;
+    std::vector<std::uint32_t> surfels_, begin_;  // of disk i those from begin_[i] to begin_[i + 1]
+    std::vector<Disk> disks_;
     DiskIndex index_;
 };
+
+// Throws ArgumentError where radii are of a size that has no squares.
+void require_radii(const NeighborhoodFinder& finder);
+
+// Gives the surfels of a disk its area in equal parts; of the curved method at most that of the flat disk.
+void take_area(const NeighborhoodFinder& finder, std::size_t disk, AreaMethod method, double area,
+               std::vector<double>& areas);
 
 }  // namespace surflux

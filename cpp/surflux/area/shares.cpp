@@ -43,7 +43,10 @@ DiskShares area_shares(const Surfels& surfels, std::size_t index, const AreaOpti
     const NeighborhoodFinder finder(surfels, is_disk, options.epsilon);
     Neighborhood around;
     std::size_t disk = 0;
-    while (finder.surfel(disk) != index) ++disk;
+    const auto is_in = [&](Span<std::uint32_t> pile) {
+        return std::find(pile.begin(), pile.end(), index) != pile.end();
+    };
+    while (!is_in(finder.surfels(disk))) ++disk;
     finder.find(disk, curved, around);
     std::vector<Member> members = around.surface;
     if (curved) members.insert(members.end(), around.crease.begin(), around.crease.end());
@@ -51,7 +54,8 @@ DiskShares area_shares(const Surfels& surfels, std::size_t index, const AreaOpti
     const auto n = static_cast<std::size_t>(options.resolution);
     DiskShares out{around.frame,
                    around.radius,
-                   DiskIntegrator(options, PolarGrid(options.resolution)).area(around),
+                   DiskIntegrator(options, PolarGrid(options.resolution)).area(around) /
+                       static_cast<double>(finder.surfels(disk).size()),
                    options.resolution,
                    {},
                    {}};

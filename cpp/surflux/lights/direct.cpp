@@ -24,6 +24,7 @@ struct Receiver {
     const SurfelPoints& points;
     std::uint32_t surfel, shape;
     Vec3 center, normal;
+    bool is_whole_surfel;
 
     bool is_patch() const { return shape != Place::point && points.is_patch(shape); }
     Vec3 at(double s, double t) const { return is_patch() ? points.at(shape, s, t) : center; }
@@ -121,7 +122,7 @@ struct AreaEmitter final : Emitter {
             return sum;
         }
         EvenPoints even(2, 0, r.surfel);
-        const int patch_points = r.shape == r.surfel ? points_of_patch : points_of_part;
+        const int patch_points = r.is_whole_surfel ? points_of_patch : points_of_part;
         for (int k = 0; k < patch_points; ++k) {
             const double* u = even.next();
             sum += at_point(r.at(u[0], u[1]), r.normal);
@@ -157,7 +158,7 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
 
 // Is the way free to a light at a place, or in a direction?
 bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, const Vec3& light, bool distant) {
-    if (receiver.shape == receiver.surfel)
+    if (receiver.is_whole_surfel)
         return distant ? tracer.escapes(receiver.surfel, at, light) : tracer.visible(receiver.surfel, at, light);
     thread_local std::vector<Ray> ray(1);
     thread_local std::vector<char> free;
@@ -227,7 +228,8 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                const Receiver receiver{points, place.surfel, place.shape, place.position, place.normal};
+                const Receiver receiver{points,         place.surfel, place.shape,
+                                        place.position, place.normal, place.is_whole_surfel()};
                 Rgb squared;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part part = irradiance_from(*lights[l], tracer, receiver, options,

@@ -16,7 +16,7 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                            const std::vector<Vec3>& normals, const DirectOptions& options, int rays, std::uint64_t seed,
                            const Progress& progress) {
-    require_near(points, bounds_of(scene.surfels));
+    tracer.require_near(points);
     const SurfelPoints points_of(scene.surfels);
     std::vector<Place> places(points.size());
     parallel_for(points.size(), 64, [&](std::size_t k) {

@@ -38,7 +38,6 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
     out.absorbed.assign(s.size(), 0.0);
     out.sky.assign(s.size(), {});
     out.taken.assign(s.size(), 0);
-    const double contact = contact_distance(bounds_of(s));
     std::atomic<std::size_t> traced{0};
 
     const auto measure = [&](std::uint32_t i) {
@@ -52,7 +51,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
                 const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
                 const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
                 if (hit) {
-                    absorbed += absorbs(hit, frame.n, s, contact);
+                    absorbed += absorbs(hit, frame.n, s, tracer.contact(hit.surfel));
                     continue;
                 }
                 ++escaped;

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <queue>
 
+#include "surflux/scene/extent.h"
+
 namespace surflux {
 
 namespace {
@@ -47,9 +49,9 @@ LitPatches::LitPatches(const Surfels& surfels, const SurfelPoints& points, const
         power[i] /= of_patches;
         exitance_[i] = exitance[i] / of_patches;
     }
-    const Box box = bounds_of(surfels);
-    origin_ = box.center();
-    unit_ = box.diagonal();
+    const Extent extent(surfels);
+    origin_ = extent.middle;
+    unit_ = extent.size;
     for (const Group& g : split(surfels, power)) add(surfels, power, g);
     begin_.push_back(static_cast<std::uint32_t>(patches_.size()));
 }

@@ -7,6 +7,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/sampling.h"
+#include "surflux/scene/extent.h"
 
 namespace surflux {
 
@@ -44,7 +45,7 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::
 }  // namespace
 
 std::uint64_t stream_of(const Place& place) {
-    if (place.shape == place.surfel) return place.surfel;
+    if (place.is_whole_surfel()) return place.surfel;
     std::uint64_t bits = 0x51ed270b;
     for (int axis = 0; axis < 3; ++axis) {
         std::uint64_t word = 0;
@@ -69,14 +70,14 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
       reach_(surfels.size(), 0.0) {
     for (std::uint32_t i : surfels.alone)
         reach_[i] = surfels.areas.empty() ? surfels.radii[i] : std::sqrt(surfels.areas[i] / pi);
-    const double contact = contact_distance(bounds_of(surfels));
+    const Extent extent(surfels);
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
         double total = 0.0;
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] = total += area_of(surfels.triangles[t]);
         if (!is_patch(i)) continue;
         require(total > 0.0, "mesh: the patch of surfel ", i, " has no area");
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] /= total;
-        inset_[i] = std::min(0.1, 2.0 * contact / std::sqrt(total));
+        inset_[i] = std::min(0.1, 2.0 * extent.contact_of(i) / std::sqrt(total));
         Parallelogram found;
         if (as_parallelogram(triangles_begin(i), triangles_end(i), found)) {
             kind_[i] = static_cast<std::uint32_t>(parallelograms_.size());

@@ -94,7 +94,6 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       basis_(basis),
       means_(means),
       options_(options),
-      contact_(contact_distance(bounds_of(scene.surfels))),
       exitance_(exitances(scene.surfels, light, options)),
       lit_(scene.surfels, light.points(), exitance_) {}
 
@@ -201,7 +200,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
-        if (!hit || absorbs(hit, place.normal, s, contact_)) {
+        if (!hit || absorbs(hit, place.normal, s, tracer_.contact(hit.surfel))) {
             (hit ? out.row.into_backs : out.row.escape) += each;
             if (!hit) take(out.row.sky, found(light_.skies()));
             continue;
@@ -230,7 +229,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     for (std::size_t k = 0; k < sums.aimed.size(); ++k) {
         const Sums::Aimed& to = sums.aimed[k];
         const Hit& hit = sums.hits[k];
-        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, contact_))
+        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, tracer_.contact(hit.surfel)))
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
     tracer_.closest(sums.towards, sums.hits);

@@ -125,7 +125,6 @@ private:
     const MultilevelBasis& basis_;
     const SurfelMeans& means_;
     GatherOptions options_;
-    double contact_;
     std::vector<double> exitance_;  // of light that is not in the basis, luminance
     LitPatches lit_;
     std::vector<double> sender_scale_, lit_scale_;  // empty: 1

@@ -2,6 +2,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
@@ -39,7 +40,8 @@ std::vector<char> inside_geometry(const Scene& scene, const Tracer& tracer, cons
         for (std::size_t k = begin; k < end; ++k) {
             if (!out[k]) continue;
             const Frame frame = frame_around(places[k].normal);
-            const double turn = Random(seed, k).uniform();
+            const double turn =
+                Random(seed, stream_of({places[k].position, places[k].normal, places[k].surfel})).uniform();
             for (int r = 0; r < further; ++r) {
                 const double z = r < further / 2 ? steep : flat, flatness = std::sqrt(1.0 - z * z);
                 const double phi = 2.0 * pi * (turn + (r + (r < further / 2 ? 0.0 : 0.5)) / (0.5 * further));

@@ -1,10 +1,12 @@
 #include "surflux/meshless/point_placement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "surflux/core/error.h"
 #include "surflux/core/random.h"
+#include "surflux/core/sampling.h"
 #include "surflux/meshless/disk_fill.h"
 #include "surflux/meshless/point_grid.h"
 
@@ -15,8 +17,49 @@ namespace {
 constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
-constexpr double most_along = 400.0;  // points of the first level, along a wire
-constexpr double cell_side = 2.0;     // in R
+constexpr double cell_side = 2.0;  // in R
+// Cubic cells of side R that the surface of an object may lie in, counted at so many places of it. A plane has up to
+// sqrt(3) of them for each R^2, with usual_points about 1000; a wire that has no more is up to 1600 R long.
+constexpr std::size_t most_cells = 1600, counted_places = 4096;
+constexpr double wider = 1.25;
+
+// Places spread over an object in proportion to area, from the first.
+std::vector<Vec3> spread_places(const SurfacePieces& pieces, std::size_t object) {
+    std::vector<Vec3> out;
+    out.reserve(counted_places);
+    const double step = pieces.area_of(object) / static_cast<double>(counted_places);
+    double up_to = 0.0;
+    for (const std::uint32_t piece : pieces.of_object(object)) {
+        up_to += pieces.area(piece);
+        const Corners t = pieces.corners(piece);
+        while (out.size() < counted_places && (static_cast<double>(out.size()) + 0.5) * step < up_to) {
+            Random random(out.size(), object);
+            const double u = random.uniform();
+            const Vec3 w = square_to_triangle(u, random.uniform());
+            out.push_back(w.x * t.a + w.y * t.b + w.z * t.c);
+        }
+    }
+    for (std::size_t k = out.size(); k-- > 0;) out[k] = out[k] - out[0];
+    return out;
+}
+
+std::size_t count_cells(const std::vector<Vec3>& places, double side) {
+    std::vector<std::array<double, 3>> cells(places.size());
+    for (std::size_t k = 0; k < places.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+            cells[k][static_cast<std::size_t>(axis)] = std::floor(places[k][axis] / side);
+    std::sort(cells.begin(), cells.end());
+    return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
+
+// For so many points. On a wire, or on leaves that lie apart, as many would have to be closer together than they are
+// far from what is around: there it is wider. What counts is where the area is, not how far a stray piece reaches.
+double first_radius(const SurfacePieces& pieces, std::size_t object, double points) {
+    double radius = std::sqrt(packing * pieces.area_of(object) / points);
+    const std::vector<Vec3> places = spread_places(pieces, object);
+    while (count_cells(places, radius) > most_cells) radius *= wider;
+    return radius;
+}
 
 std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
     std::vector<double> out(pieces.objects(), 0.0);
@@ -26,20 +69,7 @@ std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
         const double area = pieces.area_of(o);
         const double points = std::max(least_points, usual_points * area / total);
         if (!(area > 0.0)) continue;
-        Box box;
-        bool first = true;
-        for (const std::uint32_t piece : pieces.of_object(o)) {
-            const Corners t = pieces.corners(piece);
-            for (const Vec3* p : {&t.a, &t.b, &t.c}) {
-                if (first) box = {*p, *p};
-                first = false;
-                for (int axis = 0; axis < 3; ++axis) {
-                    box.low[axis] = std::min(box.low[axis], (*p)[axis]);
-                    box.high[axis] = std::max(box.high[axis], (*p)[axis]);
-                }
-            }
-        }
-        out[o] = given > 0.0 ? given : std::max(std::sqrt(packing * area / points), box.diagonal() / most_along);
+        out[o] = given > 0.0 ? given : first_radius(pieces, o, points);
     }
     return out;
 }

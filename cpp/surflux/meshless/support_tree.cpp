@@ -117,17 +117,18 @@ struct SupportTree::Builder {
             const std::uint32_t j = order[begin + k];
             out.function[k] = j;
             for (int axis = 0; axis < 3; ++axis) {
-                out.x[axis][k] = static_cast<float>(positions[j][axis] - out.origin[axis]);
+                out.x[axis][k] = static_cast<float>((positions[j][axis] - out.origin[axis]) / tree.unit_);
                 out.n[axis][k] = static_cast<float>(normals[j][axis]);
             }
             if (!(radii[j] > 0.0)) continue;
             constexpr double largest = std::numeric_limits<float>::max();
-            out.inverse_square[k] = static_cast<float>(std::min(1.0 / (radii[j] * radii[j]), largest));
+            const double inverse = tree.unit_ / radii[j];
+            out.inverse_square[k] = static_cast<float>(std::min(inverse * inverse, largest));
             out.height[k] = 1.0f;
         }
         tree.leaves_.push_back(out);
         return {static_cast<std::uint32_t>(tree.leaves_.size() - 1) | leaf_bit,
-                {box.low - tree.center_, box.high - tree.center_}};
+                {(box.low - tree.center_) / tree.unit_, (box.high - tree.center_) / tree.unit_}};
     }
 };
 
@@ -141,14 +142,16 @@ SupportTree::SupportTree(const std::vector<Vec3>& positions, const std::vector<V
         }
     const Vec3 half = 0.5 * (box.high - box.low);
     center_ = box.low + half;
-    slack_ = std::max({half.x, half.y, half.z}) * 0x1p-23;
+    const double reach = std::max({half.x, half.y, half.z});
+    if (reach > 0.0 && reach < infinity) unit_ = std::ldexp(1.0, std::ilogb(reach));
+    slack_ = reach / unit_ * 0x1p-23;
     leaves_.reserve((members.size() + width - 1) / width);
     Builder builder{*this, positions, normals, radii, {members.begin(), members.end()}};
     root_ = builder.build(0, members.size()).first;
 }
 
 double SupportTree::weights(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& out) const {
-    const Vec3 local = point - center_;
+    const Vec3 local = (point - center_) / unit_;
     const Four px = four(static_cast<float>(local.x)), nx = four(static_cast<float>(normal.x));
     const Four py = four(static_cast<float>(local.y)), ny = four(static_cast<float>(normal.y));
     const Four pz = four(static_cast<float>(local.z)), nz = four(static_cast<float>(normal.z));
@@ -172,7 +175,7 @@ double SupportTree::weights(const Vec3& point, const Vec3& normal, std::vector<B
             continue;
         }
         const Leaf& leaf = leaves_[next & ~leaf_bit];
-        const Vec3 d = point - leaf.origin;
+        const Vec3 d = (point - leaf.origin) / unit_;
         const float q[3] = {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)};
         if (out.size() < found + width) out.resize(found + 2 * width);
         for (std::size_t k = 0; k < width; k += 4) {
@@ -204,7 +207,7 @@ std::uint32_t SupportTree::nearest(const Vec3& point, const Vec3& normal) const 
         double squared;
         std::uint32_t child;
     };
-    const Vec3 local = point - center_;
+    const Vec3 local = (point - center_) / unit_;
     double least[2] = {infinity, infinity};  // of those that face a compatible way; of all
     std::uint32_t best[2] = {none, none};
     for (const int any : {0, 1}) {
@@ -216,7 +219,7 @@ std::uint32_t SupportTree::nearest(const Vec3& point, const Vec3& normal) const 
             if (next.squared > least[any]) continue;
             if (next.child & leaf_bit) {
                 const Leaf& leaf = leaves_[next.child & ~leaf_bit];
-                const Vec3 d = point - leaf.origin;
+                const Vec3 d = (point - leaf.origin) / unit_;
                 for (std::size_t k = 0; k < leaf.count; ++k) {
                     const Vec3 n{leaf.n[0][k], leaf.n[1][k], leaf.n[2][k]};
                     if (!any && !(dot(n, normal) > 0.0)) continue;

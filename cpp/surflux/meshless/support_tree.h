@@ -45,6 +45,7 @@ private:
     struct Builder;
 
     Vec3 center_;
+    double unit_ = 1.0;   // of the floats, a power of 2: their squares are ordinary numbers in any unit of length
     double slack_ = 0.0;  // how much a place moves at most when it is rounded to float
     std::uint32_t root_ = 0;
     std::vector<Node> nodes_;

@@ -109,7 +109,7 @@ void Exchange::set(std::size_t i, std::size_t j, double value) {
         if (precise)
             precise[k] = value;
         else
-            g[k] = static_cast<float>(value);
+            g[k] = static_cast<float>(value / unit);
 }
 
 Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const ExchangeOptions& options,
@@ -121,6 +121,9 @@ Exchange exchange_of_all_pairs(const Scene& scene, const Tracer* tracer, const E
 
     Exchange out;
     out.g.assign(n * n, 0.0f);
+    double total = 0.0;
+    for (const double area : s.areas) total += area;
+    if (n > 0) out.unit = std::ldexp(1.0, std::ilogb(total / static_cast<double>(n)));
     const auto of_pair = [&](std::uint32_t i, std::uint32_t j, std::size_t& rays) {
         PairExchange::Pair pair = pairs(i, j);
         if (tracer && pair.exchange > 0.0)
@@ -160,7 +163,7 @@ void Exchange::apply(const std::vector<double>& x, std::vector<double>& out, std
         for (std::size_t c = 0; c < channels; ++c) {
             const double* column = columns.data() + c * size;
             out[i * channels + c] = scale[i] * (precise ? row_product(precise + i * size, column, size)
-                                                        : row_product(g.data() + i * size, column, size));
+                                                        : unit * row_product(g.data() + i * size, column, size));
         }
     });
 }

@@ -21,7 +21,8 @@ struct ExchangeOptions {
 // that a product reads it in order. What closes it is kept apart: F_ij = scale_i G_ij scale_j / A_i.
 struct Exchange {
     std::size_t size = 0;
-    std::vector<float> g;       // size x size, row-major
+    std::vector<float> g;       // size x size, row-major, in `unit`
+    double unit = 1.0;          // a power of 2 near the surfels' area, so that floats carry g in any unit of length
     double* precise = nullptr;  // in place of g: as many doubles, which somebody else keeps
     std::vector<double> areas;
     std::vector<double> scale;  // 1 until close() finds the diagonal (closure.h)
@@ -32,7 +33,7 @@ struct Exchange {
     std::size_t rays = 0;
 
     double at(std::size_t i, std::size_t j) const {
-        return precise ? precise[i * size + j] : static_cast<double>(g[i * size + j]);
+        return precise ? precise[i * size + j] : unit * static_cast<double>(g[i * size + j]);
     }
     // Both of G_ij and G_ji.
     void set(std::size_t i, std::size_t j, double value);

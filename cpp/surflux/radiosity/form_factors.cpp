@@ -42,7 +42,7 @@ FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, d
     const std::size_t n = s.size();
     require_areas(s);
     const Tracer tracer(scene);
-    const PairExchange pairs(scene, options.epsilon);
+    const PairExchange pairs(scene, options.epsilon, options.visibility);
     const Shafts shafts(scene);
     const VisibleShare share(tracer, pairs, shafts, options.error, options.seed);
     std::fill(out, out + n * n, 0.0);

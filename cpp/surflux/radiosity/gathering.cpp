@@ -39,8 +39,7 @@ Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree&
       emitters_(emitters),
       skies_(skies),
       seed_(seed),
-      points_(scene.surfels),
-      contact_(contact_distance(bounds_of(scene.surfels))) {}
+      points_(scene.surfels) {}
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
@@ -69,8 +68,9 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
             add(out.sky, skies_.found(ray.from.position, frame.n, ray.direction, hit));
             continue;
         }
-        closeness += 1.0 / std::max(hit.distance, contact_);
-        if (absorbs(hit, frame.n, scene_.surfels, contact_)) {
+        const double contact = tracer_.contact(hit.surfel);
+        closeness += 1.0 / std::max(hit.distance, contact);
+        if (absorbs(hit, frame.n, scene_.surfels, contact)) {
             ++absorbed;
             continue;
         }

@@ -79,7 +79,6 @@ private:
     const LightSampler &emitters_, &skies_;
     std::uint64_t seed_;
     SurfelPoints points_;
-    double contact_;
     std::vector<Place> places_;
     std::vector<Row> rows_;
     std::vector<Link> links_;

@@ -17,15 +17,17 @@ constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
 constexpr double within_cell = 0.886;
 // Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to
 // 2e-8.
+constexpr double float_over_double = 0x1p-29;  // how much less doubles round off
 constexpr int touching_points = 12, apart_points = 6;
 
 }  // namespace
 
-PairExchange::PairExchange(const Scene& scene, double epsilon)
+PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
     : scene_(scene),
       epsilon_(epsilon),
       points_(scene.surfels),
-      contact_(contact_distance(bounds_of(scene.surfels))),
+      distances_(scene.surfels),
+      touch_(by_rays ? 1.0 : float_over_double),
       extent_(scene.surfels.size()) {
     const Surfels& s = scene.surfels;
     std::size_t emitters = 0;
@@ -103,8 +105,9 @@ PairExchange::Octagon PairExchange::octagon_of_disk(std::uint32_t i) const {
     return out;
 }
 
-double PairExchange::to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const {
-    if (dot(scene_.surfels.normals[j], point - scene_.surfels.positions[j]) <= contact_) return 0.0;
+double PairExchange::to_polygons(std::uint32_t i, const Vec3& point, std::uint32_t j) const {
+    const Vec3& normal = scene_.surfels.normals[i];
+    if (dot(scene_.surfels.normals[j], point - scene_.surfels.positions[j]) <= contact(i, j)) return 0.0;
     if (!points_.is_patch(j)) {
         const Octagon octagon = octagon_of_disk(j);
         return element_to_polygon(point, normal, octagon.data(), octagon.size());
@@ -140,7 +143,7 @@ double PairExchange::near_factor(std::uint32_t i, std::uint32_t j) const {
                 square_to_disk(u, v, x, y);
                 at += extent_[i] * (x * frame.u + y * frame.v);
             }
-            sum += (gauss ? gauss_weight[a] * gauss_weight[b] : 1.0 / 16.0) * to_polygons(at, s.normals[i], j);
+            sum += (gauss ? gauss_weight[a] * gauss_weight[b] : 1.0 / 16.0) * to_polygons(i, at, j);
         }
     return sum;
 }
@@ -220,7 +223,8 @@ bool PairExchange::rise_above_each_other(std::uint32_t i, std::uint32_t j) const
     const Surfels& s = scene_.surfels;
     const Vec3 d = s.positions[j] - s.positions[i];
     const double sine = 1.1 * length(cross(s.normals[i], s.normals[j]));  // 1.1: the octagon's corners
-    return dot(s.normals[i], d) + extent_[j] * sine > contact_ && -dot(s.normals[j], d) + extent_[i] * sine > contact_;
+    const double least = contact(i, j);
+    return dot(s.normals[i], d) + extent_[j] * sine > least && -dot(s.normals[j], d) + extent_[i] * sine > least;
 }
 
 // Two parallelograms of which none has a corner behind the other.

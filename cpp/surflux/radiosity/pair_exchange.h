@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/polygon_exchange.h"
+#include "surflux/scene/extent.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -20,7 +22,8 @@ namespace surflux {
 // surface are neighbours, not partners that face each other: the kernel, kept finite.
 class PairExchange {
 public:
-    explicit PairExchange(const Scene& scene, double epsilon = 0.8);
+    // Surfaces that rays cannot tell apart touch, or (`by_rays` off) those that doubles cannot.
+    explicit PairExchange(const Scene& scene, double epsilon = 0.8, bool by_rays = true);
 
     enum class Range { none, same_surface, far, mid, near };
     struct Pair {
@@ -62,14 +65,19 @@ private:
     bool face_wholly(std::uint32_t i, std::uint32_t j) const;
     template <int count>
     double by_quadrature(std::uint32_t i, std::uint32_t j) const;
-    double to_polygons(const Vec3& point, const Vec3& normal, std::uint32_t j) const;
+    double to_polygons(std::uint32_t i, const Vec3& point, std::uint32_t j) const;
     Octagon octagon_of_disk(std::uint32_t i) const;
     bool same_surface(std::uint32_t i, std::uint32_t j, double squared) const;
 
     const Scene& scene_;
     double epsilon_;
     SurfelPoints points_;
-    double contact_;  // what is closer than this to a surfel's plane covers it instead of exchanging light with it
+    // What is closer than this to a surfel's plane covers it instead of exchanging light with it.
+    double contact(std::uint32_t i, std::uint32_t j) const {
+        return touch_ * std::max(distances_.contact_of(i), distances_.contact_of(j));
+    }
+    Extent distances_;
+    double touch_;
     bool few_emit_ = false;
     std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;

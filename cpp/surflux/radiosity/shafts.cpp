@@ -6,8 +6,8 @@
 
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
-
 #include "surflux/core/sampling.h"
+#include "surflux/scene/extent.h"
 
 namespace surflux {
 
@@ -20,8 +20,6 @@ constexpr std::size_t leaf = 2;  // surfels
 Shafts::Shafts(const Scene& scene) : surfels_(scene.surfels), triangles_(triangle_ranges(scene.surfels)) {
     const Surfels& s = surfels_;
     boxes_.resize(s.size());
-    Box all{Vec3{1, 1, 1} * std::numeric_limits<double>::infinity(),
-            Vec3{-1, -1, -1} * std::numeric_limits<double>::infinity()};
     for (std::size_t i = 0; i < s.size(); ++i) {
         Box box{s.positions[i], s.positions[i]};
         const auto grow = [&](const Vec3& p, const Vec3& by) {
@@ -40,13 +38,10 @@ Shafts::Shafts(const Scene& scene) : surfels_(scene.surfels), triangles_(triangl
             grow(s.positions[i], {reach(n.x), reach(n.y), reach(n.z)});
         }
         boxes_[i] = box;
-        for (int axis = 0; axis < 3; ++axis) {
-            all.low[axis] = std::min(all.low[axis], box.low[axis]);
-            all.high[axis] = std::max(all.high[axis], box.high[axis]);
-        }
     }
-    // Embree's floats are off by 1e-7 of the scene; rays keep farther off than that.
-    touching_ = 1e-7 * length(all.high - all.low);
+    // Embree's floats are off by 1e-7 of the scene; rays keep farther off than that. Where a few surfels are far away,
+    // of the scene without them: in a shaft too wide there are more rays than it takes.
+    touching_ = 1e-7 * Extent(s).size;
     find_blockers();
     nodes_.resize(4 * order_.size() + 4);
     if (!order_.empty()) bound(0, 0, order_.size());

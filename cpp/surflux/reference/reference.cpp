@@ -62,6 +62,8 @@ public:
     PathTracer(const Scene& scene, const ReferenceOptions& options)
         : surfels_(scene.surfels), tracer_(scene), lights_(scene, options.small_emitters), seed_(options.seed) {}
 
+    void require_near(const std::vector<Vec3>& points) const { tracer_.require_near(points); }
+
     // Sums of batches [first, last) of the point, each of per_batch paths; returns the number of rays.
     std::size_t trace(const Vec3& point, const Vec3& normal, std::uint64_t stream, const Plan& plan, std::size_t first,
                       std::size_t last, std::vector<Rgb>& sums) const;
@@ -179,12 +181,12 @@ std::size_t PathTracer::trace(const Vec3& point, const Vec3& normal, std::uint64
 
 Reference reference_irradiance(const Scene& scene, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
                                const ReferenceOptions& options, const Progress& progress) {
-    require_near(points, bounds_of(scene.surfels));
     require(points.size() == normals.size(), "normals: wanted one for each of the ", points.size(), " points, got ",
             normals.size());
     require(options.samples >= least_batches, "samples: wanted at least ", least_batches, ", got ", options.samples);
     const Plan plan(options.samples);
     const PathTracer tracer(scene, options);
+    tracer.require_near(points);
     const std::vector<std::uint32_t> order = morton_order(points);
     std::vector<Moments> parts(points.size() * plan.chunks);
     std::vector<std::size_t> rays(parts.size(), 0);

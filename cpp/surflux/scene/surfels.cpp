@@ -85,13 +85,4 @@ Box bounds_of(const Surfels& surfels) {
     return box;
 }
 
-void require_near(const std::vector<Vec3>& points, const Box& box) {
-    constexpr double farthest = 1e15;  // its square is a float, too
-    for (std::size_t k = 0; k < points.size(); ++k)
-        require(length(points[k] - box.center()) <= farthest, "points: number ", k, " is more than ", farthest,
-                " away from the scene");
-}
-
-double contact_distance(const Box& box) { return 1e-6 * box.diagonal(); }
-
 }  // namespace surflux

@@ -76,10 +76,4 @@ struct Box {
 // Of the positions and, where there are any, the triangles.
 Box bounds_of(const Surfels& surfels);
 
-// Throws ArgumentError where a point is so far from the box that passes in floats do not take it.
-void require_near(const std::vector<Vec3>& points, const Box& box);
-
-// Surfaces no farther apart than this touch: the float coordinates in which rays are traced cannot tell them apart.
-double contact_distance(const Box& box);
-
 }  // namespace surflux

@@ -9,6 +9,8 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t restart_after = 30;
+constexpr const char* out_of_range =
+    "scene: its light is too strong to compute with: the linear system left the range of float64";
 constexpr double rounding = 1e-14;  // what is left of a vector of length 1 where nothing should be
 
 // Least squares on one system's Hessenberg matrix, turned into a triangle by Givens rotations as its columns come.
@@ -72,8 +74,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
     std::vector<double> unit(count), sums(count);
     inner_products(b, b, system, unit);
     for (double& size : unit) {
-        require(std::isfinite(size),
-                "scene: its light is too strong to compute with: the linear system left the range of float64");
+        require(std::isfinite(size), out_of_range);
         size = size > 0.0 ? std::sqrt(size) : 1.0;
     }
     std::vector<double> scaled(b.size()), product, residual(b.size());
@@ -92,7 +93,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
         report.residual = 0.0;
         for (double& size : beta) {
             size = std::sqrt(size);
-            require(std::isfinite(size), "scene: its light could not be solved for: the residual is not a number");
+            require(std::isfinite(size), out_of_range);  // std::max takes no notice of a NaN
             report.residual = std::max(report.residual, size);
         }
     };
@@ -113,6 +114,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
             surflux::report(progress, percent_done(worst, tolerance), 100);
             apply_scaled(basis.back(), product);
             inner_products(product, product, system, size);
+            for (const double squared : size) require(std::isfinite(squared), out_of_range);
             std::vector<std::vector<double>> shares;  // of each direction, by system
             for (const std::vector<double>& direction : basis) {
                 inner_products(direction, product, system, sums);

@@ -3,19 +3,13 @@
 
 namespace surflux {
 
-namespace {
-
-float to_far(double length) { return static_cast<float>(std::min(length, double{std::numeric_limits<float>::max()})); }
-
-}  // namespace
-
 void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
     hits.resize(rays.size());
     Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
         RTCRayHit hit;
-        hit.ray = impl_->ray_from(rays[k].from.position, rays[k].direction, to_far(rays[k].length));
+        hit.ray = impl_->ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
         hit.ray.id = static_cast<unsigned>(k);
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(impl_->scene.get(), query.context, hit);
@@ -28,7 +22,7 @@ void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
     Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
-        RTCRay ray = impl_->ray_from(rays[k].from.position, rays[k].direction, to_far(rays[k].length));
+        RTCRay ray = impl_->ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
         ray.id = static_cast<unsigned>(k);
         embree::occluded(impl_->scene.get(), query.context, ray);
         free[k] = ray.tfar >= 0.0f;
@@ -41,10 +35,10 @@ Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
     Departure out{point, normal, no_surfel};
     double nearest = std::numeric_limits<double>::infinity();
     // A ray may miss what it begins on.
-    const double before = 2.0 * impl_->contact;
+    const double before = 2.0 * impl_->extent.contact(point);
     for (const Vec3& direction : {normal, -normal}) {
         RTCRayHit hit;
-        hit.ray = impl_->ray_from(point - before * direction, direction, to_far(impl_->diagonal));
+        hit.ray = impl_->ray_from(point - before * direction, direction, impl_->diameter);
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(impl_->scene.get(), query.context, hit);
         const Hit found = impl_->found(hit, direction);

@@ -3,21 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/trace/coincident.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
 
 namespace surflux {
 
 namespace {
-
-void throw_on_error(void*, RTCError code, const char* text) {
-    throw DeviceError(message("Embree: ", text ? text : "unknown error", " (code ", static_cast<int>(code), ")"));
-}
 
 DeviceError no_device(RTCError why) {
     if (why == RTC_ERROR_UNSUPPORTED_CPU) return DeviceError("Embree: this processor lacks instructions that it needs");
@@ -26,81 +22,62 @@ DeviceError no_device(RTCError why) {
                                std::round(available_memory() / 1e6), " MB left"));
 }
 
-// For each surfel the one that is its back (Surfels made two-sided), found by place.
-std::vector<std::uint32_t> find_twins(const Scene& scene) {
-    const Surfels& s = scene.surfels;
-    std::vector<std::uint32_t> order(s.size()), twin(s.size(), no_surfel);
-    std::iota(order.begin(), order.end(), 0u);
-    const auto before = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3 &p = s.positions[a], &q = s.positions[b];
-        if (p.x != q.x) return p.x < q.x;
-        if (p.y != q.y) return p.y < q.y;
-        if (p.z != q.z) return p.z < q.z;
-        return a < b;
-    };
-    std::sort(order.begin(), order.end(), before);
-    for (std::size_t first = 0; first < order.size();) {
-        std::size_t last = first + 1;
-        while (last < order.size() && s.positions[order[last]] == s.positions[order[first]]) ++last;
-        for (std::size_t a = first; a < last; ++a)
-            for (std::size_t b = a + 1; b < last; ++b) {
-                const std::uint32_t i = order[a], j = order[b];
-                if (twin[i] == no_surfel && twin[j] == no_surfel && scene.object[i] == scene.object[j] &&
-                    s.radii[i] == s.radii[j] && dot(s.normals[i], s.normals[j]) < -0.999999) {
-                    twin[i] = j;
-                    twin[j] = i;
-                }
-            }
-        first = last;
-    }
-    return twin;
-}
-
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// Embree takes no coordinates beyond 1.8e18; their squares, too, must stay floats.
-constexpr double largest_extent = 1e15;
+constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
 
 }  // namespace
 
-Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>()) {
+void Tracer::Impl::Errors::keep(void* errors, RTCError code, const char* text) {
+    auto& self = *static_cast<Errors*>(errors);
+    const std::lock_guard lock(self.mutex);
+    if (self.first.empty())
+        self.first = message("Embree: ", text ? text : "unknown error", " (code ", static_cast<int>(code), ")");
+}
+
+void Tracer::Impl::Errors::raise() {
+    const std::lock_guard lock(mutex);
+    if (!first.empty()) throw DeviceError(first);
+}
+
+Tracer::Impl::Impl(const Surfels& surfels)
+    : extent(surfels), origin(extent.middle), unit(extent.unit), diameter(extent.size) {
+    for (double reach : extent.reach) diameter = std::max(diameter, 2.0 * reach);
+}
+
+Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)) {
     const Surfels& s = scene.surfels;
-    const std::vector<std::uint32_t> twin = find_twins(scene);
+    const Coincident coincident = find_coincident(scene);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
-    const Box box = bounds_of(s);
-    impl_->origin = box.center();
-    impl_->diagonal = box.diagonal();
-    impl_->contact = static_cast<float>(contact_distance(box));
-    for (double radius : s.radii) impl_->diagonal = std::max(impl_->diagonal, box.diagonal() + 2.0 * radius);
-    require(impl_->diagonal < largest_extent, "scene: it is ", impl_->diagonal, " across, wanted less than ",
-            largest_extent);
     impl_->disks.resize(s.size());
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         Impl::Disk& d = impl_->disks[i];
         impl_->to_local(s.positions[i], d.position);
         for (int axis = 0; axis < 3; ++axis) d.normal[axis] = static_cast<float>(s.normals[i][axis]);
-        d.radius = static_cast<float>(s.radii[i]);
+        d.radius = impl_->to_local(s.radii[i]);
+        d.contact = impl_->to_local(impl_->extent.contact_of(i));
         d.object = scene.object[i];
-        d.twin = twin[i];
+        d.twin = coincident.twin[i];
         d.is_patch = triangles[i] != triangles[i + 1];
-        if (triangles[i] == triangles[i + 1]) impl_->disk_surfel.push_back(i);
+        if (!d.is_patch && !coincident.is_copy[i]) impl_->disk_surfel.push_back(i);
     }
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
         impl_->ends.push_back(
             {{static_cast<float>(e.normal.x), static_cast<float>(e.normal.y), static_cast<float>(e.normal.z)},
-             static_cast<float>(e.limit),
+             impl_->to_local(e.limit),
              e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
 
     impl_->device.reset(rtcNewDevice(nullptr));
     if (!impl_->device) throw no_device(rtcGetDeviceError(nullptr));
-    rtcSetDeviceErrorFunction(impl_->device.get(), throw_on_error, nullptr);
+    rtcSetDeviceErrorFunction(impl_->device.get(), Impl::Errors::keep, &impl_->errors);
     impl_->scene.reset(rtcNewScene(impl_->device.get()));
     rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
     impl_->add_disks(s);
     impl_->add_triangles(s);
     within_limit([&] { rtcCommitScene(impl_->scene.get()); });
+    impl_->errors.raise();
     impl_->drop_joints();
 }
 
@@ -111,8 +88,8 @@ Tracer::~Tracer() = default;
 RTCRay Tracer::Impl::segment(const Vec3& from, const Vec3& to) const {
     const Vec3 d = to - from;
     const double distance = length(d);
-    if (!(distance > 0.0)) return ray_from(from, {0, 0, 1}, 0.0f);
-    return ray_from(from, d / distance, static_cast<float>(std::min(distance * (1.0 - 1e-5), 4.0 * diagonal)));
+    if (!(distance > 0.0)) return ray_from(from, {0, 0, 1}, 0.0);
+    return ray_from(from, d / distance, std::min(distance * (1.0 - 1e-5), 4.0 * diameter));
 }
 
 bool Tracer::visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const {
@@ -131,7 +108,7 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
-    out.distance = static_cast<double>(hit.ray.tfar);
+    out.distance = unit * static_cast<double>(hit.ray.tfar);
     if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
         const RTCRay& ray = hit.ray;
         const float* p = disks[out.surfel].position;
@@ -150,7 +127,7 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
 }
 
 void Tracer::Impl::drop_joints() {
-    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, float length) {
+    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
         Query query{{}, this, no_surfel, no_surfel, nullptr, nullptr, disks[i].object};
         embree::init(query.context);
         RTCRay ray = ray_from(from, direction, length);
@@ -162,12 +139,14 @@ void Tracer::Impl::drop_joints() {
         for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
             if (ends[e].kind != DiskEnd::border) continue;
             const Disk& disk = disks[i];
-            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal), center = origin + vec(disk.position);
+            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal),
+                       center = origin + unit * vec(disk.position);
+            const double radius = unit * static_cast<double>(disk.radius);
             // Another's surface across what sticks out, or along it.
-            const Vec3 beyond = center + (0.5 * static_cast<double>(ends[e].limit + disk.radius)) * outwards;
-            const float high = 0.25f * disk.radius;
-            if (meets_another(i, center, outwards, disk.radius) ||
-                meets_another(i, beyond + static_cast<double>(high) * normal, -normal, 2.0f * high))
+            const Vec3 beyond = center + 0.5 * (unit * static_cast<double>(ends[e].limit) + radius) * outwards;
+            const double high = 0.25 * radius;
+            if (meets_another(i, center, outwards, radius) ||
+                meets_another(i, beyond + high * normal, -normal, 2.0 * high))
                 ends[e].limit = infinity;
         }
 }
@@ -181,6 +160,15 @@ Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) co
     embree::intersect(impl_->scene.get(), query.context, hit);
     return impl_->found(hit, direction);
 }
+
+void Tracer::require_near(const std::vector<Vec3>& points) const {
+    const double limit = farthest_point * impl_->unit;
+    for (std::size_t k = 0; k < points.size(); ++k)
+        require(length(points[k] - impl_->origin) <= limit, "points: number ", k, " is more than ", limit,
+                " away from the scene");
+}
+
+double Tracer::contact(std::uint32_t surfel) const { return impl_->extent.contact_of(surfel); }
 
 std::string embree_version() { return message(RTC_VERSION_MAJOR, ".", RTC_VERSION_MINOR, ".", RTC_VERSION_PATCH); }
 

@@ -64,6 +64,10 @@ public:
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
     // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.
     Departure departure(const Vec3& point, const Vec3& normal) const;
+    // Throws ArgumentError where a point is so far from the scene that floats do not take it.
+    void require_near(const std::vector<Vec3>& points) const;
+    // What is no farther from the surfel touches it (scene/extent.h).
+    double contact(std::uint32_t surfel) const;
 
 private:
     struct Impl;

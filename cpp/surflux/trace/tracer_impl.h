@@ -6,10 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "surflux/core/error.h"
+#include "surflux/scene/extent.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer.h"
 
@@ -34,11 +37,20 @@ struct Tracer::Impl {
     using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
     using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 
-    // What the filters need to know of a surfel.
+    // What Embree reports through its C interface, from whatever thread: no exception may pass through that.
+    struct Errors {
+        static void keep(void* errors, RTCError code, const char* text);
+        void raise();  // the first, where there is one
+        std::mutex mutex;
+        std::string first;
+    };
+
+    // What the filters need to know of a surfel; lengths here and below in `unit`.
     struct Disk {
         float position[3];
         float normal[3];
         float radius;
+        float contact;  // what is no farther from it touches it (scene/extent.h)
         std::uint32_t object;
         std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
         bool is_patch;
@@ -56,11 +68,15 @@ struct Tracer::Impl {
     std::vector<End> ends;
     std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
+    Extent extent;
     Vec3 origin;
-    double diagonal = 0.0;  // of the scene, disks included
-    float contact = 0.0f;   // contact_distance of the scene
+    double unit;      // Embree's coordinates are (p - origin) / unit: alike for scenes alike, of whatever size
+    double diameter;  // of a ball around the scene
+    Errors errors;    // outlives the device
     Device device;
     EmbreeScene scene;
+
+    explicit Impl(const Surfels& surfels);
 
     struct Query {
         embree::Context context;  // first: Embree hands back a pointer to it
@@ -144,6 +160,12 @@ struct Tracer::Impl {
         return is_beyond(DiskEnd::crease, hit.surfel, at);
     }
 
+    // Where a ray from surfel `end`, or none, crosses something.
+    float contact(std::uint32_t end, const Crossing& hit) const {
+        const float there = disks[hit.surfel].contact;
+        return end == no_surfel ? there : std::max(there, disks[end].contact);
+    }
+
     // The rule of stands_off for a ray from any place. What is met from behind within rounding of the place is the
     // place's own surface or goes on from it, unless it faces the place: that covers it.
     bool ignores(const Departure& from, const Crossing& hit) const {
@@ -156,7 +178,7 @@ struct Tracer::Impl {
         for (int axis = 0; axis < 3; ++axis) cosine += static_cast<float>(from.normal[axis]) * q.normal[axis];
         if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
         if (along <= 0.0f) return false;
-        if (cosine > -0.5f && hit.height() <= 2.0f * contact) return true;
+        if (cosine > -0.5f && hit.height() <= 2.0f * contact(from.surfel, hit)) return true;
         if (!hit.is_disk || cosine <= steepest_ridge || from.surfel == no_surfel) return false;
         float squared = 0.0f;
         for (int axis = 0; axis < 3; ++axis) squared += hit.from(q, axis) * hit.from(q, axis);
@@ -175,7 +197,7 @@ struct Tracer::Impl {
             cosine += p.normal[axis] * q.normal[axis];
             along += hit.direction[axis] * q.normal[axis];
         }
-        return cosine > 0.5f && along > 0.0f && hit.height() <= 2.0f * contact;
+        return cosine > 0.5f && along > 0.0f && hit.height() <= 2.0f * contact(a, hit);
     }
 
     // A surface that faces away from the point, or is farther along the normal than it may be, is not the point's own.
@@ -183,7 +205,7 @@ struct Tracer::Impl {
         const Disk& q = disks[hit.surfel];
         const double cosine = dot(normal, {q.normal[0], q.normal[1], q.normal[2]});
         const bool faces = cosine > 0.0 || (q.twin != no_surfel && cosine != 0.0);
-        return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * contact;
+        return !faces || hit.distance() > (hit.is_disk ? 0.5f * q.radius : 0.0f) + 4.0f * q.contact;
     }
 
     // Does the query take no notice of what ray `id` crosses there?
@@ -221,10 +243,13 @@ struct Tracer::Impl {
     void drop_joints();
 
     void to_local(const Vec3& p, float (&out)[3]) const {
-        for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(p[axis] - origin[axis]);
+        for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>((p[axis] - origin[axis]) / unit);
+    }
+    float to_local(double length) const {
+        return static_cast<float>(std::min(length / unit, double{std::numeric_limits<float>::max()}));
     }
 
-    RTCRay ray_from(const Vec3& from, const Vec3& direction, float far) const {
+    RTCRay ray_from(const Vec3& from, const Vec3& direction, double length) const {
         float org[3];
         to_local(from, org);
         RTCRay ray;
@@ -232,7 +257,7 @@ struct Tracer::Impl {
         ray.dir_x = static_cast<float>(direction.x);
         ray.dir_y = static_cast<float>(direction.y);
         ray.dir_z = static_cast<float>(direction.z);
-        ray.tnear = 0.0f, ray.tfar = far;
+        ray.tnear = 0.0f, ray.tfar = to_local(length);
         ray.time = 0.0f, ray.mask = embree::mask_all, ray.id = 0, ray.flags = 0;
         return ray;
     }
@@ -262,6 +287,7 @@ struct Tracer::Impl {
             geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), disk_surfel.size()));
         auto* normal = static_cast<float*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), disk_surfel.size()));
+        errors.raise();
         for (std::uint32_t i : disk_surfel) {
             float p[3];
             to_local(s.positions[i], p);
@@ -269,7 +295,7 @@ struct Tracer::Impl {
                 *vertex++ = p[axis];
                 *normal++ = static_cast<float>(s.normals[i][axis]);
             }
-            *vertex++ = static_cast<float>(s.radii[i]);
+            *vertex++ = to_local(s.radii[i]);
         }
         attach(geometry, disk_geometry);
     }
@@ -282,6 +308,7 @@ struct Tracer::Impl {
                                                                    RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
         auto* index = static_cast<unsigned*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+        errors.raise();
         for (const Triangle& t : s.triangles)
             for (const Vec3* corner : {&t.a, &t.b, &t.c}) {
                 float p[3];
