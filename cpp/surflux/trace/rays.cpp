@@ -11,7 +11,7 @@ float to_far(double length) { return static_cast<float>(std::min(length, double{
 
 void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
     hits.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
         RTCRayHit hit;
@@ -25,7 +25,8 @@ void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const
 
 void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
     free.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
+    query.segments = true;
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
         RTCRay ray = impl_->ray_from(rays[k].from.position, rays[k].direction, to_far(rays[k].length));
@@ -36,7 +37,8 @@ void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
 }
 
 Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, nullptr, &normal};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel};
+    query.nearby = &normal;
     embree::init(query.context);
     Departure out{point, normal, no_surfel};
     double nearest = std::numeric_limits<double>::infinity();
