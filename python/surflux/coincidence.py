@@ -6,8 +6,8 @@ import numpy as np
 
 from surflux._check import counted
 
-# Of the smaller object's points: where fewer lie closely over another object, the two touch.
-_LAYERED = 0.2
+# Of the smaller object's points, and points: where fewer lie closely over another object, the two touch.
+_LAYERED, _LEAST = 0.2, 10
 # Of a patch: what less of it is covered by is where edges meet.
 _COVERED = 1e-3
 
@@ -39,9 +39,9 @@ def coincidence_of(scene):
 
 def _layers(scene):
     for one, other, _, layered, height in scene._find_coincidence().overlaps:
-        if layered >= _LAYERED * min(len(scene.objects[one]), len(scene.objects[other])):
+        if layered >= max(_LEAST, _LAYERED * min(len(scene.objects[one]), len(scene.objects[other]))):
             yield (
-                f"objects {one} and {other}: {counted(layered, 'point')} of them lie some {height:.2g} over or under "
+                f"objects {one} and {other}: {layered} points of them lie some {height:.2g} over or under "
                 "the other's, facing the same way, which is more than their noise: taken as two sheets, of which the "
                 "lower gets no light. If they are scans of one surface, register them more closely"
             )

@@ -163,7 +163,9 @@ FLOATS = "the exchange of patches is exact to some 1e-7 and kept in float"
 BOUNCE = "What the floor sends back is rho D; Lambert's polygon from every point of the wall. "
 POINT_LIGHT = "I cos / r^2; over a patch, I times its solid angle over its area. "
 SPOT_LIGHT = "I cos / r^2 times smoothstep of the angle between (cone - penumbra) / 2 and cone / 2. "
-SPOT_NOISE = "Over a patch in the penumbra, the mean share of 64 points: noise that falls with the patch. "
+SPOT_KINKS = (
+    "Over a patch by 8 x 8 Gauss points, which find the two kinks of smoothstep to order 2; solvers are exact. "
+)
 AREA_LIGHT = "M times Lambert's polygon. "
 GAUSS = "Over a patch, the mean by 4 x 4 Gauss points: order 8. "
 
@@ -198,7 +200,7 @@ CASES = [
         "patches",
         {
             "point light": (POINT_LIGHT, 1e-12),
-            "spot light": (SPOT_LIGHT + SPOT_NOISE, 4.5e-3, 0.5),
+            "spot light": (SPOT_LIGHT + SPOT_KINKS, 1.1e-5, 2.0),
             "sun": ("E cos. ", 1e-12),
             "area light": (AREA_LIGHT + GAUSS, 5e-11, 5.0),
         },

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <utility>
 
@@ -169,24 +168,26 @@ struct Finder {
     }
 };
 
-struct Near {
-    std::uint32_t surfel;
-    std::vector<Neighbor> others;
+// Of a disk and what another object has around it.
+struct Meeting {
+    std::uint32_t surfel, object;
+    bool joined;
+    double height;  // where that is a layer closely over or under it; else negative
 };
 
 // The spread of each of them: four times the RMS height in its surroundings, in which that of one disk has no larger
 // say than others. Twice the variance over a single one's plane has the same mean, and tells where that plane is
 // tilted.
-void find_spreads(const Finder& finder, const std::vector<Near>& all, std::vector<double>& spread) {
+void find_spreads(const Finder& finder, const std::vector<std::uint32_t>& all, std::vector<double>& spread) {
     std::vector<Heights> heights(spread.size());
     parallel_blocks(all.size(), 64, [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
-        for (std::size_t k = begin; k < end; ++k) heights[all[k].surfel] = finder.heights(all[k].surfel, near);
+        for (std::size_t k = begin; k < end; ++k) heights[all[k]] = finder.heights(all[k], near);
     });
     parallel_blocks(all.size(), 64, [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t i = all[k].surfel;
+            const std::uint32_t i = all[k];
             finder.own(i, near);
             double sum = heights[i].mean_square;
             int count = 1;
@@ -197,38 +198,58 @@ void find_spreads(const Finder& finder, const std::vector<Near>& all, std::vecto
     });
 }
 
-using Overlaps = std::map<std::pair<std::uint32_t, std::uint32_t>, Overlap>;
-
 // Does what another object has around disk i stand for the same surface? Most of it decides.
-void add_overlaps(const Scene& scene, const Near& at, Coincidence& out, Overlaps& overlaps) {
-    const Surfels& s = scene.surfels;
+void add_meetings(const Finder& finder, std::uint32_t i, std::vector<Neighbor>& near, std::vector<Meeting>& out) {
+    const Surfels& s = finder.s;
+    const std::vector<double>& spread = finder.out.spread;
     struct Seen {
         std::size_t all = 0, within = 0;
         double height = 0.0, radius = 0.0;
     };
     std::map<std::uint32_t, Seen> by_object;
-    const std::uint32_t i = at.surfel;
-    for (const Neighbor& found : at.others) {
+    finder.others(i, near);
+    for (const Neighbor& found : near) {
         const std::uint32_t k = found.index;
         const double height = std::abs(dot(s.normals[k], s.positions[i] - s.positions[k]));
-        Seen& seen = by_object[scene.object[k]];
+        Seen& seen = by_object[finder.scene.object[k]];
         ++seen.all;
-        seen.within += height <= std::max(out.spread[i], out.spread[k]);
+        seen.within += height <= std::max(spread[i], spread[k]);
         seen.height += height;
         seen.radius += s.radii[k];
     }
     for (const auto& [object, seen] : by_object) {
-        const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(object, scene.object[i]);
+        const bool joined = 2 * seen.within >= seen.all, layer = !joined && seen.height <= closely * seen.radius;
+        if (joined || layer)
+            out.push_back({i, object, joined, layer ? seen.height / static_cast<double>(seen.all) : -1.0});
+    }
+}
+
+void count_meetings(const Scene& scene, const std::vector<Meeting>& meetings, Coincidence& out) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Overlap> overlaps;
+    for (const Meeting& at : meetings) {
+        const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(at.object, scene.object[at.surfel]);
         Overlap& overlap = overlaps[pair];
         overlap.one = pair.first, overlap.other = pair.second;
-        if (2 * seen.within >= seen.all) {
-            ++overlap.joined;
-            out.is_joined[i] = 1;
-        } else if (seen.height <= closely * seen.radius) {
+        overlap.joined += at.joined;
+        if (at.joined) {
+            out.is_joined[at.surfel] = 1;
+        } else {
             ++overlap.layered;
-            overlap.height += seen.height / static_cast<double>(seen.all);
+            overlap.height += at.height;
         }
     }
+    for (auto& [pair, overlap] : overlaps) {
+        if (overlap.layered > 0) overlap.height /= static_cast<double>(overlap.layered);
+        out.overlaps.push_back(overlap);
+    }
+}
+
+// What the blocks of a parallel loop found, in their order.
+template <class T>
+std::vector<T> in_order(const std::vector<std::vector<T>>& blocks) {
+    std::vector<T> out;
+    for (const auto& some : blocks) out.insert(out.end(), some.begin(), some.end());
+    return out;
 }
 
 // Of how many objects the disks cover a place, each as far as its ends.
@@ -246,33 +267,38 @@ public:
     double share_of(std::uint32_t i) const {
         const Frame frame = frame_around(s_.normals[i]);
         const double reach = std::sqrt(s_.areas[i] / pi) * std::sqrt(4.0 / 7.0);
-        double sum = share_at(i, s_.positions[i]);
+        thread_local std::vector<Neighbor> near;
+        near.clear();
+        index_.reaching(s_.positions[i], reach, near);
+        const auto strange = [&](const Neighbor& found) {
+            const std::uint32_t k = found.index;
+            return scene_.object[k] == scene_.object[i] || triangles_[k] != triangles_[k + 1] ||
+                   dot(s_.normals[i], s_.normals[k]) < alike || !same_surface(scene_, i, k);
+        };
+        near.erase(std::remove_if(near.begin(), near.end(), strange), near.end());
+        double sum = share_at(s_.positions[i], near);
         int count = 1;
         for (int k = 0; k < 6; ++k) {
             const double angle = pi / 3.0 * k;
             const Vec3 place = s_.positions[i] + reach * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
             if (is_beyond_end(i, place)) continue;
-            sum += share_at(i, place);
+            sum += share_at(place, near);
             ++count;
         }
         return sum / count;
     }
 
 private:
-    double share_at(std::uint32_t i, const Vec3& place) const {
-        thread_local std::vector<Neighbor> near;
+    double share_at(const Vec3& place, const std::vector<Neighbor>& near) const {
         thread_local std::vector<std::uint32_t> objects;
-        near.clear();
-        objects.assign(1, scene_.object[i]);
-        index_.reaching(place, 0.0, near);
+        objects.clear();
         for (const Neighbor& found : near) {
             const std::uint32_t k = found.index;
-            if (triangles_[k] == triangles_[k + 1] && dot(s_.normals[i], s_.normals[k]) >= alike &&
-                same_surface(scene_, i, k) && !is_beyond_end(k, place))
+            if (length_squared(place - s_.positions[k]) < s_.radii[k] * s_.radii[k] && !is_beyond_end(k, place))
                 objects.push_back(scene_.object[k]);
         }
         std::sort(objects.begin(), objects.end());
-        return 1.0 / static_cast<double>(std::unique(objects.begin(), objects.end()) - objects.begin());
+        return 1.0 / static_cast<double>(1 + (std::unique(objects.begin(), objects.end()) - objects.begin()));
     }
 
     bool is_beyond_end(std::uint32_t k, const Vec3& place) const {
@@ -297,7 +323,7 @@ Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     constexpr std::size_t block = 256;
     const std::size_t blocks = (n + block - 1) / block;
     std::vector<std::vector<Cover>> covers(blocks);
-    std::vector<std::vector<Near>> near_others(blocks);
+    std::vector<std::vector<std::uint32_t>> near_others(blocks);
     const bool one_object = scene.object.empty() || scene.object.front() == scene.object.back();
     parallel_blocks(
         n, block,
@@ -312,26 +338,24 @@ Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
                 if (one_object) continue;
                 finder.others(i, near);
                 if (near.empty()) continue;
-                near_others[begin / block].push_back({i, near});
+                near_others[begin / block].push_back(i);
             }
         },
         progress);
-    for (const auto& some : covers) out.covers.insert(out.covers.end(), some.begin(), some.end());
-    if (one_object) return std::move(out);
-    std::vector<Near> all;
-    for (auto& some : near_others) std::move(some.begin(), some.end(), std::back_inserter(all));
+    out.covers = in_order(covers);
+    const std::vector<std::uint32_t> all = in_order(near_others);
     if (all.empty()) return std::move(out);
     out.spread.assign(n, 0.0);
     out.is_joined.assign(n, 0);
     find_spreads(finder, all, out.spread);
-    Overlaps overlaps;
-    for (const Near& at : all) add_overlaps(scene, at, out, overlaps);
+    std::vector<std::vector<Meeting>> meetings((all.size() + block - 1) / block);
+    parallel_blocks(all.size(), block, [&](std::size_t begin, std::size_t end) {
+        std::vector<Neighbor> near;
+        for (std::size_t k = begin; k < end; ++k) add_meetings(finder, all[k], near, meetings[begin / block]);
+    });
+    count_meetings(scene, in_order(meetings), out);
     for (std::size_t i = 0; i < n; ++i)
         if (!out.is_joined[i]) out.spread[i] = 0.0;
-    for (auto& [pair, overlap] : overlaps) {
-        if (overlap.layered > 0) overlap.height /= static_cast<double>(overlap.layered);
-        if (overlap.joined + overlap.layered > 0) out.overlaps.push_back(overlap);
-    }
     return std::move(out);
 }
 

@@ -115,7 +115,13 @@ void append_lit(const Vec3& light, const SpotCone& cone, const Triangle& triangl
         out.push_back(triangle);
         return;
     }
-    const Frame frame = frame_around(cone.axis());
+    // The pyramid turns with the scene, so that rays do, too.
+    Frame frame = frame_around(cone.axis());
+    const Vec3 edge = triangle.b - triangle.a, across = edge - dot(edge, frame.n) * frame.n;
+    if (length(across) > 0.1 * length(edge)) {
+        frame.u = normalized(across);
+        frame.v = cross(frame.n, frame.u);
+    }
     Polygon polygon{triangle.a - light, triangle.b - light, triangle.c - light}, spare;
     for (int k = 0; k < sides && polygon.size() >= 3; ++k) {
         const double angle = 2.0 * pi * k / sides;
