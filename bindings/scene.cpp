@@ -1,6 +1,7 @@
 #include "convert.h"
 #include "rooms.h"
 
+#include "surflux/area/coincidence.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux::bindings {
@@ -119,17 +120,36 @@ void bind_scene(py::module_& module) {
              }),
              py::arg("radiance"), py::arg("pixels"), py::arg("up"));
 
+    // What of a scene coincides, found by find_coincidence.
+    py::class_<Coincidence>(module, "Coincidence")
+        .def_property_readonly("uncovered", [](const Coincidence& c) { return to_array(c.uncovered); })
+        .def_property_readonly("overlaps", [](const Coincidence& c) {
+            py::list out;
+            for (const Overlap& o : c.overlaps)
+                out.append(py::make_tuple(o.one, o.other, o.joined, o.layered, o.height));
+            return out;
+        });
+
     py::class_<Scene>(module, "Scene")
-        .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights) {
-            return without_gil([&] {
-                Scene scene;
-                for (const Surfels* object : objects) append(scene, *object);
-                scene.lights = lights;
-                return scene;
-            });
-        }))
+        .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights,
+                         const Coincidence* coincidence) {
+                 Scene scene;
+                 for (const Surfels* object : objects) append(scene, *object);
+                 scene.lights = lights;
+                 if (coincidence) without_gil([&] { count_once(scene, *coincidence); });
+                 return scene;
+             }),
+             py::arg("objects"), py::arg("lights"), py::arg("coincidence") = nullptr)
         .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })
         .def_property_readonly("object", [](const Scene& s) { return to_array(s.object); });
+
+    module.def(
+        "find_coincidence",
+        [](const Scene& scene, const py::object& progress) {
+            const Progress report = to_progress(progress);
+            return without_gil([&] { return find_coincidence(scene, report); });
+        },
+        py::arg("scene"), py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

@@ -6,6 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from surflux._passes import stage_callback, thread_limit
+from surflux.coincidence import warn_of_layers
 from surflux.lights import AreaLight
 from surflux.scene import Scene
 from surflux.solution import Solution
@@ -31,6 +32,7 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
+        warn_of_layers(scene, 3)
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = solver(core, **options, progress=callback)

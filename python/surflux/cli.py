@@ -16,6 +16,7 @@ from surflux._files import require_folder
 from surflux.animation import check_target
 from surflux.camera import framing
 from surflux.cli_options import command_line
+from surflux.coincidence import coincidence_of
 from surflux.solution_file import holds_solution
 from surflux.solve_options import TRANSPORTS
 
@@ -199,8 +200,18 @@ def _area(options):
 
 
 def _check_cloud(options):
-    cloud = _cloud(options)
-    patches = sf.inward_patches(cloud, smallest=options.smallest, threads=options.threads, progress=True)
+    if _is_scene(options.input):
+        if options.output:
+            raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
+        scene = sf.load_scene(options.input)
+    else:
+        scene = sf.Scene([_cloud(options)])
+    cloud = scene.surfels
+    patches = np.zeros(0, np.int64)
+    for one in scene.objects:
+        inward = sf.inward_patches(one, smallest=options.smallest, threads=options.threads, progress=True)
+        patches = np.concatenate([patches, np.where(inward > 0, inward + patches.max(initial=0), 0)])
+    coincident, lines = coincidence_of(scene)
     sizes = np.bincount(patches)[1:]
     if options.output:
         cloud.flipped(patches > 0).save(options.output)
@@ -208,7 +219,9 @@ def _check_cloud(options):
     result = {"input": options.input, "surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
     if options.json:
         largest = [{"surfels": size, "center": center} for size, center in largest]
-        return _print_json(result | {"largest": largest, "output": options.output})
+        return _print_json(result | coincident | {"largest": largest, "output": options.output})
+    for line in lines:
+        print(line)
     if not len(sizes):
         print(f"{_check.counted(len(cloud), 'surfel')}, none in a patch that points inwards")
         return 0

@@ -40,8 +40,8 @@ def command_line(runs, cloud_limit):
     _viewpoint_option(area)
     _common_options(area)
 
-    check = command("check", "Find patches of a point cloud whose normals point inwards.")
-    check.add_argument("input", metavar="CLOUD")
+    check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
+    check.add_argument("input", metavar="SCENE|CLOUD")
     check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
     check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
     _viewpoint_option(check)

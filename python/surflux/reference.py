@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux import _check, _core
 from surflux._passes import progress_callback, thread_limit
+from surflux.coincidence import warn_of_layers
 from surflux.scene import Scene
 
 
@@ -65,5 +66,6 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
     seed = _check.seed("seed", seed)
     with thread_limit(threads), progress_callback(progress, "reference") as callback:
         core = scene._to_core_without_areas()
+        warn_of_layers(scene, 2)
         irradiance, error, _ = _core.reference_irradiance(core, points, normals, samples, seed, progress=callback)
     return np.asarray(irradiance), np.asarray(error)

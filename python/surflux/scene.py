@@ -65,6 +65,7 @@ class Scene:
         self.solve_options = dict(solve_options or {})
         self._computed_areas = {}  # by the index of the object, as is
         self._ended = {}
+        self._coincidence = None
 
     @property
     def objects(self):
@@ -109,12 +110,20 @@ class Scene:
                 core = self._with_ends(index, callback)
                 # What is kept has the areas of then; they can be set.
                 cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
-        return _core.Scene(cores, [light._to_core() for light in self._lights])
+            coincidence = self._find_coincidence(callback)
+        return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence)
 
     def _to_core_without_areas(self):
         """The compiled scene for passes that use no areas."""
         cores = [_with_areas(self._with_ends(index), None) for index in range(len(self._objects))]
-        return _core.Scene(cores, [light._to_core() for light in self._lights])
+        return _core.Scene(cores, [light._to_core() for light in self._lights], self._find_coincidence())
+
+    def _find_coincidence(self, progress=None):
+        """Where surfels coincide and face the same way: their areas count once, and none covers another."""
+        if self._coincidence is None:
+            cores = [_with_areas(s._core, None) for s in self._objects]
+            self._coincidence = _core.find_coincidence(_core.Scene(cores, []), progress)
+        return self._coincidence
 
     def _with_ends(self, index, progress=None):
         """The object, compiled, with the lines where its disks end."""

@@ -115,7 +115,8 @@ def form_factors(
 ):
     """Form factors between all surfels of a scene.
 
-    F[i, j] is the fraction of what surfel i emits that reaches surfel j: A_i F_ij = A_j F_ji to rounding. F[i, i] is
+    F[i, j] is the fraction of what surfel i emits that reaches surfel j: A_i F_ij = A_j F_ji to rounding, with areas
+    that count once where surfels coincide and face the same way, as those of a solution do. F[i, i] is
     that of a concave piece onto itself. Without what blocks them, factors between patches of meshes are contour
     integrals (Sparrow 1963), precise to 1e-9 of themselves where patches touch and farther off; those of disks are
     good to a few per cent close by and better farther off.

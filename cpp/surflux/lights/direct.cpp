@@ -9,7 +9,7 @@
 #include "surflux/core/sampling.h"
 #include "surflux/lights/polygon.h"
 #include "surflux/lights/sample_points.h"
-#include "surflux/lights/spot_cone.h"
+#include "surflux/lights/spot_patch.h"
 
 namespace surflux {
 
@@ -33,8 +33,7 @@ struct Receiver {
 // What one point of a light sends to one point of a surfel.
 struct Arrival {
     Vec3 from;            // where the shadow ray ends; the direction to the light where it is distant
-    double kernel = 0.0;  // irradiance per unit of colour, unoccluded, from a light that shines alike everywhere
-    double share = 1.0;   // what a spot light leaves of it
+    double kernel = 0.0;  // irradiance per unit of colour, unoccluded
 };
 
 struct Emitter {
@@ -43,6 +42,8 @@ struct Emitter {
     virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
     // Mean of the kernel over the light and over the receiver.
     virtual double mean_kernel(const Receiver& receiver) const = 0;
+    // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.
+    virtual void find_lit(const Receiver&, std::vector<Triangle>&) const {}
     Rgb color;
     bool distant = false;
     bool extended = false;  // more than one point
@@ -62,26 +63,33 @@ struct PointEmitter : Emitter {
         const Vec3 d = position - point;
         const double squared = length_squared(d);
         if (squared == 0.0) return {position, 0.0};
-        return {position, std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared)), towards(-d)};
+        return {position, share(-d) * std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared))};
     }
     // The integral of cos / r^2 over a patch is its solid angle.
-    double mean_kernel(const Receiver& r) const override {
+    double mean_kernel(const Receiver& r) const final {
         if (!r.is_patch()) return arrival(r.center, r.normal, 0.5, 0.5).kernel;
         if (dot(r.normal, position - r.center) <= 0.0) return 0.0;
         double sum = 0.0, area = 0.0;
         for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t) {
-            sum += solid_angle(position, *t);
+            sum += power(*t);
             area += area_of(*t);
         }
         return sum / area;
     }
-    virtual double towards(const Vec3&) const { return 1.0; }
+    // Of the intensity, what goes along a direction, and its integral over those to a triangle.
+    virtual double share(const Vec3&) const { return 1.0; }
+    virtual double power(const Triangle& t) const { return solid_angle(position, t); }
     Vec3 position;
 };
 
 struct SpotEmitter final : PointEmitter {
     explicit SpotEmitter(const SpotLight& light) : PointEmitter({light.position, light.intensity}), cone(light) {}
-    double towards(const Vec3& d) const override { return cone.share(d); }
+    double share(const Vec3& d) const override { return cone.share(d); }
+    double power(const Triangle& t) const override { return spot_power(position, cone, t); }
+    void find_lit(const Receiver& r, std::vector<Triangle>& out) const override {
+        for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t)
+            append_lit(position, cone, *t, out);
+    }
     SpotCone cone;
 };
 
@@ -179,33 +187,43 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
                      EvenPoints even) {
     const double mean = light.mean_kernel(receiver);
     if (mean <= 0.0) return {};
-    double all = 0.0, passed = 0.0, squared = 0.0, least = 1.0, most = 0.0;
+    double all = 0.0, passed = 0.0;
     int taken = 0, lit = 0, dark = 0;
+    thread_local std::vector<Triangle> lit_part;
+    lit_part.clear();
+    if (receiver.is_patch()) light.find_lit(receiver, lit_part);
+    double lit_area = 0.0;
+    for (const Triangle& t : lit_part) lit_area += area_of(t);
+    const auto point = [&](double s, double t) {
+        if (!(lit_area > 0.0)) return receiver.at(s, t);
+        const Triangle* part = lit_part.data();
+        const Triangle* last = part + lit_part.size() - 1;
+        for (s *= lit_area; part != last && s >= area_of(*part); ++part) s -= area_of(*part);
+        const Vec3 w = square_to_triangle(std::min(s / area_of(*part), 1.0), t);
+        return receiver.points.inset(receiver.shape, w.x * part->a + w.y * part->b + w.z * part->c);
+    };
     const auto take = [&](int count) {
         for (; taken < count; ++taken) {
             const double* u = even.next();
-            const Vec3 at = receiver.at(u[2], u[3]);
+            const Vec3 at = point(u[2], u[3]);
             const Arrival arrival = light.arrival(at, receiver.normal, u[0], u[1]);
             if (arrival.kernel <= 0.0) continue;
-            const bool free = arrival.share > 0.0 && is_free(tracer, receiver, at, arrival.from, light.distant);
-            const double through = free ? arrival.share : 0.0;
+            const bool free = is_free(tracer, receiver, at, arrival.from, light.distant);
             all += arrival.kernel;
-            passed += through * arrival.kernel;
-            squared += through * through * arrival.kernel;
-            least = std::min(least, through);
-            most = std::max(most, through);
-            lit += through == 1.0;
-            dark += through == 0.0;
+            if (free) passed += arrival.kernel;
+            lit += free;
+            dark += !free;
         }
     };
     take(light.extended || receiver.is_patch() ? options.probes : 1);
     // Where a single probe disagrees, it keeps its weight: it speaks for the surfels whose probes all missed the slit
     // that it found, too. More rays would take three quarters of it away, and of the light through narrow slits.
     const bool one_disagrees = (lit == 1 && dark > 1) || (dark == 1 && lit > 1);
-    if (taken > 1 && most > least && !one_disagrees) take(options.rays);
-    if (!(all > 0.0)) return {};
-    const double share = passed / all, variance = std::max(0.0, squared / all - share * share);
-    return {mean * share, evenness * mean * std::sqrt(variance / taken)};
+    if (taken > 1 && lit > 0 && dark > 0 && !one_disagrees) take(options.rays);
+    // A hair of light at the rim of a spot, which no ray found: it is not lost for that.
+    if (!(all > 0.0)) return {mean, evenness * mean / std::sqrt(taken)};
+    const double share = passed / all;
+    return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
 }
 
 }  // namespace

@@ -100,14 +100,13 @@ Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
         square_to_disk(s, t, x, y);
         return surfels_.positions[i] + reach_[i] * (x * frame.u + y * frame.v);
     }
-    const auto inset = [&](const Vec3& p) { return p + inset_[i] * (surfels_.positions[i] - p); };
-    if (const Parallelogram* p = parallelogram(i)) return inset(p->corner + s * p->u + t * p->v);
+    if (const Parallelogram* p = parallelogram(i)) return inset(i, p->corner + s * p->u + t * p->v);
     std::uint32_t k = begin_[i];
     double below = 0.0;
     while (k + 1 < begin_[i + 1] && s >= up_to_[k]) below = up_to_[k++];
     const Triangle& triangle = surfels_.triangles[k];
     const Vec3 w = square_to_triangle((s - below) / (up_to_[k] - below), t);
-    return inset(w.x * triangle.a + w.y * triangle.b + w.z * triangle.c);
+    return inset(i, w.x * triangle.a + w.y * triangle.b + w.z * triangle.c);
 }
 
 void cosine_rays(const SurfelPoints& points, const Place& place, int count, std::uint64_t seed, std::vector<Ray>& out) {

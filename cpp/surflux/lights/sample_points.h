@@ -50,6 +50,8 @@ public:
     Vec3 at(const Place& place, double s, double t) const {
         return extends(place) ? at(place.shape, s, t) : place.position;
     }
+    // A point of the patch, drawn in from its rim as those of at() are.
+    Vec3 inset(std::uint32_t i, const Vec3& p) const { return p + inset_[i] * (surfels_.positions[i] - p); }
     const Triangle* triangles_begin(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i]; }
     const Triangle* triangles_end(std::uint32_t i) const { return surfels_.triangles.data() + begin_[i + 1]; }
 

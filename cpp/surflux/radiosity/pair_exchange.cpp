@@ -28,6 +28,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
       points_(scene.surfels),
       distances_(scene.surfels),
       touch_(by_rays ? 1.0 : float_over_double),
+      counted_(scene.surfels.size(), 1.0),
       extent_(scene.surfels.size()) {
     const Surfels& s = scene.surfels;
     std::size_t emitters = 0;
@@ -43,6 +44,7 @@ PairExchange::PairExchange(const Scene& scene, double epsilon, bool by_rays)
             for (const Vec3& axis : {frame.u, -frame.u, frame.v, -frame.v})
                 nodes_.push_back(s.positions[i] + (extent_[i] * std::sqrt(0.5)) * axis);
         } else {
+            counted_[i] = s.areas[i] / points_.area(i);
             extent_[i] = 0.0;
             for (const Triangle* t = begin; t != end; ++t)
                 for (const Vec3& p : {t->a, t->b, t->c}) extent_[i] = std::max(extent_[i], length(p - s.positions[i]));
@@ -89,8 +91,8 @@ bool PairExchange::same_surface(std::uint32_t i, std::uint32_t j, double squared
     const Surfels& s = scene_.surfels;
     // Disks that just close the surface touch only the nearest of the ring around: 1.5 takes in all of it.
     const double reach = 1.5 * (s.radii[i] + s.radii[j]);
-    return scene_.object[i] == scene_.object[j] && squared < reach * reach && !points_.is_patch(i) &&
-           !points_.is_patch(j) && dot(s.normals[i], s.normals[j]) > epsilon_;
+    return squared < reach * reach && !points_.is_patch(i) && !points_.is_patch(j) &&
+           dot(s.normals[i], s.normals[j]) > epsilon_ && surflux::same_surface(scene_, i, j);
 }
 
 PairExchange::Octagon PairExchange::octagon_of_disk(std::uint32_t i) const {
@@ -117,7 +119,7 @@ double PairExchange::to_polygons(std::uint32_t i, const Vec3& point, std::uint32
         const Vec3 corners[3] = {t->a, t->b, t->c};
         sum += element_to_polygon(point, normal, corners, 3);
     }
-    return sum;
+    return counted_[j] * sum;
 }
 
 double PairExchange::kernel(std::uint32_t i, const Vec3& at_i, std::uint32_t j, const Vec3& at_j) const {
@@ -173,7 +175,7 @@ double PairExchange::between_polygons(std::uint32_t i, std::uint32_t j, int coun
         for (const Polygon& b : front)
             if (b.size() >= 3) g += polygon_exchange(before, b, count, grading);
     }
-    return g;
+    return counted_[i] * counted_[j] * g;
 }
 
 PairExchange::Pair PairExchange::operator()(std::uint32_t i, std::uint32_t j) const {

@@ -79,7 +79,8 @@ private:
     Extent distances_;
     double touch_;
     bool few_emit_ = false;
-    std::vector<double> extent_;  // farthest corner of the patch; radius of the disk of area S
+    std::vector<double> counted_;  // of a patch's triangles, the share that is its area: less where others cover it
+    std::vector<double> extent_;   // farthest corner of the patch; radius of the disk of area S
     std::vector<std::uint32_t> node_begin_;
     std::vector<Vec3> nodes_;                     // quadrature of the mid range
     std::vector<double> node_weight_;             // sums to 1 over the nodes of each surfel

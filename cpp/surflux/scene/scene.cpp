@@ -1,5 +1,8 @@
 #include "surflux/scene/scene.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "surflux/core/error.h"
 
 namespace surflux {
@@ -27,6 +30,15 @@ void append(Scene& scene, const Surfels& surfels) {
     }
     for (std::uint32_t i : surfels.alone) all.alone.push_back(first + i);
     scene.object.insert(scene.object.end(), surfels.size(), object);
+}
+
+bool same_surface(const Scene& scene, std::uint32_t i, std::uint32_t j) {
+    if (scene.object[i] == scene.object[j]) return true;
+    if (scene.spread.empty()) return false;
+    const Surfels& s = scene.surfels;
+    const double height = std::abs(dot(s.normals[j], s.positions[i] - s.positions[j]));
+    const double low = std::min(scene.spread[i], scene.spread[j]), high = std::max(scene.spread[i], scene.spread[j]);
+    return low > 0.0 && height <= high;
 }
 
 }  // namespace surflux

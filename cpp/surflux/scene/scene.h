@@ -8,12 +8,25 @@
 
 namespace surflux {
 
+// Two patches that face the same way lie in one place, in part or altogether: `above`, the later of the two, is what is
+// seen there, as the last coat of paint is.
+struct Cover {
+    std::uint32_t below, above;
+};
+
 // All surfels of a scene in one list, and the object (reconstruction group, L07 6.1) that each belongs to.
 struct Scene {
     Surfels surfels;
     std::vector<std::uint32_t> object;  // per surfel
     std::vector<Light> lights;
+    // Filled in by count_once (area/coincidence.h), empty where nothing coincides. Covers ascend; the spread of a disk
+    // that shares its surface with disks of other objects is how far off its plane those may lie, and 0 for all others.
+    std::vector<Cover> covers;
+    std::vector<double> spread;  // per surfel, or empty
 };
+
+// May disks i and j stand for the same surface: of one object, or within the spread of their heights?
+bool same_surface(const Scene& scene, std::uint32_t i, std::uint32_t j);
 
 // Appends the surfels as a new object. Areas must be given for all objects or for none.
 void append(Scene& scene, const Surfels& surfels);

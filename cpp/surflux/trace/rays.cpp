@@ -5,7 +5,7 @@ namespace surflux {
 
 void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
     hits.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
         RTCRayHit hit;
@@ -19,7 +19,8 @@ void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const
 
 void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
     free.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, rays.data(), nullptr};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
+    query.segments = true;
     embree::init(query.context);
     for (std::size_t k = 0; k < rays.size(); ++k) {
         RTCRay ray = impl_->ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
@@ -30,7 +31,8 @@ void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
 }
 
 Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
-    Impl::Query query{{}, impl_.get(), no_surfel, no_surfel, nullptr, &normal};
+    Impl::Query query{{}, impl_.get(), nullptr, no_surfel};
+    query.nearby = &normal;
     embree::init(query.context);
     Departure out{point, normal, no_surfel};
     double nearest = std::numeric_limits<double>::infinity();

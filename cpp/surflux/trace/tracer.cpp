@@ -22,8 +22,6 @@ DeviceError no_device(RTCError why) {
                                std::round(available_memory() / 1e6), " MB left"));
 }
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
 constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
 
 }  // namespace
@@ -58,8 +56,8 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
         d.contact = impl_->to_local(impl_->extent.contact_of(i));
         d.object = scene.object[i];
         d.twin = coincident.twin[i];
-        d.is_patch = triangles[i] != triangles[i + 1];
-        if (!d.is_patch && !coincident.is_copy[i]) impl_->disk_surfel.push_back(i);
+        d.spread = scene.spread.empty() ? 0.0f : impl_->to_local(scene.spread[i]);
+        if (triangles[i] == triangles[i + 1] && !coincident.is_copy[i]) impl_->disk_surfel.push_back(i);
     }
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
@@ -68,6 +66,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
              impl_->to_local(e.limit),
              e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
+    impl_->add_covers(scene);
 
     impl_->device.reset(rtcNewDevice(nullptr));
     if (!impl_->device) throw no_device(rtcGetDeviceError(nullptr));
@@ -93,15 +92,15 @@ RTCRay Tracer::Impl::segment(const Vec3& from, const Vec3& to) const {
 }
 
 bool Tracer::visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const {
-    return impl_->free(i, j, impl_->segment(from, to));
+    return impl_->free(impl_->leaving(i, from), j, impl_->segment(from, to), length(to - from));
 }
 
 bool Tracer::visible(std::uint32_t i, const Vec3& from, const Vec3& to) const {
-    return impl_->free(i, no_surfel, impl_->segment(from, to));
+    return impl_->free(impl_->leaving(i, from), no_surfel, impl_->segment(from, to), length(to - from));
 }
 
 bool Tracer::escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const {
-    return impl_->free(i, no_surfel, impl_->ray_from(from, direction, infinity));
+    return impl_->free(impl_->leaving(i, from), no_surfel, impl_->ray_from(from, direction, infinite), infinite);
 }
 
 Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
@@ -109,6 +108,7 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
     out.distance = unit * static_cast<double>(hit.ray.tfar);
+    if (hit.hit.geomID == triangle_geometry) out.surfel = topmost(out.surfel, hit.ray);
     if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
         const RTCRay& ray = hit.ray;
         const float* p = disks[out.surfel].position;
@@ -126,9 +126,48 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     return out;
 }
 
+void Tracer::Impl::add_covers(const Scene& of) {
+    if (of.covers.empty()) return;
+    const Surfels& s = of.surfels;
+    const std::vector<std::uint32_t> begin = triangle_ranges(s);
+    cover_begin.assign(s.size() + 1, 0);
+    // Ascending by both: of each patch, the last is on top.
+    for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
+        cover_begin[cover->below + 1] += begin[cover->above + 1] - begin[cover->above];
+    std::partial_sum(cover_begin.begin(), cover_begin.end(), cover_begin.begin());
+    cover_parts.resize(cover_begin.back());
+    std::vector<std::uint32_t> next(cover_begin.begin(), cover_begin.end() - 1);
+    for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
+        for (std::uint32_t t = begin[cover->above]; t < begin[cover->above + 1]; ++t) {
+            const Vec3 corners[3] = {(s.triangles[t].a - origin) / unit, (s.triangles[t].b - origin) / unit,
+                                     (s.triangles[t].c - origin) / unit};
+            const Vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
+            CoverPart& part = cover_parts[next[cover->below]++];
+            part.above = cover->above;
+            for (int k = 0; k < 3; ++k) {
+                part.edge[k] = cross(corners[(k + 1) % 3] - corners[k], normal);
+                part.limit[k] = dot(part.edge[k], corners[k]);
+            }
+        }
+}
+
+std::uint32_t Tracer::Impl::topmost(std::uint32_t surfel, const RTCRay& ray) const {
+    if (cover_begin.empty()) return surfel;
+    const auto along = [&ray](float from, float direction) { return static_cast<double>(from + ray.tfar * direction); };
+    const Vec3 at{along(ray.org_x, ray.dir_x), along(ray.org_y, ray.dir_y), along(ray.org_z, ray.dir_z)};
+    for (std::uint32_t p = cover_begin[surfel]; p < cover_begin[surfel + 1]; ++p) {
+        const CoverPart& part = cover_parts[p];
+        bool inside = true;
+        for (int k = 0; k < 3; ++k) inside = inside && dot(part.edge[k], at) <= part.limit[k];
+        if (inside) return part.above;
+    }
+    return surfel;
+}
+
 void Tracer::Impl::drop_joints() {
     const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
-        Query query{{}, this, no_surfel, no_surfel, nullptr, nullptr, disks[i].object};
+        Query query{{}, this, nullptr, no_surfel};
+        query.but = disks[i].object;
         embree::init(query.context);
         RTCRay ray = ray_from(from, direction, length);
         embree::occluded(scene.get(), query.context, ray);
@@ -147,15 +186,16 @@ void Tracer::Impl::drop_joints() {
             const double high = 0.25 * radius;
             if (meets_another(i, center, outwards, radius) ||
                 meets_another(i, beyond + high * normal, -normal, 2.0 * high))
-                ends[e].limit = infinity;
+                ends[e].limit = infinite;
         }
 }
 
 Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const {
-    Impl::Query query{{}, impl_.get(), i, no_surfel};
+    const Departure leaving = impl_->leaving(i, from);
+    Impl::Query query{{}, impl_.get(), &leaving, no_surfel};
     embree::init(query.context);
     RTCRayHit hit;
-    hit.ray = impl_->ray_from(from, direction, infinity);
+    hit.ray = impl_->ray_from(from, direction, infinite);
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     embree::intersect(impl_->scene.get(), query.context, hit);
     return impl_->found(hit, direction);

@@ -34,10 +34,11 @@ struct Ray {
 // Visibility among the surfels of a scene: disks, up to their creases, and the triangles of those that have some, block
 // from both sides. The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and
 // those disks k of the same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a
-// convex surface or ridge that they are tangent to. Disks of other clouds that lie in one plane with it are its own
-// surface, too. Arriving, the same seen backwards, but for those. By index and side, not by distance alone: what
-// touches i but faces elsewhere, or rises in front of it, blocks. Queries are const and may run on many threads at
-// once.
+// convex surface or ridge that they are tangent to; those of other objects too, within the spread of their heights
+// (Scene). So it does what it crosses from behind within twice the contact distance over where it begins, unless that
+// faces the place: what lies in one plane is one surface. Arriving at a surfel or a light, the same seen backwards. By
+// index and side, not by distance alone: what touches i but faces elsewhere, or rises in front of it, blocks. Of
+// patches that coincide a ray meets the one on top (Cover). Queries are const and may run on many threads at once.
 class Tracer {
 public:
     explicit Tracer(const Scene& scene);
@@ -54,12 +55,10 @@ public:
     // What the ray from surfel i meets first.
     Hit closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
 
-    // For rays from anywhere on a surface, many at a time: what each meets first, within its length. The rule at their
-    // beginning is that of a surfel, with the place itself instead of the surfel's centre; besides, what a ray crosses
-    // from behind within twice the contact distance over its place is ignored, unless it faces the place. At their end
-    // there is no rule.
+    // For rays from anywhere on a surface, many at a time: what each meets first, within its length. At their end there
+    // is no rule.
     void closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const;
-    // Do they meet nothing within their length?
+    // Do they meet nothing within their length, at which they arrive at a light or a surface?
     void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
     // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.

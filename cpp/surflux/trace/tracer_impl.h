@@ -26,6 +26,9 @@ inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 // Only what is crossed on the harmless side is ignored, so this may be generous; it excludes the far face of a thin
 // wall.
 inline constexpr float steepest_ridge = 0.0f;
+// The same of surfels of different objects.
+inline constexpr float other_objects_ridge = 0.5f;
+inline constexpr float infinite = std::numeric_limits<float>::infinity();
 
 struct Tracer::Impl {
     struct DeviceRelease {
@@ -53,7 +56,7 @@ struct Tracer::Impl {
         float contact;  // what is no farther from it touches it (scene/extent.h)
         std::uint32_t object;
         std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
-        bool is_patch;
+        float spread;        // of heights on its surface, where disks of other objects stand for that, too
     };
 
     // The line beyond which a disk has no surface (scene's DiskEnd).
@@ -63,12 +66,22 @@ struct Tracer::Impl {
         DiskEnd::Kind kind;
     };
 
+    // A triangle of the patch `above` that covers another: inside dot(edge, p) <= limit for all three, p from the
+    // origin.
+    struct CoverPart {
+        Vec3 edge[3];
+        double limit[3];
+        std::uint32_t above;
+    };
+
     std::vector<Disk> disks;               // per surfel
     std::vector<std::uint32_t> end_begin;  // per surfel, and one more
     std::vector<End> ends;
     std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
     Extent extent;
+    std::vector<std::uint32_t> cover_begin;  // per surfel, and one more; empty where nothing is covered
+    std::vector<CoverPart> cover_parts;      // the topmost first
     Vec3 origin;
     double unit;      // Embree's coordinates are (p - origin) / unit: alike for scenes alike, of whatever size
     double diameter;  // of a ball around the scene
@@ -81,37 +94,42 @@ struct Tracer::Impl {
     struct Query {
         embree::Context context;  // first: Embree hands back a pointer to it
         const Impl* impl;
-        std::uint32_t from, to;
+        const Departure* from;
+        std::uint32_t to;
         const Ray* rays = nullptr;      // by Embree's ray id, where there are many; `from` and `to` are not used then
+        float length = infinite;        // of a segment: it ends on a surface or at a light
+        bool segments = false;          // the same of `rays`, by their own lengths
         const Vec3* nearby = nullptr;   // the normal of a point whose surfel is looked for, and nothing else
         std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
     };
 
-    // Does disk k stand for the same piece of surface as surfel a, and does a ray along `direction` cross it on the
-    // side where it stands off that surface? A tangent disk lies outside a convex surface: a ray that leaves a crosses
-    // its neighbours from behind, one that arrives at a from the front. Crossed the other way, k is a real obstacle:
-    // the far slope of a concave surface.
-    bool stands_off(std::uint32_t a, std::uint32_t k, const float (&direction)[3], bool leaving) const {
+    // May the surface of disk q, `height` below or above a place on disk p, be the place's own?
+    static bool is_one_surface(const Disk& p, const Disk& q, float cosine, float height) {
+        if (p.object == q.object) return cosine > steepest_ridge;
+        return cosine > other_objects_ridge && p.spread > 0.0f && q.spread > 0.0f &&
+               height <= std::max(p.spread, q.spread);
+    }
+
+    // Does disk k stand for the same piece of surface as surfel a, at which a ray along `direction` arrives, and is it
+    // crossed on the side where it stands off that surface? A tangent disk lies outside a convex surface: a ray that
+    // arrives crosses it from the front. Crossed the other way, k is a real obstacle: the far slope of a concave
+    // surface. For rays that leave see ignores().
+    bool stands_off(std::uint32_t a, std::uint32_t k, const float (&direction)[3]) const {
         const Disk &p = disks[a], &q = disks[k];
-        if (p.object != q.object) return false;
         // So far a disk tangent to a sphere can rise above the horizon of another point of it.
         const float reach = 2.0f * q.radius;
-        float squared = 0.0f, cosine = 0.0f, along = 0.0f;
+        float squared = 0.0f, cosine = 0.0f, along = 0.0f, height = 0.0f;
         for (int axis = 0; axis < 3; ++axis) {
             const float d = p.position[axis] - q.position[axis];
             squared += d * d;
+            height += d * q.normal[axis];
             cosine += p.normal[axis] * q.normal[axis];
             along += direction[axis] * q.normal[axis];
         }
         if (squared >= reach * reach) return false;
         // Either side of a two-sided sheet may be the one that Embree reports.
         if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
-        return cosine > steepest_ridge && (leaving ? along > 0.0f : along < 0.0f);
-    }
-
-    bool ignores(std::uint32_t end, std::uint32_t k, bool is_disk, const float (&direction)[3], bool leaving) const {
-        if (end == no_surfel) return false;
-        return end == k || disks[end].twin == k || (is_disk && stands_off(end, k, direction, leaving));
+        return along < 0.0f && is_one_surface(p, q, cosine, std::abs(height));
     }
 
     // What the filters need to know of a crossing.
@@ -130,15 +148,16 @@ struct Tracer::Impl {
                                              : RTCRayN_org_z(ray, count, n);
             return origin - disk.position[axis];
         }
-        // Of the plane that is crossed over the origin of the ray.
-        float height() const {
+        // Of the plane that is crossed, over the origin of the ray.
+        float height() const { return distance() * cosine(); }
+        float cosine() const {
             RTCHitN* hit = arguments->hit;
             const unsigned count = arguments->N;
             const float normal[3] = {RTCHitN_Ng_x(hit, count, n), RTCHitN_Ng_y(hit, count, n),
                                      RTCHitN_Ng_z(hit, count, n)};
             const float along = normal[0] * direction[0] + normal[1] * direction[1] + normal[2] * direction[2];
             const float squared = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-            return distance() * std::abs(along) / std::sqrt(squared);
+            return std::abs(along) / std::sqrt(squared);
         }
     };
 
@@ -166,8 +185,9 @@ struct Tracer::Impl {
         return end == no_surfel ? there : std::max(there, disks[end].contact);
     }
 
-    // The rule of stands_off for a ray from any place. What is met from behind within rounding of the place is the
-    // place's own surface or goes on from it, unless it faces the place: that covers it.
+    // The rule where rays begin. What is met from behind within rounding of the place is the place's own surface, as a
+    // patch in the same plane is, or goes on from it, unless it faces the place: that covers it. So do disks that stand
+    // off the place's surface: a ray that leaves a convex one crosses its neighbours' from behind.
     bool ignores(const Departure& from, const Crossing& hit) const {
         if (from.surfel == hit.surfel) return true;
         const Disk& q = disks[hit.surfel];
@@ -179,25 +199,23 @@ struct Tracer::Impl {
         if (q.twin != no_surfel && cosine < 0.0f) cosine = -cosine, along = -along;
         if (along <= 0.0f) return false;
         if (cosine > -0.5f && hit.height() <= 2.0f * contact(from.surfel, hit)) return true;
-        if (!hit.is_disk || cosine <= steepest_ridge || from.surfel == no_surfel) return false;
+        if (!hit.is_disk || from.surfel == no_surfel) return false;
         float squared = 0.0f;
         for (int axis = 0; axis < 3; ++axis) squared += hit.from(q, axis) * hit.from(q, axis);
         const float reach = 2.0f * q.radius;
-        return disks[from.surfel].object == q.object && squared < reach * reach;
+        return squared < reach * reach && is_one_surface(disks[from.surfel], q, cosine, hit.height());
     }
 
-    // Does a disk of another object that a ray from disk a crosses stand for the same surface, in one plane with it?
-    // What lies on patches covers them.
-    bool goes_on(std::uint32_t a, const Crossing& hit) const {
-        if (a == no_surfel) return false;
-        const Disk &p = disks[a], &q = disks[hit.surfel];
-        if (p.object == q.object || p.is_patch || q.is_patch) return false;
-        float cosine = 0.0f, along = 0.0f;
-        for (int axis = 0; axis < 3; ++axis) {
-            cosine += p.normal[axis] * q.normal[axis];
-            along += hit.direction[axis] * q.normal[axis];
-        }
-        return cosine > 0.5f && along > 0.0f && hit.height() <= 2.0f * contact(a, hit);
+    // The rule where a segment ends. What is met from the front within rounding of the end is what it ends on: a patch
+    // in the same plane, or the ceiling that a lamp is let into.
+    bool ends_on(float length, const Crossing& hit) const {
+        const float left = length - hit.distance();
+        if (!(left * hit.cosine() <= 2.0f * contact(no_surfel, hit))) return false;
+        const Disk& q = disks[hit.surfel];
+        if (q.twin != no_surfel) return true;
+        float along = 0.0f;
+        for (int axis = 0; axis < 3; ++axis) along += hit.direction[axis] * q.normal[axis];
+        return along < 0.0f;
     }
 
     // A surface that faces away from the point, or is farther along the normal than it may be, is not the point's own.
@@ -211,10 +229,15 @@ struct Tracer::Impl {
     // Does the query take no notice of what ray `id` crosses there?
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
         if (query.but != no_object) return disks[hit.surfel].object == query.but;
-        if (query.rays) return ignores(query.rays[id].from, hit);
+        if (query.rays) {
+            const Ray& ray = query.rays[id];
+            return ignores(ray.from, hit) || (query.segments && ends_on(to_local(ray.length), hit));
+        }
         if (query.nearby) return is_strange(*query.nearby, hit);
-        return ignores(query.from, hit.surfel, hit.is_disk, hit.direction, true) || goes_on(query.from, hit) ||
-               ignores(query.to, hit.surfel, hit.is_disk, hit.direction, false);
+        if (ignores(*query.from, hit) || ends_on(query.length, hit)) return true;
+        if (query.to == no_surfel) return false;
+        return hit.surfel == query.to || disks[query.to].twin == hit.surfel ||
+               (hit.is_disk && stands_off(query.to, hit.surfel, hit.direction));
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {
@@ -238,6 +261,10 @@ struct Tracer::Impl {
     }
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
+
+    void add_covers(const Scene& scene);
+    // Of the patches that coincide where a ray meets `surfel`, the one on top.
+    std::uint32_t topmost(std::uint32_t surfel, const RTCRay& ray) const;
 
     // A border that runs into another object is where the two adjoin: there is no end there.
     void drop_joints();
@@ -264,8 +291,14 @@ struct Tracer::Impl {
 
     RTCRay segment(const Vec3& from, const Vec3& to) const;
 
-    bool free(std::uint32_t i, std::uint32_t j, RTCRay ray) const {
-        Query query{{}, this, i, j};
+    Departure leaving(std::uint32_t i, const Vec3& from) const {
+        const float* n = disks[i].normal;
+        return {from, {n[0], n[1], n[2]}, i};
+    }
+
+    bool free(const Departure& from, std::uint32_t j, RTCRay ray, double length) const {
+        Query query{{}, this, &from, j};
+        query.length = to_local(length);
         embree::init(query.context);
         embree::occluded(scene.get(), query.context, ray);
         return ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit

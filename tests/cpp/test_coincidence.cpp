@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "shapes.h"
+#include "surflux/area/coincidence.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+namespace {
+
+using shapes::add_rectangle;
+using shapes::scene_of;
+
+const Vec3 x{1, 0, 0}, y{0, 1, 0}, up{0, 0, 1};
+
+Surfels rectangle(const Vec3& corner, const Vec3& u, const Vec3& v, int m = 1, int n = 1) {
+    Surfels s;
+    add_rectangle(s, corner, u, v, m, n);
+    shapes::finish(s, 0.5, 0.0);
+    return s;
+}
+
+double area(const Scene& scene) { return std::accumulate(scene.surfels.areas.begin(), scene.surfels.areas.end(), 0.0); }
+
+TEST(Coincidence, AreasOfPatchesThatOverlapAreThatOfTheirUnion) {
+    // A unit square turned by 45 degrees in the middle of one, whose four corners are cut off by its edges: what the
+    // two share is the regular octagon of inradius 1/2, of area 2 (sqrt 2 - 1).
+    const double h = std::sqrt(0.5);
+    const Vec3 u{h, h, 0}, v{-h, h, 0}, middle{0.5, 0.5, 0};
+    const double octagon = 2.0 * (std::sqrt(2.0) - 1.0);
+    for (const Vec3& offset : {Vec3{}, Vec3{5e5, 5e5, 0}}) {
+        Scene scene = scene_of({rectangle(offset, x, y), rectangle(offset + middle - 0.5 * (u + v), u, v)});
+        const Coincidence found = find_coincidence(scene);
+        ASSERT_EQ(found.covers.size(), 1u);
+        EXPECT_EQ(found.covers[0].below, 0u);
+        EXPECT_EQ(found.covers[0].above, 1u);
+        EXPECT_NEAR(found.uncovered[0], 1.0 - octagon, 1e-9);
+        EXPECT_EQ(found.uncovered[1], 1.0);
+        count_once(scene, found);
+        EXPECT_NEAR(area(scene), 2.0 - octagon, 1e-9);
+    }
+}
+
+TEST(Coincidence, LayersAreCountedByTheirUnionHoweverMany) {
+    // Three squares of side 1, each moved on by .3: 1 + 2 * .3.
+    Scene scene = scene_of({rectangle({}, x, y), rectangle({0.3, 0, 0}, x, y), rectangle({0.6, 0, 0}, x, y)});
+    count_once(scene, find_coincidence(scene));
+    EXPECT_NEAR(area(scene), 1.6, 1e-12);
+}
+
+TEST(Coincidence, NeighboursFoldsAndBacksDoNotCoincide) {
+    // A box closed by patches that share edges, one of them cut into 5 x 7; its outside, which faces the other way.
+    Surfels inside = shapes::cube_inside(3, 0.5, 0.0), outside = inside;
+    for (Vec3& n : outside.normals) n = -n;
+    for (Triangle& t : outside.triangles) std::swap(t.b, t.c);
+    Scene scene = scene_of({inside, outside, rectangle({1, 0, 0}, x, y, 5, 7)});
+    const Coincidence found = find_coincidence(scene);
+    EXPECT_TRUE(found.covers.empty());
+    count_once(scene, found);
+    EXPECT_NEAR(area(scene), 13.0, 1e-12);
+    // Near, but farther than the rounding of places: 1e-5 of a scene whose diagonal is sqrt 2.
+    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 1e-5}, x, y)});
+    EXPECT_TRUE(find_coincidence(scene).covers.empty());
+    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 1e-6}, x, y)});
+    EXPECT_EQ(find_coincidence(scene).covers.size(), 1u);
+}
+
+TEST(Coincidence, RaysSeeThePatchOnTopAndNoneOfThemHidesAnother) {
+    const Vec3 offsets[] = {{}, {0.137, 0.291, 0.713}, {-3e3, 2e3, 1e3}};
+    for (const Vec3& o : offsets) {
+        Scene scene = scene_of({rectangle(o, x, y, 4, 4), rectangle(o + Vec3{0.3, 0.3, 0}, 0.4 * x, 0.4 * y),
+                                rectangle(o + Vec3{0, 0, 1}, y, x)});
+        const std::uint32_t carpet = 16, ceiling = 17;
+        count_once(scene, find_coincidence(scene));
+        const Tracer tracer(scene);
+        Random random(1);
+        for (int k = 0; k < 2000; ++k) {
+            const Vec3 from = o + Vec3{random.uniform(), random.uniform(), 1.0};
+            const double s = random.uniform(), t = random.uniform();
+            const Vec3 to = o + Vec3{s, t, 0.0};
+            const bool on_carpet = s > 0.3 && s < 0.7 && t > 0.3 && t < 0.7;
+            const Hit hit = tracer.closest(ceiling, from, normalized(to - from));
+            ASSERT_TRUE(hit.front);
+            ASSERT_EQ(hit.surfel == carpet, on_carpet) << s << " " << t;
+            const auto floor = static_cast<std::uint32_t>(4 * static_cast<int>(4 * s) + static_cast<int>(4 * t));
+            for (const std::uint32_t i : {floor, carpet}) {
+                if (i == carpet && !on_carpet) continue;
+                ASSERT_TRUE(tracer.visible(ceiling, from, i, to));
+                ASSERT_TRUE(tracer.visible(i, to, ceiling, from));
+                ASSERT_TRUE(tracer.visible(i, to, o + Vec3{0.5, 0.5, 0.9}));
+                ASSERT_EQ(tracer.closest(i, to, normalized(from - to)).surfel, ceiling);
+            }
+        }
+    }
+}
+
+TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
+    // The Fibonacci points of a sphere, and others of the same.
+    const Surfels one = shapes::sphere(800, 1.0, 1.0, 0.5, 0.0), other = shapes::sphere(1300, 1.0, 1.0, 0.5, 0.0);
+    Scene scene = scene_of({one, other});
+    const Coincidence found = find_coincidence(scene);
+    ASSERT_EQ(found.overlaps.size(), 1u);
+    EXPECT_EQ(found.overlaps[0].joined, 2100u);
+    EXPECT_EQ(found.overlaps[0].layered, 0u);
+    count_once(scene, found);
+    const auto sum = [](const Surfels& s) { return std::accumulate(s.areas.begin(), s.areas.end(), 0.0); };
+    // Two layers everywhere: half of both.
+    EXPECT_NEAR(area(scene) / (0.5 * (sum(one) + sum(other))), 1.0, 1e-12);
+    const Tracer tracer(scene);
+    for (std::uint32_t i = 0; i < scene.surfels.size(); ++i) {
+        EvenPoints even(2, 0, i);
+        const Frame frame = frame_around(scene.surfels.normals[i]);
+        for (int k = 0; k < 64; ++k) {
+            const double* u = even.next();
+            const Vec3 d = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+            ASSERT_TRUE(tracer.escapes(i, scene.surfels.positions[i], d));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace surflux

@@ -1,0 +1,93 @@
+"""Narrow sources, and those that lie in a surface: all of their light arrives."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from scenes import patch
+
+X, Y, Z = np.eye(3)
+
+SOLVERS = {
+    "pairs": lambda scene: sf.solve(scene, transport="pairs", insert=False),
+    "rays": lambda scene: sf.solve(scene, transport="rays", insert=False),
+    "refined": lambda scene: sf.solve(scene, transport="rays"),
+    "meshless": lambda scene: sf.solve_meshless(scene, levels=2),
+}
+every_solver = pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
+
+
+def power_of_spot(cone, penumbra):
+    """2 pi times the integral of smoothstep in angle times its sine, by 10^5 midpoints: to 1e-9."""
+    outer, inner = np.radians(cone / 2), np.radians((cone - penumbra) / 2)
+    t = (np.arange(100_000) + 0.5) / 100_000 * outer
+    x = np.clip((outer - t) / (outer - inner), 0, 1) if penumbra else np.ones_like(t)
+    return 2 * np.pi * (x * x * (3 - 2 * x) * np.sin(t)).mean() * outer
+
+
+@every_solver
+@pytest.mark.parametrize("cone", [1.0, 3.0])
+def test_a_narrow_spot_on_wide_patches(solver, cone):
+    """On patches of .25 m, in the middle of one, across an edge and at a corner of four."""
+    ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
+    for at in ([0.6, 0.65], [0.75, 0.61], [1.0, 1.0]):
+        for tilt in ([0, 0, -1.0], [0.2, 0.1, -1.0]):
+            spot = sf.SpotLight([*(np.array(at) - 1.3 * np.array(tilt[:2])), 1.3], tilt, 5.0, cone=cone, penumbra=0.5)
+            solution = solver(sf.Scene([ground], [spot]))
+            power = (solution.surfels.areas[:, None] * solution.direct).sum(axis=0)
+            assert power == pytest.approx(5.0 * power_of_spot(cone, 0.5), rel=1e-6)
+
+
+def test_a_narrow_spot_at_points_is_exact():
+    ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
+    scene = sf.Scene([ground], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)])
+    radius = 1.3 * np.tan(np.radians(1.0))
+    points = np.array([[1, 1, 0], [1 + 0.99 * radius, 1, 0], [1 + 1.01 * radius, 1, 0]])
+    r2 = ((points - [1, 1, 1.3]) ** 2).sum(axis=1)
+    expected = 5.0 * 1.3 / r2**1.5 * [1, 1, 0]
+    normals = [[0, 0, 1]] * 3
+    assert np.allclose(sf.reference_irradiance(scene, points, normals, samples=16)[0][:, 0], expected, rtol=1e-9)
+    traced = sf.solve(scene, insert=False).irradiance_at(points, normals, direct="traced")[:, 0]
+    assert np.allclose(traced, expected, rtol=1e-9)
+
+
+def lights_in_a_ceiling():
+    at = [1.0, 1.0, 1.7]
+    return {
+        "area": sf.AreaLight([0.7, 0.7, 1.7], 0.6 * Y, 0.6 * X, 10.0),
+        "point": sf.PointLight(at, 3.0),
+        "spot": sf.SpotLight(at, [0, 0, -1], 3.0, cone=100.0),
+    }
+
+
+@pytest.mark.parametrize("light", lights_in_a_ceiling().values(), ids=lights_in_a_ceiling())
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.3, 0.1, 0.777)])
+def test_a_lamp_in_the_plane_of_a_ceiling_loses_nothing(light, offset):
+    ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.04)
+    ceiling = patch([0, 0, 1.7], 2 * Y, 2 * X, 0.0, 0.0, 0.04)
+    n, found = len(ground), []
+    for objects in ([ground], [ground, ceiling]):
+        scene = sf.Scene([shifted(s, offset) for s in objects], [moved(light, offset)])
+        points, normals = scene.objects[0].points, scene.objects[0].normals
+        ways = [solver(scene).direct[:n, 0] for name, solver in SOLVERS.items() if name != "refined"]
+        ways.append(sf.reference_irradiance(scene, points[::9], normals[::9], samples=64)[0][:, 0])
+        ways.append(sf.solve(scene, insert=False).irradiance_at(points, normals, direct="traced")[:, 0])
+        found.append(ways)
+    for open_sky, under_ceiling in zip(*found, strict=True):
+        assert np.allclose(under_ceiling, open_sky, rtol=1e-6)
+
+
+def shifted(s, offset):
+    """The patches elsewhere."""
+    corners = (s.triangles + offset).reshape(-1, 3)
+    return sf.Surfels.from_mesh((corners, np.arange(len(corners)).reshape(-1, 3)), reflectance=0.0)
+
+
+def moved(light, offset):
+    if isinstance(light, sf.AreaLight):
+        return sf.AreaLight(np.add(light.corner, offset), light.edge_u, light.edge_v, light.exitance)
+    if isinstance(light, sf.SpotLight):
+        return sf.SpotLight(
+            np.add(light.position, offset), light.direction, light.intensity, light.cone, light.penumbra
+        )
+    return sf.PointLight(np.add(light.position, offset), light.intensity)
