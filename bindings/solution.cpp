@@ -1,8 +1,11 @@
+#include <optional>
+
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
 #include "surflux/solution/nodal_field.h"
+#include "surflux/solution/own_gather.h"
 #include "surflux/solution/sight.h"
 #include "surflux/trace/tracer.h"
 
@@ -10,10 +13,15 @@ namespace surflux::bindings {
 
 namespace {
 
-// Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall.
+constexpr int own_rays = 256, own_probes = 16, own_shadow_rays = 64;
+
+// Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall. Where
+// `reflects` is given, objects are those of the scene, the first field is light from surfels, the second direct light,
+// and places on surfaces from which none of the surfels around can be seen find them by rays of their own: from surfels
+// that send what they receive, besides emission, or emission alone.
 struct Field {
     Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in,
-          const py::object& progress)
+          const py::object& progress, std::optional<bool> reflects)
         : nodes(nodes_at(surfels, to_vector(objects))), scene(in) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
@@ -21,7 +29,9 @@ struct Field {
         without_gil([&] {
             if (scene) {
                 tracer = std::make_unique<Tracer>(*scene);
-                sight = std::make_unique<Sight>(*tracer);
+                sight = std::make_unique<Sight>(*tracer, *scene);
+                if (reflects)
+                    gather = std::make_unique<OwnGather>(*scene, *tracer, *sight, nodes, light, fields, *reflects);
             }
             light.assign(nodes.size(), 0.0);
             for (const std::vector<Rgb>& field : known) {
@@ -44,9 +54,21 @@ struct Field {
                 [&](std::size_t begin, std::size_t end) {
                     std::vector<Interpolation::Weight> near;
                     for (std::size_t k = begin; k < end; ++k) {
-                        nodes.interpolation().at(places[k], facing[k], Interpolation::any_object, near);
-                        if (sight)
-                            sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(), light, near);
+                        const Departure from = gather ? tracer->departure(places[k], facing[k])
+                                                      : Departure{places[k], facing[k], Hit::none};
+                        // Else `objects` may be any numbers.
+                        const std::uint32_t object =
+                            from.surfel == Hit::none ? Interpolation::any_object : scene->object[from.surfel];
+                        nodes.interpolation().at(places[k], facing[k], object, near);
+                        if (sight && !sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(),
+                                                         light, near)) {
+                            if (from.surfel != Hit::none) {
+                                out[k] = found_there(field, from);
+                                continue;
+                            }
+                            near.resize(1);  // off all surfaces: the heaviest alone
+                            near[0].weight = 1.0;
+                        }
                         out[k] = nodes.at(fields[field], places[k], facing[k], near);
                     }
                 },
@@ -54,6 +76,13 @@ struct Field {
             return 0;
         });
         return to_array(out);
+    }
+
+    // Where walls stand before all that it could be interpolated from.
+    Rgb found_there(std::size_t field, const Departure& from) const {
+        if (field == 0) return (*gather)(from, own_rays, 0);
+        return surflux::direct_at(*scene, *tracer, {from.position}, {from.normal}, {own_probes, own_shadow_rays},
+                                  own_rays, 0)[0];
     }
 
     // Light from lights and Environments, traced anew.
@@ -75,6 +104,7 @@ struct Field {
     const Scene* scene;  // or none
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Sight> sight;
+    std::unique_ptr<OwnGather> gather;
     std::vector<NodalField::Values> fields;
     std::vector<double> light;
 };
@@ -83,9 +113,10 @@ struct Field {
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*, const py::object&>(),
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*, const py::object&,
+                      std::optional<bool>>(),
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
-             py::keep_alive<1, 5>())
+             py::arg("reflects") = py::none(), py::keep_alive<1, 5>())
         .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"));

@@ -10,13 +10,15 @@ PROBES, SHADOW_RAYS, SKY_RAYS = 16, 64, 256  # of direct light that is traced
 class SurfelField:
     """From values at surfels (Franke and Nielson 1980): direct light, and all else by itself."""
 
-    def __init__(self, surfels, objects, others, direct, scene, callback):
-        """scene: compiled, or None, of a solution from a file."""
-        # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
-        # bounces, nothing else is black.
-        buried = ((others + direct) == 0).all(axis=1) & bool(np.any(others != 0))
-        groups = (2 * objects + buried).astype(np.uint32)
-        self._field = _core.Field(surfels._core, groups, [others, direct], scene, callback)
+    def __init__(self, surfels, objects, others, direct, reflects, scene, callback):
+        """reflects: are `others` what surfels emit and reflect, or what they emit alone? scene: compiled, or None."""
+        groups = objects
+        if scene is None:
+            # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
+            # bounces, nothing else is black. With a scene, rays tell.
+            groups = 2 * objects + (((others + direct) == 0).all(axis=1) & bool(np.any(others != 0)))
+        groups = np.asarray(groups, dtype=np.uint32)
+        self._field = _core.Field(surfels._core, groups, [others, direct], scene, callback, reflects)
 
     def others(self, points, normals, callback):
         """All but direct light."""

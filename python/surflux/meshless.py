@@ -85,7 +85,7 @@ def solve_meshless(
         emitted, lit = result["emitted"], result["lit"]
 
         def rest(callback):
-            return SurfelField(surfels, result["objects"], emitted, lit, core, callback)
+            return SurfelField(surfels, result["objects"], emitted, lit, False, core, callback)
 
         return BasisField(result["field"], rest, emitted, lit)
 

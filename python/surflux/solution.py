@@ -130,7 +130,7 @@ class Solution:
             if self._field is None:
                 scene = None if self._scene is None else self._scene._to_core_without_areas()
                 others = self.irradiance - self.direct
-                self._field = SurfelField(self.surfels, self.objects, others, self.direct, scene, callback)
+                self._field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
     def render(

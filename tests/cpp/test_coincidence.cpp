@@ -59,10 +59,10 @@ TEST(Coincidence, NeighboursFoldsAndBacksDoNotCoincide) {
     EXPECT_TRUE(found.covers.empty());
     count_once(scene, found);
     EXPECT_NEAR(area(scene), 13.0, 1e-12);
-    // Near, but farther than the rounding of places: 1e-5 of a scene whose diagonal is sqrt 2.
-    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 1e-5}, x, y)});
+    // Near, and farther or not than the rounding of places, twice 2^-22 of the diagonal sqrt 2: 6.7e-7.
+    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 9e-7}, x, y)});
     EXPECT_TRUE(find_coincidence(scene).covers.empty());
-    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 1e-6}, x, y)});
+    scene = scene_of({rectangle({}, x, y), rectangle({0, 0, 5e-7}, x, y)});
     EXPECT_EQ(find_coincidence(scene).covers.size(), 1u);
 }
 

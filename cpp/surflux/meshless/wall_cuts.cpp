@@ -22,7 +22,7 @@ std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, cons
                                   const Progress& progress) {
     const std::size_t level = basis.levels() - 1;
     const std::uint32_t first = basis.first(level), last = basis.first(level + 1);
-    const Sight sight(tracer);
+    const Sight sight(tracer, scene);
     constexpr std::size_t grain = 64;
     std::vector<std::vector<SupportCut>> blocks((last - first + grain - 1) / grain);
     parallel_blocks(

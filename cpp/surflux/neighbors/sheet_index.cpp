@@ -81,17 +81,17 @@ void SheetIndex::split(Node& node, std::size_t begin, std::size_t middle, std::s
     });
 }
 
-void SheetIndex::take(std::uint32_t i, std::vector<std::uint32_t>& out) {
+void SheetIndex::take(std::uint32_t i, std::vector<std::uint32_t>& out, const Joined& joined) {
     const std::uint32_t own = slot_[i];
     if (!taken_[own]) {  // first, and whatever rounding says of n_i . n_i; the counts on its way stay one too high
         taken_[own] = 1;
         out.push_back(i);
     }
-    search(trees_[tree_of_[i]], 0, 0, entries_[own], out);
+    search(trees_[tree_of_[i]], 0, 0, entries_[own], out, joined);
 }
 
 std::uint32_t SheetIndex::search(const Tree& tree, int depth, std::size_t k, const Entry& from,
-                                 std::vector<std::uint32_t>& out) {
+                                 std::vector<std::uint32_t>& out, const Joined& joined) {
     Node& node = nodes_[tree.root + (std::size_t{1} << depth) - 1 + k];
     if (node.left == 0) return 0;
     // Rounded sums of terms that are no smaller are no smaller: these bounds hold to the last bit.
@@ -104,13 +104,14 @@ std::uint32_t SheetIndex::search(const Tree& tree, int depth, std::size_t k, con
     if (length_squared(gap) >= reach_squared || most.x + most.y + most.z <= epsilon_) return 0;
     std::uint32_t found = 0;
     if (depth < tree.depth) {
-        found = search(tree, depth + 1, 2 * k, from, out);
-        found += search(tree, depth + 1, 2 * k + 1, from, out);
+        found = search(tree, depth + 1, 2 * k, from, out, joined);
+        found += search(tree, depth + 1, 2 * k + 1, from, out, joined);
     } else {
         for (std::size_t s = tree.start(depth, k); s < tree.start(depth, k + 1); ++s) {
             const Entry& e = entries_[s];
             if (taken_[s] || length_squared(e.place - from.place) >= reach_squared) continue;
             if (dot(from.normal, e.normal) <= epsilon_) continue;
+            if (joined && !joined(from.index, e.index)) continue;
             taken_[s] = 1;
             out.push_back(e.index);
             ++found;

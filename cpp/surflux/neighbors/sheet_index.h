@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/core/vec.h"
@@ -17,8 +18,10 @@ public:
                const std::vector<std::uint32_t>& group, double epsilon);
 
     // Appends to `out` place i and every j of its group with |x_i - x_j| < reach_i and n_i . n_j > epsilon, those
-    // taken before left out, in an order that depends on the places alone.
-    void take(std::uint32_t i, std::vector<std::uint32_t>& out);
+    // taken before left out, in an order that depends on the places alone; where `joined` is given, only those that it
+    // says yes to.
+    using Joined = std::function<bool(std::uint32_t i, std::uint32_t j)>;
+    void take(std::uint32_t i, std::vector<std::uint32_t>& out, const Joined& joined = nullptr);
     bool is_taken(std::uint32_t i) const { return taken_[slot_[i]] != 0; }
     // Neighbours have ranks that are close, mostly.
     std::uint32_t rank(std::uint32_t i) const { return slot_[i]; }
@@ -44,8 +47,8 @@ private:
 
     void build(const Tree& tree);
     void split(Node& node, std::size_t begin, std::size_t middle, std::size_t end);
-    std::uint32_t search(const Tree& tree, int depth, std::size_t k, const Entry& from,
-                         std::vector<std::uint32_t>& out);
+    std::uint32_t search(const Tree& tree, int depth, std::size_t k, const Entry& from, std::vector<std::uint32_t>& out,
+                         const Joined& joined);
 
     double epsilon_;
     std::vector<Entry> entries_;

@@ -38,13 +38,11 @@ public:
           watch_(out.timings),
           emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
-          tree_(scene,
-                build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, stage("hierarchy")),
-                leaves_allowed(scene, options.insert, options.max_surfels)),
+          sight_(tracer, scene),
+          tree_(scene, hierarchy(), leaves_allowed(scene, options.insert, options.max_surfels)),
           gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
           probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
-          sight_(tracer),
           insertion_(tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
@@ -95,6 +93,12 @@ private:
     static constexpr std::uint32_t none = SurfelTree::none;
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
+    // No group spans a wall: what one side has is not sent on the other, nor given to it.
+    Hierarchy hierarchy() const {
+        const std::vector<Sight::Place> places = sight_.places(stage("hierarchy"));
+        return build_hierarchy(scene_.surfels, scene_.object, {options_.epsilon, 0, options_.seed}, stage("hierarchy"),
+                               [&](std::uint32_t i, std::uint32_t j) { return sight_.joined(places[i], places[j]); });
+    }
     // The error of all is least for given rays where they go by the root of the area.
     int rays_of(std::uint32_t node) const {
         const double share = std::sqrt(tree_.area(node) / usual_area_);
@@ -261,10 +265,10 @@ private:
     Solution& out_;
     Stopwatch watch_;
     const LightSampler emitters_, skies_;
+    const Sight sight_;
     SurfelTree tree_;
     Gathering gathering_, probes_;
     CutTest test_;
-    const Sight sight_;
     Insertion insertion_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;

@@ -36,7 +36,7 @@ std::vector<std::uint32_t> shuffled(std::size_t n, Random random) {
 // D04 eq. 10: a member chosen at random takes all that no group has yet and that lie within b = 2 R of it, with normals
 // less than epsilon off its own; and so on until none is left.
 Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint32_t>& object, double epsilon,
-                             Random random, const Progress& progress) {
+                             Random random, const JoinedSurfels& joined, const Progress& progress) {
     const std::size_t n = members.size();
     std::vector<double> reach(n);
     for (std::size_t i = 0; i < n; ++i) reach[i] = 2.0 * members.radii[i];
@@ -46,7 +46,7 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
     for (std::uint32_t i : shuffled(n, random)) {
         if (index.is_taken(i)) continue;
         first.push_back(static_cast<std::uint32_t>(taken.size()));
-        index.take(i, taken);
+        index.take(i, taken, joined);
         std::sort(taken.begin() + first.back() + 1, taken.end());
         if (first.size() % groups_per_report == 0) report(progress, taken.size(), n);
     }
@@ -149,7 +149,7 @@ std::vector<std::uint32_t> Hierarchy::groups(std::size_t level) const {
 }
 
 Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_t>& object,
-                          const HierarchyOptions& options, const Progress& progress) {
+                          const HierarchyOptions& options, const Progress& progress, const JoinedSurfels& joined) {
     check(surfels, object, options);
     Hierarchy out;
     std::vector<std::uint32_t> group_of(surfels.size());  // of each surfel, on the level below
@@ -163,8 +163,13 @@ Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_
         // The first level is most of the work: of the others only whether to go on is asked.
         const Progress asking = [&](std::size_t, std::size_t) { return progress(surfels.size(), surfels.size()); };
         const Random random(options.seed, out.levels.size());
-        Hierarchy::Level level =
-            grow_groups(members, object_of, options.epsilon, random, lowest || !progress ? progress : asking);
+        JoinedSurfels joined_members;
+        if (joined)
+            joined_members = [&](std::uint32_t a, std::uint32_t b) {
+                return lowest ? joined(a, b) : joined(below->representatives[a], below->representatives[b]);
+            };
+        Hierarchy::Level level = grow_groups(members, object_of, options.epsilon, random, joined_members,
+                                             lowest || !progress ? progress : asking);
         const auto groups = static_cast<double>(level.first.size() - 1);
         if (!lowest && groups > (1.0 - least_shrinking) * static_cast<double>(members.size())) break;
         average(members, level);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -35,8 +36,14 @@ struct HierarchyOptions {
     std::uint64_t seed = 0;  // of the order in which groups are grown
 };
 
-// Needs areas. `object`: one number each; surfels of different objects stay apart.
+// Do two surfels share the air over them?
+using JoinedSurfels = std::function<bool(std::uint32_t i, std::uint32_t j)>;
+
+// Needs areas. `object`: one number each; surfels of different objects stay apart, and so does, where `joined` is
+// given, what has a wall between it: a surfel, or the one that stands for a group, is only taken by one that it is
+// joined with.
 Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_t>& object,
-                          const HierarchyOptions& options, const Progress& progress = nullptr);
+                          const HierarchyOptions& options, const Progress& progress = nullptr,
+                          const JoinedSurfels& joined = nullptr);
 
 }  // namespace surflux

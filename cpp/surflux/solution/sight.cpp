@@ -1,52 +1,122 @@
 #include "surflux/solution/sight.h"
 
 #include <algorithm>
+#include <limits>
+
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
 namespace {
 
 constexpr double heights[] = {0.25, 0.05};  // of the distance
+constexpr double under_cover = 0.5;         // of the headroom
+constexpr double same_way = 0.5;            // cosine of normals of disks that make one surface
+constexpr int most_own_disks = 4;           // over a place, of a noisy cloud
+
+Hit first_hit(const Tracer& tracer, const Vec3& from, const Vec3& normal, const Vec3& direction, double length) {
+    thread_local std::vector<Ray> ray(1);
+    thread_local std::vector<Hit> hit;
+    ray[0] = {{from, normal, Hit::none}, direction, length};
+    tracer.closest(ray, hit);
+    return hit[0];
+}
 
 }  // namespace
 
-bool Sight::joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const {
-    const double distance = length(q - p);
+Sight::Sight(const Tracer& tracer, const Scene& scene)
+    : tracer_(tracer), scene_(scene), triangles_(triangle_ranges(scene.surfels)) {}
+
+// Disks of a cloud stand off the surface that they stand for; patches are where they are.
+bool Sight::is_own_surface(const Hit& hit, const Vec3& normal) const {
+    return triangles_[hit.surfel] == triangles_[hit.surfel + 1] &&
+           dot(scene_.surfels.normals[hit.surfel], normal) > same_way;
+}
+
+double Sight::headroom(const Vec3& p, const Vec3& normal) const {
+    // From beyond what coincides with the surface.
+    const double beyond = 4.0 * tracer_.contact(p);
+    double from = beyond;
+    for (int disk = 0; disk <= most_own_disks; ++disk) {
+        const Hit hit = first_hit(tracer_, p + from * normal, normal, normal, std::numeric_limits<double>::infinity());
+        if (!hit) break;
+        from += hit.distance;
+        if (!is_own_surface(hit, normal) || from > 2.0 * scene_.surfels.radii[hit.surfel]) return from;
+        from += beyond;
+    }
+    return std::numeric_limits<double>::infinity();
+}
+
+std::vector<Sight::Place> Sight::places(const Progress& progress) const {
+    const Surfels& s = scene_.surfels;
+    std::vector<Place> out(s.size());
+    parallel_blocks(
+        s.size(), 1024,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                out[i] = {s.positions[i], s.normals[i], headroom(s.positions[i], s.normals[i])};
+        },
+        progress);
+    return out;
+}
+
+bool Sight::free(const Vec3& from, const Vec3& to, const Vec3& normal_p, const Vec3& normal_q) const {
+    const Vec3 way = to - from;
+    const double far = length(way);
+    if (!(far > 0.0)) return true;
+    const Hit hit = first_hit(tracer_, from, normal_p, way / far, far);
+    return !hit || is_own_surface(hit, normal_p) || is_own_surface(hit, normal_q);
+}
+
+bool Sight::joined(const Place& p, const Place& q) const {
+    const double distance = length(q.position - p.position);
     if (!(distance > 0.0)) return true;
-    thread_local std::vector<Ray> ray(1);
-    thread_local std::vector<char> free;
     for (const double height : heights) {
-        const Vec3 from = p + (height * distance) * normal_p, way = q + (height * distance) * normal_q - from;
-        const double far = length(way);
-        if (!(far > 0.0)) return true;
-        ray[0] = {{from, normal_p, Hit::none}, way / far, far};
-        tracer_.free(ray, free);
-        if (free[0]) return true;
+        const auto above = [&](const Place& place) {
+            return place.position + std::min(height * distance, under_cover * place.headroom) * place.normal;
+        };
+        if (free(above(p), above(q), p.normal, q.normal)) return true;
     }
     return false;
 }
 
-void Sight::keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
+bool Sight::joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const {
+    if (!(length_squared(q - p) > 0.0)) return true;
+    return joined({p, normal_p, headroom(p, normal_p)}, {q, normal_q, headroom(q, normal_q)});
+}
+
+bool Sight::keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
                         const std::vector<Vec3>& normals, const std::vector<double>& values,
-                        std::vector<Interpolation::Weight>& weights) const {
-    if (weights.size() < 2) return;
-    const auto [least, most] = std::minmax_element(weights.begin(), weights.end(),
-                                                   [&](const Interpolation::Weight& a, const Interpolation::Weight& b) {
-                                                       return values[a.site] < values[b.site];
-                                                   });
-    if (!differ_much(values[least->site], values[most->site])) return;
+                        std::vector<Interpolation::Weight>& weights, std::uint32_t own) const {
+    double above = -1.0;  // the headroom, once it is asked for
+    const auto is_joined = [&](std::uint32_t site) {
+        if (!(length_squared(positions[site] - point) > 0.0)) return true;
+        if (above < 0.0) above = headroom(point, normal);
+        return joined({point, normal, above},
+                      {positions[site], normals[site], headroom(positions[site], normals[site])});
+    };
+    if (own == none) {
+        std::sort(weights.begin(), weights.end(), [](const Interpolation::Weight& a, const Interpolation::Weight& b) {
+            return a.weight > b.weight || (a.weight == b.weight && a.site < b.site);
+        });
+        const auto first =
+            std::find_if(weights.begin(), weights.end(), [&](const auto& w) { return is_joined(w.site); });
+        if (first == weights.end()) return false;
+        own = first->site;
+    }
+    const auto parted = [&](const Interpolation::Weight& w) {
+        return w.site != own && (!(w.weight > 0.0) || (differ_much(values[w.site], values[own]) && !is_joined(w.site)));
+    };
+    const auto end = std::remove_if(weights.begin(), weights.end(), parted);
     double sum = 0.0;
-    std::size_t kept = 0;
-    const Interpolation::Weight heaviest = *std::max_element(
-        weights.begin(), weights.end(), [](const auto& a, const auto& b) { return a.weight < b.weight; });
-    for (const Interpolation::Weight& w : weights)
-        if (w.weight > 0.0 && joined(point, normal, positions[w.site], normals[w.site])) {
-            sum += w.weight;
-            weights[kept++] = w;
-        }
-    if (kept == 0) return weights.assign(1, {heaviest.site, 1.0});
-    weights.resize(kept);
+    for (auto w = weights.begin(); w != end; ++w) sum += w->weight;
+    if (!(sum > 0.0)) {
+        weights.assign(1, {own, 1.0});
+        return true;
+    }
+    weights.erase(end, weights.end());
     for (Interpolation::Weight& w : weights) w.weight /= sum;
+    return true;
 }
 
 }  // namespace surflux

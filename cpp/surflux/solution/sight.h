@@ -1,29 +1,50 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
+#include "surflux/scene/scene.h"
 #include "surflux/solution/interpolation.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
 
 // Which places of one object are neighbours: those with nothing standing between them. A floor goes on beneath a thin
-// wall, and its light does not.
+// wall, and its light does not; a wall goes on behind the panel that covers it.
 class Sight {
 public:
-    explicit Sight(const Tracer& tracer) : tracer_(tracer) {}
+    static constexpr std::uint32_t none = 0xffffffffu;
+    struct Place {
+        Vec3 position, normal;
+        double headroom;  // how far it is free over it
+    };
 
-    // Is the way free from one to the other, a little above the surface? Two heights are tried, for what lies between
-    // two sheets and for what curves.
+    Sight(const Tracer& tracer, const Scene& scene);
+
+    // Distance to what covers a place, along its normal, or infinity.
+    double headroom(const Vec3& p, const Vec3& normal) const;
+    // Of all surfels.
+    std::vector<Place> places(const Progress& progress) const;
+    // Is the way free from one to the other: up from the surface, across, and down again? Two heights are tried, for
+    // what lies between two sheets and for what curves; under a cover, half way up to it at most.
+    bool joined(const Place& p, const Place& q) const;
     bool joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const;
-    // Drops from the weights at a place what it is not joined with, where values differ so much that it matters. One
-    // weight stays at least.
-    void keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
+    // Drops from the weights at a place the sites that it is not joined with. One that it is known to share the air
+    // with (`own`), or else the heaviest that it is joined with, is its anchor: a site whose value is like the
+    // anchor's is taken without asking. False where it is joined with none: the weights are sorted then, heaviest
+    // first.
+    bool keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
                      const std::vector<Vec3>& normals, const std::vector<double>& values,
-                     std::vector<Interpolation::Weight>& weights) const;
+                     std::vector<Interpolation::Weight>& weights, std::uint32_t own = none) const;
 
 private:
+    bool is_own_surface(const Hit& hit, const Vec3& normal) const;
+    bool free(const Vec3& from, const Vec3& to, const Vec3& normal_p, const Vec3& normal_q) const;
+
     const Tracer& tracer_;
+    const Scene& scene_;
+    std::vector<std::uint32_t> triangles_;  // where those of each surfel begin
 };
 
 // Values of which one is less than three quarters of the other.

@@ -210,6 +210,8 @@ void Tracer::require_near(const std::vector<Vec3>& points) const {
 
 double Tracer::contact(std::uint32_t surfel) const { return impl_->extent.contact_of(surfel); }
 
+double Tracer::contact(const Vec3& place) const { return impl_->extent.contact(place); }
+
 std::string embree_version() { return message(RTC_VERSION_MAJOR, ".", RTC_VERSION_MINOR, ".", RTC_VERSION_PATCH); }
 
 }  // namespace surflux

@@ -67,6 +67,7 @@ public:
     void require_near(const std::vector<Vec3>& points) const;
     // What is no farther from the surfel touches it (scene/extent.h).
     double contact(std::uint32_t surfel) const;
+    double contact(const Vec3& place) const;
 
 private:
     struct Impl;
