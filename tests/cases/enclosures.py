@@ -47,6 +47,15 @@ def furnace_of_unlike_walls(n):
     return Problem(sf.Scene([cube_inside(n, rho, 1 - rho)]), [Wanted(ALL, 1.0)])
 
 
+def furnace_beside_lamps(n):
+    """A room of B = 1 that sees nothing of two coarse spheres, a thousand times as bright, whose disks stand off them."""
+    rho = 0.9
+    room = cube_inside(n, rho, 1 - rho)
+    spheres = [ball(150, 1.0, (10.0, 0.0, 0.0), rho=0.5, emission=1000.0)]
+    spheres.append(ball(100, 1.0, (12.5, 0.0, 0.0), rho=0.5, emission=1000.0))
+    return Problem(sf.Scene([room, *spheres]), [Wanted(slice(0, len(room)), 1.0)])
+
+
 def l_room(n, rho, emission):
     """The inside of an L: three unit cubes, one of them at the corner, whose far ends do not see each other."""
     outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
@@ -204,6 +213,14 @@ CASES = [
         2e-7,
         floor=ROUNDING,
         off=None,
+    ),
+    Case(
+        "furnace beside bright spheres",
+        furnace_beside_lamps,
+        (4, 7, 12),
+        FURNACE + " What happens elsewhere in the scene has no part in it. ",
+        4e-7,
+        floor=ROUNDING,
     ),
     Case("furnace, L-shaped room", furnace(l_room, 0.9), (3, 5, 8), FURNACE, 3e-7, floor=ROUNDING),
     Case(

@@ -65,9 +65,11 @@ public:
     }
     // Luminance of what a surfel sends of light that is not in the basis.
     double exitance(std::uint32_t surfel) const { return exitance_[surfel]; }
-    // Of what it emits, where rays find that by themselves.
+    // Do rays over the hemisphere find emission by themselves, where no light sampling does? And what a surfel then
+    // has.
+    bool finds_emission() const { return light_.emitters().empty(); }
     double emission(std::uint32_t surfel) const {
-        return light_.emitters().empty() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
+        return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }
     // From now on what each surfel sends counts as many times, light that is not in the basis by a factor of its own,
     // and rows are scaled to what they gathered before of the same light from everywhere.

@@ -19,6 +19,8 @@ MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& ba
     receivers_.coefficients(values, found_);
     find_parts();
     find_areas();
+    losses_.resize(scene_.surfels.size());
+    parallel_for(losses_.size(), 256, [&](std::size_t i) { losses_[i] = loss(static_cast<std::uint32_t>(i)); });
 }
 
 void MeshlessExchange::find_areas() {
@@ -82,7 +84,8 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     return out;
 }
 
-ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& sent) const {
+ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& coefficients,
+                                                         const Progress& progress) const {
     const Surfels& s = scene_.surfels;
     RayExchange exchange;
     exchange.area = areas_;
@@ -93,12 +96,12 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const RayExchange::Sender sender{s.positions[i],
-                                         s.normals[i],
-                                         part_of_surfel_[i],
-                                         std::max(0.0, luminance(sent[i])) + gather_.exitance(i) + gather_.emission(i),
-                                         s.areas[i] * means_.outside(i),
-                                         loss(i)};
+        const double outside = means_.outside(i);
+        const Rgb reflected = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) / outside) : Rgb{};
+        const RayExchange::Sender sender{
+            s.positions[i],       s.normals[i],
+            part_of_surfel_[i],   std::max(0.0, luminance(reflected)) + gather_.exitance(i) + gather_.emission(i),
+            s.areas[i] * outside, losses_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
             if (areas_[row] > 0.0) exchange.doubt[row] += weight * sender.area * sender.loss.doubt / areas_[row];
         });
@@ -119,7 +122,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
             gather_.for_senders(k, [&](std::uint32_t i) { out[i] += each; });
         }
     };
-    return surflux::scale_by_reciprocity(exchange);
+    return surflux::scale_by_reciprocity(exchange, progress);
 }
 
 std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling) const {
@@ -135,8 +138,7 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
             k, [&](std::uint32_t i) { received[scaling.group[i]] += each * scaling.senders[i] * gather_.exitance(i); });
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const HemisphereLoss lost = loss(i);
-        const double met = 1.0 - scaling.lost[i] * (lost.escape + lost.into_backs);
+        const double met = 1.0 - scaling.lost[i] * (losses_[i].escape + losses_[i].into_backs);
         sent[scaling.group[i]] += s.areas[i] * std::max(0.0, met) * gather_.exitance(i);
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
@@ -145,6 +147,19 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
         out[i] = scaling.senders[i] * std::pow(ratio, scaling.trust[group]);
     }
     return out;
+}
+
+Figures MeshlessExchange::power(const Solution& solution, const std::vector<double>& lost_scale,
+                                const std::function<Rgb(std::uint32_t)>& sampled_emission) const {
+    const Surfels& s = scene_.surfels;
+    PowerBalance balance(!gather_.finds_emission());
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        const Rgb lamps = sampled_emission(i);
+        balance.add(part_of_surfel_[i], {s.areas[i], s.reflectance[i], s.emission[i], solution.direct[i],
+                                         solution.irradiance[i], lamps.x + lamps.y + lamps.z + means_.mean(i, found_).z,
+                                         losses_[i], lost_scale.empty() ? 1.0 : lost_scale[i]});
+    }
+    return balance.figures();
 }
 
 }  // namespace surflux

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/meshless/hemisphere_gather.h"
@@ -8,7 +9,9 @@
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/surfel_means.h"
 #include "surflux/scene/scene.h"
+#include "surflux/solution/power_balance.h"
 #include "surflux/solution/reciprocal_scaling.h"
+#include "surflux/solution/solution.h"
 
 namespace surflux {
 
@@ -20,22 +23,22 @@ public:
 
     // The connected part of each row: of those that one is gathered from by way of a surfel.
     const std::vector<std::uint32_t>& parts() const { return parts_; }
-    std::uint32_t part_of_surfel(std::size_t i) const { return part_of_surfel_[i]; }
-    // Factors of surfels (solution/reciprocal_scaling.h), of which each sends `sent` of the light in the basis, and
-    // what rays find beside that.
-    ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& sent) const;
+    // Factors of surfels (solution/reciprocal_scaling.h), which reflect the light that the basis has with
+    // `coefficients`, and send what rays find beside that.
+    ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
     // Factors of what surfels send of light that is not in the basis, on top of those: receivers close by gather it
     // where rays end and far ones as means, of which they may see the brighter part.
     std::vector<double> lit_scale(const ReciprocalScaling& scaling) const;
 
-    // By the finest level on which light was gathered around a surfel.
-    HemisphereLoss loss(std::uint32_t surfel) const;
-    // What rays found of emitters, as a surfel has it; all channels added up.
-    double from_emitters(std::uint32_t surfel) const { return means_.mean(surfel, found_).z; }
+    // Where the power went, with what light sampling found of emission at each surfel beside the basis. Rows may have
+    // been forgotten by then.
+    Figures power(const Solution& solution, const std::vector<double>& lost_scale,
+                  const std::function<Rgb(std::uint32_t)>& sampled_emission) const;
 
 private:
     void find_parts();
     void find_areas();
+    HemisphereLoss loss(std::uint32_t surfel) const;  // by the finest level on which light was gathered around it
     template <class Visit>
     void for_finest_rows(std::uint32_t surfel, const Visit& visit) const;
 
@@ -45,8 +48,9 @@ private:
     const Receivers& receivers_;
     const HemisphereGather& gather_;
     std::vector<std::uint32_t> parts_, part_of_surfel_;
-    std::vector<double> areas_;  // that each row stands for
-    std::vector<Rgb> found_;     // coefficients of what escapes, what backs absorb, and what emitters bring
+    std::vector<HemisphereLoss> losses_;  // of each surfel
+    std::vector<double> areas_;           // that each row stands for
+    std::vector<Rgb> found_;              // coefficients of what escapes, what backs absorb, and what emitters bring
 };
 
 }  // namespace surflux

@@ -17,7 +17,6 @@
 #include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
-#include "surflux/solution/power_balance.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
@@ -250,8 +249,7 @@ private:
     // Energy that rays' noise and the weights would lose or make is kept where it is.
     void keep_energy() {
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
-        gather_.sent(field_->coefficients, sent_);
-        const ReciprocalScaling scaling = exchange.scale_by_reciprocity(sent_);
+        const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
         if (imbalance_ == 0.0) imbalance_ = scaling.before;
         gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
         lost_scale_ = scaling.lost;
@@ -330,8 +328,6 @@ void MeshlessRadiosity::write() {
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
     out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
     const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
-    std::vector<HemisphereLoss> losses(n);
-    for (std::uint32_t i = 0; i < n; ++i) losses[i] = exchange.loss(i);
     gather_.clear();
     watch_.lap("gathering");
     out_.surfels = s;
@@ -379,15 +375,9 @@ void MeshlessRadiosity::write() {
             for (std::size_t i = begin; i < end; ++i) write_one(i);
         },
         stage("evaluation"));
-    PowerBalance power(!light_.emitters().empty());
-    for (std::uint32_t i = 0; i < n; ++i) {
-        const Rgb lamps = options_.indirect_only ? light_.emitted_at_surfel(i) : Rgb{};
-        power.add(exchange.part_of_surfel(i),
-                  {s.areas[i], s.reflectance[i], s.emission[i], out_.direct[i], out_.irradiance[i],
-                   lamps.x + lamps.y + lamps.z + exchange.from_emitters(i), losses[i],
-                   lost_scale_.empty() ? 1.0 : lost_scale_[i]});
-    }
-    power_ = power.figures();
+    power_ = exchange.power(out_, lost_scale_, [&](std::uint32_t i) {
+        return options_.indirect_only ? light_.emitted_at_surfel(i) : Rgb{};
+    });
 }
 
 }  // namespace

@@ -177,7 +177,7 @@ Rgb GatheredSystem::lamps(std::uint32_t point) const {
     return sum;
 }
 
-ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x) {
+ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const Progress& progress) {
     drop_scaling();
     send(x, true);
     find_parts();
@@ -216,7 +216,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         tree_.push_down(nodes);
         for (std::size_t j = 0; j < leaves.size(); ++j) out[j] = nodes[leaves[j]];
     };
-    ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange);
+    ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress);
     sender_scale_.assign(tree_.points(), 1.0);
     for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];
     lost_scale_.assign(tree_.points(), 1.0);

@@ -32,7 +32,7 @@ public:
 
     // Scales rows and senders so that energy is kept (solution/reciprocal_scaling.h): what all receive from a sender is
     // what its own rays say leaves it for fronts of others, for about the light of x. After interpolate().
-    ReciprocalScaling scale_by_reciprocity(const std::vector<double>& x);
+    ReciprocalScaling scale_by_reciprocity(const std::vector<double>& x, const Progress& progress = {});
     // `x` holds the start and the result.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
     // The weights of the nodes at a leaf.

@@ -244,7 +244,7 @@ private:
             // Energy that rays' noise and interpolation would lose or make is kept where it is, for the light there is;
             // that light is a little other then.
             for (const double tolerance : {balanced_tolerance, options_.tolerance}) {
-                const double before = system_->scale_by_reciprocity(values_).before;
+                const double before = system_->scale_by_reciprocity(values_, stage("solve")).before;
                 if (imbalance_ == 0.0) imbalance_ = before;
                 const LinearReport last =
                     system_->solve(std::max(tolerance, options_.tolerance), most_applications, values_, stage("solve"));

@@ -161,8 +161,9 @@ public:
         }
     }
 
-    void run() {
+    void run(const Progress& progress) {
         for (; !is_done() && out.rounds < most_rounds; ++out.rounds) {
+            report(progress, static_cast<std::size_t>(out.rounds), most_rounds);
             std::vector<double> a(groups_.size()), b(groups_.size());
             for (std::size_t k = 0; k < groups_.size(); ++k) groups_[k].factor(a[k], b[k]);
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
@@ -259,9 +260,9 @@ private:
 
 }  // namespace
 
-ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange) {
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress) {
     Balancing balancing(exchange);
-    balancing.run();
+    balancing.run(progress);
     return std::move(balancing.out);
 }
 

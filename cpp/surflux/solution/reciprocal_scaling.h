@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -63,6 +64,6 @@ struct ReciprocalScaling {
 // under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for the
 // sky is what the ball does not receive (`lost`).
 //   Rows are scaled last: as surfaces reflect less than 1, the spectral radius is below 1, and a uniform furnace exact.
-ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange);
+ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {});
 
 }  // namespace surflux
