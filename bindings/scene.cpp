@@ -133,11 +133,13 @@ void bind_scene(py::module_& module) {
     py::class_<Scene>(module, "Scene")
         .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights,
                          const Coincidence* coincidence) {
-                 Scene scene;
-                 for (const Surfels* object : objects) append(scene, *object);
-                 scene.lights = lights;
-                 if (coincidence) without_gil([&] { count_once(scene, *coincidence); });
-                 return scene;
+                 return without_gil([&] {
+                     Scene scene;
+                     for (const Surfels* object : objects) append(scene, *object);
+                     scene.lights = lights;
+                     if (coincidence) count_once(scene, *coincidence);
+                     return scene;
+                 });
              }),
              py::arg("objects"), py::arg("lights"), py::arg("coincidence") = nullptr)
         .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })

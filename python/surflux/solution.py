@@ -43,9 +43,9 @@ class Solution:
             power_absorbed, power_escaped, power_into_backs and power_lost, which is what is left, of either sign (all
             channels added up; a grey scene has its one three times), parts (of the scene that see nothing of each
             other), largest_part_lost (of the part that balances worst, what it loses or makes of what enters it),
-            seconds up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max |d_i - 1|), closure_residual,
-            largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb it), short_rows and
-            closure_applications.
+            seconds up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max
+            |d_i - 1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces are taken to
+            absorb it), short_rows and closure_applications.
         camera: Camera from which the scene wants to be seen, or None.
     """
 

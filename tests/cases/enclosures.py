@@ -48,7 +48,7 @@ def furnace_of_unlike_walls(n):
 
 
 def furnace_beside_lamps(n):
-    """A room of B = 1 that sees nothing of two coarse spheres, a thousand times as bright, whose disks stand off them."""
+    """A room of B = 1 that sees nothing of two coarse spheres, a thousand times as bright."""
     rho = 0.9
     room = cube_inside(n, rho, 1 - rho)
     spheres = [ball(150, 1.0, (10.0, 0.0, 0.0), rho=0.5, emission=1000.0)]

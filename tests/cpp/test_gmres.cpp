@@ -107,6 +107,13 @@ TEST(Gmres, RestartsDoNotStopIt) {
     EXPECT_GT(report.applications, 32);
 }
 
+TEST(Gmres, WhereNothingComesInThereIsNothing) {
+    const Dense m = of_light(20, 0.9);
+    std::vector<double> x(20, 1e-4);  // below the tolerance, in whatever units
+    gmres(m.on(1), std::vector<double>(20, 0.0), 1, 1e-3, 100, x);
+    EXPECT_EQ(x, std::vector<double>(20, 0.0));
+}
+
 TEST(Gmres, NoConnectedPartIsLostBesideABrighterOne) {
     // Two rooms that see nothing of each other, one 1e9 times as bright. A norm over both would call the dark one
     // solved before it began.

@@ -77,9 +77,21 @@ def test_ball_on_an_open_floor_is_as_bright_as_path_tracing_says(transport, seed
 
 def test_every_solver_says_where_the_power_went(solver):
     scene = sf.Scene([cube_inside(8, 0.6)], [sf.PointLight([0.5, 0.4, 0.7], 3.0)])
-    figures = solver(scene).history[-1]
+    solution = solver(scene)
+    figures, s = solution.history[-1], solution.surfels
     assert set(POWER) <= set(figures)
-    ends = sum(figures[key] for key in POWER[1:5])
-    assert ends == pytest.approx(figures["power_in"], rel=1e-12)
+    absorbed = (s.areas[:, None] * (1 - s.reflectance) * solution.irradiance).sum()
+    assert figures["power_absorbed"] == pytest.approx(absorbed, rel=1e-6)
+    assert figures["power_in"] == pytest.approx((s.areas[:, None] * solution.direct).sum(), rel=1e-6)
     assert abs(figures["power_lost"]) < 1e-3 * figures["power_in"]
     assert figures["parts"] == 1
+
+
+def test_figures_are_numbers_also_of_what_is_buried(solver):
+    """A ball within a solid box has no outside: it is a part of its own, of no area that light could reach."""
+    vertices, faces, _ = shapes.box(0.4, 4, inward=False)
+    box = sf.Surfels.from_mesh((vertices + np.full(3, 0.3), faces), reflectance=0.5)
+    buried = surfels_of(0.1 * shapes.sphere(60).points + [0.5, 0.5, 0.5], shapes.sphere(60).normals, 0.5)
+    scene = sf.Scene([cube_inside(6, 0.5), box, buried], [sf.PointLight([0.5, 0.5, 0.9], 1.0)])
+    for figures in solver(scene).history:
+        assert all(np.isfinite(value) for value in figures.values()), figures

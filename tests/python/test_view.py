@@ -197,8 +197,10 @@ def test_inserted_surfels_are_marked(window):
     assert 50 < inserted.sum() < len(inserted)
     seen = solution.surfels.points[:, 2] < 0.1
     for i in np.flatnonzero(inserted & seen)[:50]:
-        r, _, b = at(image, *solution.surfels.points[i, :2])
-        assert r > b + 40
+        # The dot of a small one is less than a pixel wide, and may lie in the next.
+        x, y = solution.surfels.points[i, :2]
+        around = [at(image, x + dx / 150, y + dy / 150) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+        assert any(r > b + 40 for r, _, b in around)
     for i in np.flatnonzero(~inserted & seen)[:50]:
         r, _, b = at(image, *solution.surfels.points[i, :2])
         assert abs(r - b) < 5

@@ -54,13 +54,15 @@ std::vector<Polygon> without(const std::vector<Polygon>& pieces, const Triangle&
                              double contact) {
     const Vec3 corners[3] = {t.a - origin, t.b - origin, t.c - origin};
     const Vec3 normal = normalized(cross_of(t));
-    std::vector<Polygon> out;
+    std::vector<Polygon> out, rest;
     Polygon in, off;
-    for (Polygon piece : pieces) {
+    for (const Polygon& all : pieces) {
+        Polygon piece = all;
+        rest.clear();
         const auto cut = [&](const Vec3& n, double limit) {
             if (piece.size() < 3) return;
             split(piece, n, limit, in, off);
-            if (off.size() >= 3) out.push_back(off);
+            if (off.size() >= 3) rest.push_back(off);
             piece.swap(in);
         };
         for (int k = 0; k < 3; ++k) {
@@ -70,6 +72,9 @@ std::vector<Polygon> without(const std::vector<Polygon>& pieces, const Triangle&
         const double height = dot(normal, corners[0]);
         cut(normal, height + contact);
         cut(-normal, contact - height);
+        // A piece that the triangle does not reach stays whole.
+        if (piece.size() < 3 || !(area_of(piece) > 0.0)) rest.assign(1, all);
+        out.insert(out.end(), rest.begin(), rest.end());
     }
     return out;
 }

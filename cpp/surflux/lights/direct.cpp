@@ -220,8 +220,19 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
     // that it found, too. More rays would take three quarters of it away, and of the light through narrow slits.
     const bool one_disagrees = (lit == 1 && dark > 1) || (dark == 1 && lit > 1);
     if (taken > 1 && lit > 0 && dark > 0 && !one_disagrees) take(options.rays);
-    // A hair of light at the rim of a spot, which no ray found: it is not lost for that.
-    if (!(all > 0.0)) return {mean, evenness * mean / std::sqrt(taken)};
+    if (!(all > 0.0)) take(options.rays);  // a lamp that hardly rises over the horizon
+    if (!(all > 0.0) && lit_part.empty()) return {};
+    if (!(all > 0.0)) {
+        // A hair of light at the rim of a spot, which no ray found: what of its surroundings sees the spot.
+        const int probes = taken;
+        for (int k = 0; k < probes; ++k) {
+            const double* u = even.next();
+            const Vec3 at = point(u[2], u[3]);
+            const Arrival arrival = light.arrival(at, receiver.normal, u[0], u[1]);
+            lit += is_free(tracer, receiver, at, arrival.from, light.distant);
+        }
+        return {mean * lit / probes, evenness * mean / std::sqrt(probes)};
+    }
     const double share = passed / all;
     return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
 }

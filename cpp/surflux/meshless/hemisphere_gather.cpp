@@ -209,7 +209,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         take(out.row.emitted, light_.emitters().empty() ? each * s.emission[i] : found(light_.emitters()));
         const Rgb rho = each * s.reflectance[i];
         if (rho == Rgb{}) {
-            if (light_.emitters().empty() && !(s.emission[i] == Rgb{})) out.senders.push_back(i);
+            if (sends(i)) out.senders.push_back(i);
             continue;
         }
         const Vec3 at = ray.from.position + hit.distance * ray.direction;

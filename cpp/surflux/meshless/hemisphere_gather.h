@@ -68,6 +68,11 @@ public:
     // Do rays over the hemisphere find emission by themselves, where no light sampling does? And what a surfel then
     // has.
     bool finds_emission() const { return light_.emitters().empty(); }
+    // Black ones, if rays find no emission there, are not kept in rows.
+    bool sends(std::uint32_t surfel) const {
+        const Surfels& s = scene_.surfels;
+        return !(s.reflectance[surfel] == Rgb{}) || (finds_emission() && !(s.emission[surfel] == Rgb{}));
+    }
     double emission(std::uint32_t surfel) const {
         return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }

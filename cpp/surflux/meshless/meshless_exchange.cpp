@@ -99,9 +99,12 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         const double outside = means_.outside(i);
         const Rgb reflected = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) / outside) : Rgb{};
         const RayExchange::Sender sender{
-            s.positions[i],       s.normals[i],
-            part_of_surfel_[i],   std::max(0.0, luminance(reflected)) + gather_.exitance(i) + gather_.emission(i),
-            s.areas[i] * outside, losses_[i]};
+            s.positions[i],
+            s.normals[i],
+            part_of_surfel_[i],
+            std::max(0.0, luminance(reflected)) + gather_.exitance(i) + gather_.emission(i),
+            gather_.sends(i) ? s.areas[i] * outside : 0.0,
+            losses_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
             if (areas_[row] > 0.0) exchange.doubt[row] += weight * sender.area * sender.loss.doubt / areas_[row];
         });

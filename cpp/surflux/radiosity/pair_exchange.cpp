@@ -15,9 +15,9 @@ namespace {
 constexpr double far_ratio = 10.0, mid_ratio = 3.5, patches_far_ratio = 40.0;
 // The circle in a square of the disk's area: what is farther out may lie behind a wall that the disk adjoins.
 constexpr double within_cell = 0.886;
+constexpr double float_over_double = 0x1p-29;  // how much less doubles round off
 // Of the outer contour integral, for patches that may touch and for others: each brings factors of a cube's patches to
 // 2e-8.
-constexpr double float_over_double = 0x1p-29;  // how much less doubles round off
 constexpr int touching_points = 12, apart_points = 6;
 
 }  // namespace

@@ -69,8 +69,6 @@ void require_areas(const Surfels& surfels);
 
 struct Box {
     Vec3 low, high;
-    Vec3 center() const { return 0.5 * (low + high); }
-    double diagonal() const { return length(high - low); }
 };
 
 // Of the positions and, where there are any, the triangles.

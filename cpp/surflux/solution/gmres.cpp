@@ -73,6 +73,9 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
     // Systems in units of their right-hand sides, so that none is lost beside a brighter one.
     std::vector<double> unit(count), sums(count);
     inner_products(b, b, system, unit);
+    // Where nothing comes in there is nothing, whatever there was at the start.
+    for (std::size_t k = 0; k < x.size(); ++k)
+        if (unit[system[k]] == 0.0) x[k] = 0.0;
     for (double& size : unit) {
         require(std::isfinite(size), out_of_range);
         size = size > 0.0 ? std::sqrt(size) : 1.0;

@@ -115,7 +115,7 @@ struct GroupOfSenders {
     Account area, power;
     double squared = 0.0;  // what all receive, weighted by the square of radiosity
 
-    double mean_radiosity() const { return power.all / area.all; }
+    double mean_radiosity() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
     // Weight of what is sent beside what is received, by variances.
     double trust() const {
         if (!(received.sum > 0.0) || !(power.sent > 0.0)) return 0.0;
@@ -222,12 +222,10 @@ private:
         const std::size_t rows = g_.area.size(), senders = g_.sender.size();
         std::vector<Evidence> evidence(senders);
         g_.scatter(g_.area, received_);
-        for (std::size_t j = 0; j < senders; ++j)
-            evidence[j].sum = std::max(0.0, g_.sender[j].radiosity * received_[j]);
+        for (std::size_t j = 0; j < senders; ++j) evidence[j].sum = std::max(0.0, received_[j]);
         for (std::size_t k = 0; k < rows; ++k) weights_[k] = g_.area[k] * g_.area[k] / std::max(1u, g_.rays[k]);
         g_.scatter(weights_, received_);
-        for (std::size_t j = 0; j < senders; ++j)
-            evidence[j].squares = g_.sender[j].radiosity * g_.sender[j].radiosity * received_[j];
+        for (std::size_t j = 0; j < senders; ++j) evidence[j].squares = std::max(0.0, received_[j]);
         for (std::size_t k = 0; k < rows; ++k)
             weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.doubt[k] / g_.met[k] : 0.0;
         g_.scatter(weights_, received_);
@@ -240,7 +238,8 @@ private:
             const double power = sender.radiosity * sender.area;
             GroupOfSenders& of = groups_[out.group[j]];
             of.part = sender.part;
-            of.received += evidence[j];
+            of.received +=
+                {sender.radiosity * evidence[j].sum, sender.radiosity * sender.radiosity * evidence[j].squares};
             of.receivers_doubt += sender.radiosity * received_[j];
             of.area.all += sender.area;
             of.area.sent += sender.area * sender.loss.met();
