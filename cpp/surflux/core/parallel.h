@@ -83,6 +83,22 @@ private:
     std::size_t made_ = 0;
 };
 
+// out[k] = the sum of what add(i, sums) adds to sums[k] for all i: by a few blocks of i, each with sums of its own,
+// which do not depend on the number of threads either.
+template <class Add>
+void parallel_scatter(std::size_t count, std::vector<double>& out, const Add& add) {
+    constexpr std::size_t blocks = 4;
+    std::vector<std::vector<double>> sums(blocks);
+    parallel_for(blocks, 1, [&](std::size_t block) {
+        sums[block].assign(out.size(), 0.0);
+        for (std::size_t i = block * count / blocks; i < (block + 1) * count / blocks; ++i) add(i, sums[block]);
+    });
+    parallel_for(out.size(), 4096, [&](std::size_t k) {
+        out[k] = 0.0;
+        for (const std::vector<double>& sum : sums) out[k] += sum[k];
+    });
+}
+
 // While it lives, loops that this thread begins use at most this many threads (0: no other limit than before). Other
 // threads of the process have limits of their own. It ends on the thread that began it.
 class ThreadLimit {

@@ -49,14 +49,6 @@ struct Emitter {
     bool extended = false;  // more than one point
 };
 
-// Solid angle of a triangle (Van Oosterom and Strackee 1983).
-double solid_angle(const Vec3& eye, const Triangle& t) {
-    const Vec3 a = t.a - eye, b = t.b - eye, c = t.c - eye;
-    const double la = length(a), lb = length(b), lc = length(c);
-    return 2.0 *
-           std::abs(std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb));
-}
-
 struct PointEmitter : Emitter {
     explicit PointEmitter(const PointLight& light) : position(light.position) { color = light.intensity; }
     Arrival arrival(const Vec3& point, const Vec3& normal, double, double) const override {

@@ -32,4 +32,11 @@ double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* cor
     return std::min(1.0, std::abs(sum) / (2.0 * pi));
 }
 
+double solid_angle(const Vec3& eye, const Triangle& t) {
+    const Vec3 a = t.a - eye, b = t.b - eye, c = t.c - eye;
+    const double la = length(a), lb = length(b), lc = length(c);
+    return 2.0 *
+           std::abs(std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb));
+}
+
 }  // namespace surflux

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "surflux/core/vec.h"
+#include "surflux/scene/surfels.h"
 
 namespace surflux {
 
@@ -12,5 +13,8 @@ constexpr std::size_t max_polygon_corners = 8;
 // above the element's horizon; whichever way the polygon faces. Lambert's formula:
 // 1 / (2 pi) sum_k angle(v_k, v_k+1) n . unit(v_k x v_k+1). In [0, 1].
 double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* corners, std::size_t count);
+
+// Solid angle of a triangle (Van Oosterom and Strackee 1983).
+double solid_angle(const Vec3& eye, const Triangle& t);
 
 }  // namespace surflux

@@ -17,7 +17,8 @@ public:
           outer_(light.cone * pi / 360.0),
           inner_(std::max(0.0, light.cone - light.penumbra) * pi / 360.0) {}
     // Along d, from the light, of any length.
-    double share(const Vec3& d) const { return of_angle(std::atan2(length(cross(d, axis_)), dot(d, axis_))); }
+    double share(const Vec3& d) const { return of_angle(angle(d)); }
+    double angle(const Vec3& d) const { return std::atan2(length(cross(d, axis_)), dot(d, axis_)); }
     // The integral of share(t) sin(t) from the axis to an angle: a cone's power is 2 pi within(pi).
     double within(double angle) const {
         if (angle <= inner_) return versine(angle);

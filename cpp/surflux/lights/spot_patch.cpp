@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/gauss_legendre.h"
+#include "surflux/lights/polygon.h"
 
 namespace surflux {
 
@@ -88,6 +89,19 @@ double around_edges(const Polygon& polygon, const double (&kinks)[2], const With
 }  // namespace
 
 double spot_power(const Vec3& light, const SpotCone& cone, const Triangle& triangle) {
+    // Most triangles are all within the full intensity, or all outside of the cone.
+    if (cone.outer() < 0.5 * pi) {
+        double widest = 0.0;
+        for (const Vec3* corner : {&triangle.a, &triangle.b, &triangle.c})
+            widest = std::max(widest, cone.angle(*corner - light));
+        if (widest <= cone.inner()) return solid_angle(light, triangle);
+        const Vec3 center = (triangle.a + triangle.b + triangle.c) / 3.0 - light;
+        double reach = 0.0;
+        for (const Vec3* corner : {&triangle.a, &triangle.b, &triangle.c})
+            reach = std::max(reach, length(*corner - light - center));
+        const double distance = length(center);
+        if (reach < distance && cone.angle(center) - std::asin(reach / distance) >= cone.outer()) return 0.0;
+    }
     const Frame frame = frame_around(cone.axis());
     Polygon whole;
     for (const Vec3* corner : {&triangle.a, &triangle.b, &triangle.c}) {

@@ -119,11 +119,11 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         });
     };
     exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& out) {
-        out.assign(s.size(), 0.0);
-        for (std::size_t k = 0; k < rows; ++k) {
+        out.resize(s.size());
+        parallel_scatter(rows, out, [&](std::size_t k, std::vector<double>& sums) {
             const double each = weight[k] * gather_[k].share;
-            gather_.for_senders(k, [&](std::uint32_t i) { out[i] += each; });
-        }
+            gather_.for_senders(k, [&](std::uint32_t i) { sums[i] += each; });
+        });
     };
     return surflux::scale_by_reciprocity(exchange, progress);
 }

@@ -250,26 +250,22 @@ private:
     void keep_energy() {
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
-        if (imbalance_ == 0.0) imbalance_ = scaling.before;
+        imbalance_ = scaling.before;
         gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
         lost_scale_ = scaling.lost;
         parts_ = exchange.parts();
-        emitted_scale_.resize(first_.size(), 1.0);
         for (std::size_t row = 0; row < first_.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
             first_[row] = of.first_scale * of.first;
-            unbounced_[row] += (of.emitted_scale - emitted_scale_[row]) * of.emitted;
-            emitted_scale_[row] = of.emitted_scale;
+            unbounced_[row] += (of.emitted_scale - 1.0) * of.emitted;
         }
         watch_.lap("solve");
     }
 
     void finish() {
         if (options_.bounces < 0) {
-            for (int round = 0; round < 2; ++round) {
-                solve(std::max(options_.tolerance, balanced_tolerance), 0);
-                keep_energy();
-            }
+            solve(std::max(options_.tolerance, balanced_tolerance), 0);
+            keep_energy();
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
@@ -300,7 +296,6 @@ private:
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
     double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
-    std::vector<double> emitted_scale_;       // of what rays of each row found of emitters, as it is in unbounced_
     std::vector<double> lost_scale_;          // of what each surfel loses; empty: 1
     std::vector<std::uint32_t> parts_;        // connected part of each row; empty: one
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the

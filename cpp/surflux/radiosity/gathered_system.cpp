@@ -209,10 +209,10 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         parallel_for(places, 64, [&](std::size_t k) { gathering_.gather(cut_->rows[k], nodes, 1, &out[k]); });
     };
     exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& out) {
-        nodes.assign(tree_.size(), 0.0);
-        for (std::size_t k = 0; k < places; ++k)
+        parallel_scatter(places, nodes, [&](std::size_t k, std::vector<double>& sums) {
             gathering_.for_senders(cut_->rows[k],
-                                   [&](std::uint32_t sender, double share) { nodes[sender] += weight[k] * share; });
+                                   [&](std::uint32_t sender, double share) { sums[sender] += weight[k] * share; });
+        });
         tree_.push_down(nodes);
         for (std::size_t j = 0; j < leaves.size(); ++j) out[j] = nodes[leaves[j]];
     };

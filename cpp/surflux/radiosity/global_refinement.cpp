@@ -241,15 +241,10 @@ private:
         LinearReport linear = system_->solve(asked.empty() ? balanced_tolerance : rough_tolerance, most_applications,
                                              values_, stage("solve"));
         if (asked.empty()) {
-            // Energy that rays' noise and interpolation would lose or make is kept where it is, for the light there is;
-            // that light is a little other then.
-            for (const double tolerance : {balanced_tolerance, options_.tolerance}) {
-                const double before = system_->scale_by_reciprocity(values_, stage("solve")).before;
-                if (imbalance_ == 0.0) imbalance_ = before;
-                const LinearReport last =
-                    system_->solve(std::max(tolerance, options_.tolerance), most_applications, values_, stage("solve"));
-                linear = {linear.applications + last.applications, last.residual};
-            }
+            // Energy that rays' noise and interpolation would lose or make is kept where it is.
+            imbalance_ = system_->scale_by_reciprocity(values_, stage("solve")).before;
+            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+            linear = {linear.applications + last.applications, last.residual};
         }
         report(linear, 0);
         out_.history.back().emplace_back("error", error_);  // or less
