@@ -184,3 +184,16 @@ def test_objects_that_stand_on_each_other_are_not_spoken_of(recwarn):
     resting = sf.Surfels(0.2 * unit.points + [0.5, 0.5, 0.2], unit.normals)
     sf.solve(sf.Scene([scan(1), resting], [sf.Environment(1.0)]), transport="rays", insert=False)
     assert not [w for w in recwarn if "objects" in str(w.message)]
+
+
+def test_a_floor_under_many_tiles_of_its_own_mesh_keeps_what_they_leave():
+    """1024 tiles on one face: what is left of it was cut by every tile's edges, so that its pieces multiplied."""
+    n, low, high = 32, -0.37, 0.41
+    at = np.linspace(low, high, n + 1)
+    corners = [[x, y, 0] for x in at for y in at]
+    first = [4 + (n + 1) * i + j for i in range(n) for j in range(n)]
+    faces = [[0, 1, 2, 3], *([k, k + n + 1, k + n + 2, k + 1] for k in first)]
+    scene = sf.Scene([sf.Surfels.from_mesh((SQUARE + corners, faces))], [sf.Environment(1.0)])
+    areas = sf.solve(scene, insert=False).surfels.areas
+    assert areas[0] == pytest.approx(4 - (high - low) ** 2, rel=1e-6)
+    assert areas.sum() == pytest.approx(4, rel=1e-6)

@@ -91,3 +91,19 @@ def moved(light, offset):
             np.add(light.position, offset), light.direction, light.intensity, light.cone, light.penumbra
         )
     return sf.PointLight(np.add(light.position, offset), light.intensity)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("transport", ["pairs", "rays"])
+def test_a_lamp_that_hardly_rises_over_the_floor_does_not_shine_through_a_wall(transport, seed):
+    """Of a lamp from 1 m below the floor to 2 cm above it, few shadow rays have a say, and none of them arrives."""
+    floor = patch([-1, -1, 0], 2 * X, 2 * Y, 0.5, 0.0, 0.05)
+    wall = sf.Surfels.from_mesh(
+        ([[0.5, -3, -2], [0.5, -3, 2], [0.5, 3, 2], [0.5, 3, -2]], [[0, 1, 2, 3]]), patch_area=0.1, reflectance=0.5
+    )
+    lamp = sf.AreaLight([1.5, -0.5, -1], [0, 0, 1.02], [0, 1, 0], 100.0)
+    solution = sf.solve(sf.Scene([floor, wall], [lamp]), transport=transport, insert=False, seed=seed)
+    points = solution.surfels.points
+    on_floor = np.abs(points[:, 2]) < 1e-9
+    assert solution.direct[on_floor & (points[:, 0] > 0.6)].max() > 0.01
+    np.testing.assert_array_equal(solution.direct[on_floor & (points[:, 0] < 0.4)], 0.0)
