@@ -350,7 +350,7 @@ void HemisphereGather::scale(Gathered& of) const {
     row.scale = ratio(static_cast<double>(of.senders.size() + of.linked.size()), all);
     row.linked_scale = row.scale * ratio(linked, static_cast<double>(of.linked.size()));
     row.first_scale = row.scale * ratio(lit_scaled, lit);
-    row.emitted_scale = light_.emitters().empty() ? row.scale * ratio(emitted_scaled, emitted) : 1.0;
+    row.emitted_scale = finds_emission() ? row.scale * ratio(emitted_scaled, emitted) : 1.0;
 }
 
 Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {

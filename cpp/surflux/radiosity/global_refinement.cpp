@@ -145,17 +145,28 @@ private:
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
         sent_ = &system_->sent(values_);
-        PowerBalance power(!emitters_.empty());
-        double squared = 0.0, area = 0.0;
-        tree_.for_leaves([&](std::uint32_t p) {
-            const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
-            const Rgb lamps = sources_.from_emitters(p) + system_->lamps(p);
-            power.add(system_->part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h,
-                                         lamps.x + lamps.y + lamps.z, system_->loss(p), system_->lost_scale(p)});
-            squared += tree_.area(p) * luminance(h) * luminance(h);
-            area += tree_.area(p);
+        struct Account {
+            PowerBalance power;
+            double squared = 0.0, area = 0.0;
+        };
+        constexpr std::size_t grain = 4096;
+        const Account empty{PowerBalance(!emitters_.empty())};
+        std::vector<Account> blocks((tree_.points() + grain - 1) / grain, empty);
+        parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
+            Account& of = blocks[begin / grain];
+            for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
+                if (!tree_.is_leaf(p)) continue;
+                const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
+                const Rgb lamps = sources_.from_emitters(p) + system_->lamps(p);
+                of.power.add(system_->part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h,
+                                                lamps.x + lamps.y + lamps.z, system_->loss(p), system_->lost_scale(p)});
+                of.squared += tree_.area(p) * luminance(h) * luminance(h);
+                of.area += tree_.area(p);
+            }
         });
-        reference_ = std::sqrt(squared / area);
+        Account all = empty;
+        for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
+        reference_ = std::sqrt(all.squared / all.area);
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
                                 {"cut", static_cast<double>(cut_.nodes.size())},
                                 {"refined", static_cast<double>(refined)},
@@ -167,7 +178,7 @@ private:
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
                                 {"imbalance", imbalance_}});
-        const Figures balance = power.figures();
+        const Figures balance = all.power.figures();
         out_.history.back().insert(out_.history.back().end(), balance.begin(), balance.end());
         watch_.lap("solve");
         out_.history.back().emplace_back("seconds", total_seconds(out_.timings));

@@ -34,6 +34,19 @@ void PowerBalance::add(std::uint32_t part, const Surfel& s) {
     flux.variance += s.loss.variance * emitted * sum(s.emission);
 }
 
+void PowerBalance::Flux::operator+=(const Flux& other) {
+    entered += other.entered, absorbed += other.absorbed;
+    escaped += other.escaped, into_backs += other.into_backs;
+    emitted += other.emitted, arrived += other.arrived;
+    emission_escaped += other.emission_escaped, emission_into_backs += other.emission_into_backs;
+    doubt += other.doubt, variance += other.variance;
+}
+
+void PowerBalance::operator+=(const PowerBalance& other) {
+    if (other.parts_.size() > parts_.size()) parts_.resize(other.parts_.size());
+    for (std::size_t part = 0; part < other.parts_.size(); ++part) parts_[part] += other.parts_[part];
+}
+
 void PowerBalance::Flux::settle_emission() {
     const double lost_by_rays = emission_escaped + emission_into_backs;
     if (!(lost_by_rays > 0.0)) return;

@@ -25,6 +25,7 @@ public:
         double lost_scale;  // of what is reflected, by reciprocity
     };
     void add(std::uint32_t part, const Surfel& surfel);
+    void operator+=(const PowerBalance& other);
 
     // power_in, power_absorbed, power_escaped, power_into_backs, power_lost (what is left, of either sign), parts, and
     // largest_part_lost: of the part that balances worst, what it loses or makes of what enters it.
@@ -37,6 +38,7 @@ private:
         double emitted = 0.0, arrived = 0.0, emission_escaped = 0.0, emission_into_backs = 0.0;
         double doubt = 0.0, variance = 0.0;
         void settle_emission();
+        void operator+=(const Flux& other);
         double lost() const { return entered - absorbed - escaped - into_backs; }
     };
     bool emission_sampled_;
