@@ -1,5 +1,6 @@
 """What the system may do to a process: full disks, forks, little memory, Ctrl-C, several threads."""
 
+import contextlib
 import os
 import resource
 import signal
@@ -28,15 +29,17 @@ def run_apart(code, seconds=120, **options):
     return done.stdout
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def full_disk():
-    """No file grows beyond SMALL_FILE: writes fail as they do on a full disk."""
+    """No file grows beyond SMALL_FILE: writes fail as they do on a full disk, those of pytest's report as well."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL_FILE, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    signal.signal(signal.SIGXFSZ, ignored)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
 
 
 def write_small(path, points=1):
@@ -47,13 +50,13 @@ def write_small(path, points=1):
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.exr", "a.hdr", "a.ply"])
-def test_a_full_disk_is_told_and_keeps_the_old_file(name, tmp_path, full_disk):
+def test_a_full_disk_is_told_and_keeps_the_old_file(name, tmp_path):
     path = tmp_path / name
     write_small(path)
     path.chmod(0o640)
     before = path.read_bytes()
     # Noise of 3 x 2000 pixels does not fit, however packed: 18000 bytes in 8 bits.
-    with pytest.raises(sf.FileError, match=rf"a\{path.suffix}: cannot be written"):
+    with full_disk(), pytest.raises(sf.FileError, match=rf"a\{path.suffix}: cannot be written"):
         write_small(path, 2000)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == [name]
