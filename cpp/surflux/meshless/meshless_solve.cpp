@@ -272,8 +272,7 @@ private:
         for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
         write();
         watch_.lap("evaluation");
-        const std::size_t n = scene_.surfels.size();
-        check_solution(scene_, tracer_, usual_checks(n), usual_checking_rays, options_.seed, stage("self-check"), out_);
+        check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_);
         for (const auto& figure : power_) out_.history.back().push_back(figure);
     }
 

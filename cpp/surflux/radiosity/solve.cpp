@@ -9,13 +9,6 @@
 
 namespace surflux {
 
-namespace {
-
-// Places that are checked with all pairs, by so many rays twice.
-constexpr int checked_of_pairs = 1000, rays_of_pairs = 256;
-
-}  // namespace
-
 Solution solve(const Scene& scene, const SolveOptions& options, const StageProgress& progress) {
     const std::size_t n = scene.surfels.size();
     require(n > 0, "scene: it has no surfels");
@@ -30,7 +23,6 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
     Stopwatch watch(out.timings);
     const Tracer tracer(scene);
     watch.lap("trace");
-    int checked = checked_of_pairs, rays = rays_of_pairs;
     if (by_pairs) {
         solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},
                        progress, out);
@@ -48,10 +40,8 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
         refinement.direct = options.direct;
         refinement.seed = options.seed;
         solve_by_gathering(scene, tracer, refinement, progress, out);
-        checked = usual_checks(n);
-        rays = usual_checking_rays;
     }
-    check_solution(scene, tracer, checked, rays, options.seed, progress ? progress("self-check") : Progress{}, out);
+    check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out);
     return out;
 }
 

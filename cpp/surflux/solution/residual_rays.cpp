@@ -1,0 +1,115 @@
+#include "surflux/solution/residual_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/morton.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t direction_stream = 0x6a7e85ed, light_stream = 0x119875ed, second_stream = 0x5ec0bd11;
+// Widths of a surfel within which the light across it is not taken as one value.
+constexpr double near_widths = 2.0;
+
+// Which way a normal points mostly: one of the six axes.
+int main_direction(const Vec3& n) {
+    const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
+    if (x >= y && x >= z) return n.x > 0.0 ? 0 : 1;
+    if (y >= z) return n.y > 0.0 ? 2 : 3;
+    return n.z > 0.0 ? 4 : 5;
+}
+
+}  // namespace
+
+Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()) {
+    std::vector<std::uint32_t> order = morton_order(surfels.positions);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return main_direction(surfels.normals[a]) < main_direction(surfels.normals[b]);
+    });
+    double total = 0.0, area = 0.0;
+    for (const double a : surfels.areas) total += a;
+    int direction = -1;
+    for (const std::uint32_t i : order) {
+        const int own = main_direction(surfels.normals[i]);
+        if (own != direction || area * static_cast<double>(wanted) >= total) ++count, area = 0.0, direction = own;
+        area += surfels.areas[i];
+        of[i] = static_cast<std::uint32_t>(count - 1);
+    }
+}
+
+ResidualRays::Sequences::Sequences(std::uint64_t seed, std::uint64_t stream)
+    : directions(4, seed + direction_stream, stream),
+      lights(4, seed + light_stream, stream),
+      random(seed + second_stream, stream),
+      choice_(random.uniform()) {}
+
+double ResidualRays::Sequences::next_choice() {
+    constexpr double golden = 0.6180339887498949;  // evenest of multiples modulo 1, and of no base
+    choice_ += choice_ < 1.0 - golden ? golden : golden - 1.0;
+    return choice_;
+}
+
+void ResidualRays::aim(const Departure& from, const double* u, double choice, const Rgb& throughput) {
+    const LightRay light = lights_.sample(from.position, from.normal, u[0], u[1], choice);
+    if (!(light.length > 0.0)) return;
+    const bool free = light.target == Hit::none;
+    (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
+    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target});
+}
+
+bool ResidualRays::is_near(const Hit& hit) const {
+    return hit.distance * hit.distance < near_widths * near_widths * surfels_.areas[hit.surfel];
+}
+
+void ResidualRays::send(const Hit& hit, const Rgb& throughput, Gathered& sum) const {
+    if (!hit || !hit.front) return;
+    const Rgb reflected = throughput * surfels_.reflectance[hit.surfel];
+    sum.irradiance += reflected * irradiance_[hit.surfel];
+    sum.from[regions_.of[hit.surfel]] += reflected;
+}
+
+void ResidualRays::gather(const Place& place, int count, Sequences& sequences, Gathered& sum) {
+    const Frame frame = frame_around(place.normal);
+    for (int r = 0; r < count && !lights_.empty(); ++r) {
+        const double* u = sequences.lights.next();
+        aim({points_.at(place, u[2], u[3]), place.normal, place.surfel}, u, sequences.next_choice(), {1, 1, 1});
+    }
+    for (int r = 0; r < count; ++r) {
+        const double* u = sequences.directions.next();
+        const Vec3 from = points_.at(place, u[2], u[3]);
+        const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
+        const Hit hit = tracer_.closest(place.surfel, from, direction);
+        sum.irradiance += lights_.found(from, place.normal, direction, hit);
+        if (!hit || !hit.front || surfels_.reflectance[hit.surfel] == Rgb{}) continue;
+        if (!is_near(hit)) {
+            send(hit, {1, 1, 1}, sum);
+            continue;
+        }
+        const Departure at{from + hit.distance * direction, surfels_.normals[hit.surfel], hit.surfel};
+        double v[5];
+        for (double& x : v) x = sequences.random.uniform();
+        if (!lights_.empty()) aim(at, v, v[2], surfels_.reflectance[hit.surfel]);
+        ahead_.push_back({at, frame_around(at.normal).to_world(square_to_cosine_hemisphere(v[3], v[4]))});
+        ahead_throughput_.push_back(surfels_.reflectance[hit.surfel]);
+    }
+    rays += static_cast<std::size_t>(count) + shadow_.size() + towards_.size() + ahead_.size();
+    tracer_.free(shadow_, free_);
+    for (std::size_t k = 0; k < shadow_.size(); ++k)
+        if (free_[k]) sum.irradiance += shadow_gain_[k].irradiance;
+    tracer_.closest(towards_, hits_);
+    for (std::size_t k = 0; k < towards_.size(); ++k)
+        if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) sum.irradiance += towards_gain_[k].irradiance;
+    tracer_.closest(ahead_, hits_);
+    for (std::size_t k = 0; k < ahead_.size(); ++k) {
+        const Ray& ray = ahead_[k];
+        sum.irradiance += ahead_throughput_[k] *
+                          lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
+        send(hits_[k], ahead_throughput_[k], sum);
+    }
+    shadow_.clear(), shadow_gain_.clear(), towards_.clear(), towards_gain_.clear();
+    ahead_.clear(), ahead_throughput_.clear();
+}
+
+}  // namespace surflux
