@@ -29,9 +29,9 @@ class Solution:
         direct: (n, 3) the part of H that comes from lights and Environments.
         cut: (n,) index of the node that each surfel's light was solved for, which may be a group of surfels (D04 7.1):
             `history[-1]["cut"]` of them. None where there was none, as with solve_meshless.
-        error: the solver's own estimate of the relative RMS error of H: fresh rays from 400 to 1000 surfels gather
-            light anew, over two bounces, so that it sees what is lost by one value per surfel, too. What direct light
-            is off by at those surfels is not in it; NaN where it was not estimated.
+        error: the solver's own estimate of the relative RMS error of H, direct light included: from the residuals at
+            2000 surfels, drawn by area, that fresh rays find there, and what they bring to all others over all
+            bounces. Never less than what its rays can tell; NaN where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
             (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
@@ -39,7 +39,8 @@ class Solution:
             themselves), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
             each ray), rays, channels (1 where all is grey), applications of the operator, residual, imbalance (of what
             neighbourhoods send and what all receive from them, before reciprocity mended it), error (an estimate from
-            the noise of the rays and from what neighbours say; at the end that of `error`), power_in and where it ends:
+            the noise of the rays and from what neighbours say; at the end that of `error`), error_uncertainty (the
+            standard error of `error`), power_in and where it ends:
             power_absorbed, power_escaped, power_into_backs and power_lost, which is what is left, of either sign (all
             channels added up; a grey scene has its one three times), parts (of the scene that see nothing of each
             other), largest_part_lost (of the part that balances worst, what it loses or makes of what enters it),

@@ -24,7 +24,7 @@ def floor_of_points(n=20):
     return surfels_of(np.stack([x, y, 0 * x], axis=1), [[0, 0, 1]] * n * n, 0.0)
 
 
-def means(scene, solution, seed, per=16, samples=256):
+def means(scene, solution, seed, per=64, samples=64):
     """H by the path tracer, as the mean over places of each surfel, the same places for the same seed."""
     s, random = solution.surfels, np.random.default_rng(seed)
     uv = (stats.qmc.Sobol(2, rng=random).random(per) + random.random((len(s), 1, 2))) % 1.0
@@ -33,16 +33,13 @@ def means(scene, solution, seed, per=16, samples=256):
     return found[:, 0].reshape(len(s), per).mean(axis=1)
 
 
-def measured(lit, black, solution):
-    """Relative RMS of what is not direct light, as Solution.error has it, and its standard error.
-
-    Two halves, whose noise has no part in the product; direct light is that of the same scene in black, at the same
-    places.
-    """
+def measured(scene, solution):
+    """Relative RMS error, as Solution.error has it, and its standard error: by two halves, whose noise has no part in
+    the product."""
     weight, h = solution.surfels.areas, solution.irradiance[:, 0]  # all is grey
-    size = (weight * h**2).sum()
-    bounced = h - solution.direct[:, 0]
-    off = [bounced - means(lit, solution, seed) + means(black, solution, seed) for seed in (1, 2)]
+    off = [h - means(scene, solution, seed) for seed in (1, 2)]
+    true = [h - d for d in off]
+    size = (weight * true[0] * true[1]).sum()
     error = np.sqrt((weight * off[0] * off[1]).sum() / size)
     spread = np.sqrt((weight**2 * (off[0] - off[1]) ** 2 * (off[0] + off[1]) ** 2 / 4).sum()) / size
     return error, spread / (2 * error)
@@ -50,13 +47,23 @@ def measured(lit, black, solution):
 
 @pytest.mark.parametrize("patch_area", [0.25, 0.0625])
 def test_it_sees_what_one_value_per_surfel_loses(patch_area):
-    """A ball hangs over a floor whose patches have one value each, in and out of its shadow: 5 %, and 1.6 %."""
-    lit, black = ball_over_a_floor(0.6, patch_area), ball_over_a_floor(0.0, patch_area)
-    solution = solve_own(lit)
-    truth, error = measured(lit, black, solution)
-    assert error < truth / 4
-    assert 0.01 < truth < 0.06
-    assert 0.5 * truth < solution.error < 2 * truth
+    """A ball hangs over a floor whose patches have one value each, in and out of its shadow."""
+    scene = ball_over_a_floor(0.6, patch_area)
+    solution = solve_own(scene)
+    truth, error = measured(scene, solution)
+    assert error < truth / 8
+    assert 0.7 * truth < solution.error < 1.5 * truth
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+def test_it_sees_direct_light_and_what_it_brings(solve, seed):
+    """Borders of a shadow with few shadow rays: what is off is direct light, which no bounce shows."""
+    scene = ball_over_a_floor(0.6, 0.01)
+    solution = solve(scene, seed=seed, probes=4, shadow_rays=8)
+    truth, error = measured(scene, solution)
+    assert error < truth / 8
+    assert 0.7 * truth < solution.error < 1.5 * truth
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

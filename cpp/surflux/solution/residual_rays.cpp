@@ -1,10 +1,5 @@
 #include "surflux/solution/residual_rays.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "surflux/core/morton.h"
-
 namespace surflux {
 
 namespace {
@@ -13,31 +8,7 @@ constexpr std::uint64_t direction_stream = 0x6a7e85ed, light_stream = 0x119875ed
 // Widths of a surfel within which the light across it is not taken as one value.
 constexpr double near_widths = 2.0;
 
-// Which way a normal points mostly: one of the six axes.
-int main_direction(const Vec3& n) {
-    const double x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
-    if (x >= y && x >= z) return n.x > 0.0 ? 0 : 1;
-    if (y >= z) return n.y > 0.0 ? 2 : 3;
-    return n.z > 0.0 ? 4 : 5;
-}
-
 }  // namespace
-
-Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()) {
-    std::vector<std::uint32_t> order = morton_order(surfels.positions);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return main_direction(surfels.normals[a]) < main_direction(surfels.normals[b]);
-    });
-    double total = 0.0, area = 0.0;
-    for (const double a : surfels.areas) total += a;
-    int direction = -1;
-    for (const std::uint32_t i : order) {
-        const int own = main_direction(surfels.normals[i]);
-        if (own != direction || area * static_cast<double>(wanted) >= total) ++count, area = 0.0, direction = own;
-        area += surfels.areas[i];
-        of[i] = static_cast<std::uint32_t>(count - 1);
-    }
-}
 
 ResidualRays::Sequences::Sequences(std::uint64_t seed, std::uint64_t stream)
     : directions(4, seed + direction_stream, stream),
@@ -104,8 +75,8 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
     tracer_.closest(ahead_, hits_);
     for (std::size_t k = 0; k < ahead_.size(); ++k) {
         const Ray& ray = ahead_[k];
-        sum.irradiance += ahead_throughput_[k] *
-                          lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
+        sum.irradiance +=
+            ahead_throughput_[k] * lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
         send(hits_[k], ahead_throughput_[k], sum);
     }
     shadow_.clear(), shadow_gain_.clear(), towards_.clear(), towards_gain_.clear();

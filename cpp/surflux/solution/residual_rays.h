@@ -8,23 +8,10 @@
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
+#include "surflux/solution/residuals.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
-
-// Regions of the surface, of about equal area, alike in place and normal.
-struct Regions {
-    Regions(const Surfels& surfels, std::size_t count);
-    std::vector<std::uint32_t> of;  // each surfel's
-    std::size_t count = 0;
-};
-
-// The light that rays bring to a place when surfaces send what a solution says, and how much of it depends on what.
-struct Gathered {
-    explicit Gathered(std::size_t regions) : from(regions) {}
-    Rgb irradiance;
-    std::vector<Rgb> from;  // by region: what reaches the place per unit of irradiance there
-};
 
 // One bounce of a solution, gathered anew. Surfaces nearer to the place than their size do not send one value: there,
 // rays gather once more where they arrive.

@@ -14,11 +14,10 @@ namespace surflux {
 
 namespace {
 
-constexpr int least_rays_each = 32;  // of each half, of each surfel
+constexpr std::size_t least_rays_each = 64;  // over the hemisphere, of each half of each surfel
 constexpr std::size_t checks_per_region = 32;
-constexpr int most_bounces = 10000;
-// Relative standard error of the square of the error at which no more paths are traced, and how many rays are, whatever
-// it is: that many at least, and of a solution's own rays that share.
+// Relative standard error of the error at which no more rays are traced; and how many may be, whatever it is: so many,
+// or that share of the rays of the solution itself.
 constexpr double enough = 0.125;
 constexpr std::size_t least_rays = 1 << 20;
 constexpr double most_share = 0.25;
@@ -49,120 +48,50 @@ std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, st
     return out;
 }
 
-struct Checked {
-    Rgb irradiance;  // by the solution
-    std::uint32_t region;
-    const Gathered* halves[2];
-};
-
-// Errors of the solution at each check by one half of the rays: its residual there, and what errors elsewhere bring,
-// which are those of the regions' means: they solve e = r + T e between regions (defect correction on a coarse grid).
-class HalfErrors {
-public:
-    HalfErrors(const std::vector<Checked>& checks, std::size_t regions, int half, double rays)
-        : checks_(checks), regions_(regions), half_(half), rays_(rays) {
-        std::vector<double> count(regions, 0.0);
-        std::vector<Rgb> residual(regions), from(regions * regions);
-        for (const Checked& c : checks_) {
-            count[c.region] += 1.0;
-            residual[c.region] += residual_of(c);
-            for (const Gathered* half_of : c.halves)
-                for (std::size_t g = 0; g < regions; ++g) from[c.region * regions + g] += half_of->from[g] / (2.0 * rays);
-        }
-        for (std::size_t k = 0; k < regions; ++k) {
-            if (count[k] == 0.0) continue;
-            residual[k] *= 1.0 / count[k];
-            for (std::size_t g = 0; g < regions; ++g) from[k * regions + g] *= 1.0 / count[k];
-        }
-        mean_ = residual;
-        std::vector<Rgb> next(regions);
-        for (int step = 0; step < most_bounces; ++step) {
-            double change = 0.0, size = 0.0;
-            for (std::size_t k = 0; k < regions; ++k) {
-                next[k] = residual[k];
-                for (std::size_t g = 0; g < regions; ++g) next[k] += from[k * regions + g] * mean_[g];
-                const Rgb moved = next[k] - mean_[k];
-                change += dot(moved, moved), size += dot(next[k], next[k]);
-            }
-            mean_.swap(next);
-            if (change <= 1e-12 * size) break;
-        }
-    }
-    Rgb residual_of(const Checked& c) const { return c.halves[half_]->irradiance / rays_ - c.irradiance; }
-    // What errors elsewhere bring.
-    Rgb from_others(const Checked& c) const {
-        Rgb sum;
-        for (const Gathered* half_of : c.halves)
-            for (std::size_t g = 0; g < regions_; ++g) sum += half_of->from[g] / (2.0 * rays_) * mean_[g];
-        return sum;
-    }
-
-private:
-    const std::vector<Checked>& checks_;
-    std::size_t regions_;
-    int half_;
-    double rays_;
-    std::vector<Rgb> mean_;
-};
-
-SelfCheck error_of(const std::vector<Checked>& checks, std::size_t regions, int rays) {
-    const HalfErrors one(checks, regions, 0, rays), two(checks, regions, 1, rays);
-    double off = 0.0, all = 0.0, spread = 0.0, common = 0.0;
-    for (const Checked& c : checks) {
-        const Rgb others = one.from_others(c), others_too = two.from_others(c);
-        const Rgb e = one.residual_of(c) + others, e_too = two.residual_of(c) + others_too;
-        const double product = dot(e, e_too);
-        off += product, spread += product * product;
-        all += dot(c.irradiance + e, c.irradiance + e_too);
-        common += dot(others - others_too, others - others_too) / 2.0;
-    }
-    if (!(all > 0.0)) return {};
-    const double deviation = std::sqrt(spread + common * common);
-    SelfCheck out;
-    // Below the standard error of the sum nothing is known: that is the least it claims.
-    out.error = std::sqrt(std::max(off, deviation) / all);
-    out.uncertainty = deviation / (2.0 * out.error * all);
-    return out;
-}
-
 }  // namespace
 
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
                           const SelfCheckOptions& options, const Progress& progress) {
     const Surfels& leaves = solution.surfels;
-    const std::vector<std::uint32_t> drawn = drawn_by_area(leaves, static_cast<std::size_t>(options.surfels), options.seed);
-    const std::size_t checked = drawn.size();
-    const Regions regions(scene.surfels, std::max<std::size_t>(1, checked / checks_per_region));
+    const std::vector<std::uint32_t> drawn = drawn_by_area(leaves, options.surfels, options.seed);
+    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region));
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution);
     const SurfelPoints points(leaves);
     const LightSampler lights(scene);
-    // Of both halves, first one, then the other of each surfel.
+    // Of both halves: of each surfel first one, then the other.
     std::vector<ResidualRays::Sequences> sequences;
-    for (std::size_t k = 0; k < 2 * checked; ++k) sequences.emplace_back(options.seed, k);
-    std::vector<Gathered> sums(2 * checked, Gathered(regions.count));
+    for (std::size_t k = 0; k < 2 * drawn.size(); ++k) sequences.emplace_back(options.seed, k);
+    std::vector<Gathered> sums(sequences.size(), Gathered(regions.count));
+    std::vector<Residual> residuals;
+    for (std::size_t k = 0; k < drawn.size(); ++k)
+        residuals.push_back(
+            {solution.irradiance[drawn[k]], regions.of[solution.parents[drawn[k]]], {&sums[2 * k], &sums[2 * k + 1]}});
+    // Rounds, of which each doubles the rays.
     std::atomic<std::size_t> traced{0};
-    for (int total = 0, more = least_rays_each;; more = total) {
+    std::size_t each = 0, more = least_rays_each, planned = drawn.size() * least_rays_each;
+    while (4 * planned <= options.most_rays) planned *= 2;
+    for (;; more = each) {
+        const Progress of_round = [&](std::size_t done, std::size_t) {
+            return !progress || progress(std::min(planned, drawn.size() * each + done * more), planned);
+        };
         parallel_blocks(
-            checked, 8,
+            drawn.size(), 8,
             [&](std::size_t begin, std::size_t end) {
                 ResidualRays rays(scene.surfels, tracer, lights, of_scene, regions, points);
                 for (std::size_t k = 2 * begin; k < 2 * end; ++k) {
                     const std::uint32_t i = drawn[k / 2];
                     const Place place{leaves.positions[i], leaves.normals[i], solution.parents[i], i, true};
-                    rays.gather(place, more, sequences[k], sums[k]);
+                    rays.gather(place, static_cast<int>(more), sequences[k], sums[k]);
                 }
                 traced += rays.rays;
             },
-            progress);
-        total += more;
-        std::vector<Checked> checks(checked);
-        for (std::size_t k = 0; k < checked; ++k) {
-            const std::uint32_t i = drawn[k];
-            checks[k] = {solution.irradiance[i], regions.of[solution.parents[i]], &sums[2 * k], &sums[2 * k + 1]};
+            of_round);
+        each += more;
+        const ErrorEstimate estimate = error_from(residuals, regions.count, static_cast<double>(each));
+        if (estimate.uncertainty <= enough * estimate.error || 2 * traced > options.most_rays) {
+            report(progress, planned, planned);
+            return {estimate, traced};
         }
-        SelfCheck out = error_of(checks, regions.count, total);
-        out.rays = traced;
-        if (out.is_enough() || 2 * out.rays > options.most_rays) return out;
     }
 }
 
@@ -175,10 +104,10 @@ void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed
     options.most_rays = std::max(least_rays, static_cast<std::size_t>(most_share * figure(figures, "rays")));
     const SelfCheck check = gathering_error(scene, tracer, solution, options, progress);
     watch.lap("self-check");
-    solution.error = check.error;
+    solution.error = check.estimate.error;
     figure(figures, "rays") += static_cast<double>(check.rays);
-    figure(figures, "error") = check.error;
-    figure(figures, "error_uncertainty") = check.uncertainty;
+    figure(figures, "error") = check.estimate.error;
+    figure(figures, "error_uncertainty") = check.estimate.uncertainty;
     figure(figures, "seconds") = total_seconds(solution.timings);
 }
 
