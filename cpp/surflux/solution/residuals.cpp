@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "surflux/core/morton.h"
+#include "surflux/solution/gmres.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr int most_steps = 20000;  // of the coarse system; at reflectance .999 some thousand
+constexpr double coarse_tolerance = 1e-9;
+constexpr int most_applications = 1000;
 
 // Which way a normal points mostly: one of the six axes.
 int main_direction(const Vec3& n) {
@@ -18,8 +20,6 @@ int main_direction(const Vec3& n) {
     if (y >= z) return n.y > 0.0 ? 2 : 3;
     return n.z > 0.0 ? 4 : 5;
 }
-
-double squared(const Rgb& a) { return dot(a, a); }
 
 // Means over regions. Of the residuals one half has those of even places, the other of odd ones: which surfels were
 // drawn is then no more common to both than the noise of rays.
@@ -83,22 +83,30 @@ public:
     }
 
 private:
-    // x = b + F x. Rows of F, or columns weighted by area, sum to less than 1, so that the iteration converges.
+    // x = b + F x.
     template <class Entry>
     std::vector<Rgb> solved(const std::vector<Rgb>& b, const Entry& entry) const {
-        std::vector<Rgb> x = b, next(regions_);
-        for (int step = 0; step < most_steps; ++step) {
-            double change = 0.0, size = 0.0;
-            for (std::size_t k = 0; k < regions_; ++k) {
-                next[k] = b[k];
-                for (std::size_t g = 0; g < regions_; ++g) next[k] += entry(k, g) * x[g];
-                change += squared(next[k] - x[k]);
-                size += squared(next[k]);
-            }
-            x.swap(next);
-            if (change <= 1e-16 * size) break;
-        }
-        return x;
+        const auto apply = [&](const std::vector<double>& x, std::vector<double>& out) {
+            const std::vector<Rgb> all = unpacked(x);
+            std::vector<Rgb> left = all;
+            for (std::size_t k = 0; k < regions_; ++k)
+                for (std::size_t g = 0; g < regions_; ++g) left[k] -= entry(k, g) * all[g];
+            out = packed(left);
+        };
+        std::vector<double> x(3 * regions_, 0.0);
+        gmres(apply, packed(b), LinearSystems(3), coarse_tolerance, most_applications, x);
+        return unpacked(x);
+    }
+
+    static std::vector<double> packed(const std::vector<Rgb>& x) {
+        std::vector<double> out;
+        for (const Rgb& c : x) out.insert(out.end(), {c.x, c.y, c.z});
+        return out;
+    }
+    static std::vector<Rgb> unpacked(const std::vector<double>& x) {
+        std::vector<Rgb> out;
+        for (std::size_t k = 0; k + 2 < x.size(); k += 3) out.push_back({x[k], x[k + 1], x[k + 2]});
+        return out;
     }
 
     const std::vector<Residual>& residuals_;

@@ -36,8 +36,8 @@ struct ErrorEstimate {
 
 // The error e of H at surfels solves e = r + T e, with r the residual D + T H - H and T one bounce. Of T e only the
 // mean over each region is resolved: a coarse system, solved for each half of the rays, brings all bounces (defect
-// correction; Brandt 1977, section 2). sqrt(sum e'.e'' / sum (H + e').(H + e'')) of the two halves: the noise of their
-// rays has no part in its mean.
+// correction on a coarse grid; Brandt 1977). The estimate is sqrt(sum e'.e'' / sum (H + e').(H + e'')) of the two
+// halves: the noise of their rays has no part in its mean.
 ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t regions, double rays_each);
 
 }  // namespace surflux
