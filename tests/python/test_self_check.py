@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 import surflux as sf
+from estimates import DEFAULT, Estimated
 from fresh_rays import starts
 from scenes import patch, solve_own, surfels_of
 from surflux import shapes
@@ -83,3 +84,21 @@ def test_a_tiny_lamp_is_no_reason_to_doubt(lamp, seed):
     truth = np.sqrt((weight * (found - expected) ** 2).sum() / (weight * expected**2).sum())
     # It never claims less than its rays can tell, which is 1e-4 here.
     assert 0.5 * truth < solution.error < max(2 * truth, 1e-4)
+
+
+@pytest.fixture(scope="module")
+def ball_on_a_floor():
+    """Under an area lamp, whose penumbra on points has most of the error."""
+    unit = shapes.sphere(1500)
+    ball = surfels_of(0.5 * unit.points + np.array([0, 0, 0.6]), unit.normals, 0.6)
+    floor = patch([-4, -4, 0], [8, 0, 0], [0, 8, 0], 0.6, 0.0, 0.04)
+    return Estimated(sf.Scene([floor, ball], [sf.AreaLight([-0.5, -0.5, 4], [0, 1, 0], [1, 0, 0], 30.0)]))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("solver", ["rays", "meshless"])
+def test_it_is_the_error_of_ordinary_scenes(ball_on_a_floor, solver, seed):
+    solution = DEFAULT[solver](ball_on_a_floor.scene, seed=seed)
+    error, doubt = ball_on_a_floor.error(solution)
+    assert doubt < 0.2 * error
+    assert 0.7 < solution.error / error < 1.5
