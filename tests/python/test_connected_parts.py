@@ -43,6 +43,16 @@ def test_furnace_beside_bright_spheres_is_exact(solver, rho):
     assert solution.history[-1]["parts"] >= 2
 
 
+@pytest.mark.parametrize("points", [300, 1000])
+def test_furnace_around_a_ball_is_exact(solver, points):
+    """Of a closed room and a closed ball nobody sees a back: at rho = .999 what they took would add up 1000 times."""
+    ball = surfels_of(0.25 * shapes.sphere(points).points + [0.5, 0.45, 0.4], shapes.sphere(points).normals, 0.999, 1e-3)
+    solution = solver(sf.Scene([cube_inside(6, 0.999, 1e-3), ball]))
+    assert solution.history[-1]["power_into_backs"] == 0.0
+    # Shares of hemispheres are sums of floats in the meshless basis: 1e-7 of them, 1000 times.
+    np.testing.assert_allclose(solution.radiosity, 1.0, atol=1e-4)
+
+
 def test_lit_room_has_the_light_that_it_has_alone(solver):
     """rho = .95: a wall glows, so that light is reflected some twenty times before it is absorbed."""
     glowing = np.zeros(600)

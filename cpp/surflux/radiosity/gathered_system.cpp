@@ -77,7 +77,7 @@ Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x
 }
 
 // What nodes send: E + rho (H0 + f + P x), or rho P x alone.
-void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
+void GatheredSystem::send(const std::vector<double>& x, bool with_sources, bool scaled) {
     sent_.resize(tree_.size() * channels_);
     parallel_for(tree_.points(), 1024, [&](std::size_t k) {
         const auto p = static_cast<std::uint32_t>(k);
@@ -91,7 +91,7 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
                 for (std::size_t c = 0; c < channels_; ++c)
                     h[c] += weights_[w].weight * x[weights_[w].site * channels_ + c];
         }
-        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[k];
+        const double scale = sender_scale_.empty() || !scaled ? 1.0 : sender_scale_[k];
         const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
         for (std::size_t c = 0; c < channels_; ++c)
             sent_[k * channels_ + c] =
@@ -102,6 +102,11 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
 
 const std::vector<double>& GatheredSystem::sent(const std::vector<double>& x) {
     send(x, true);
+    return sent_;
+}
+
+const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& x) {
+    send(x, true, false);
     return sent_;
 }
 

@@ -52,10 +52,10 @@ public:
     Rgb lamps(std::uint32_t point) const;
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
-    // What a row is scaled by.
-    double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
     // What all nodes send, for x as it is, as scaled.
     const std::vector<double>& sent(const std::vector<double>& x);
+    // The same without the factors of senders.
+    const std::vector<double>& radiosity(const std::vector<double>& x);
 
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
@@ -64,7 +64,8 @@ public:
     Rgb found(std::size_t place) const;
 
 private:
-    void send(const std::vector<double>& x, bool with_sources);
+    double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
+    void send(const std::vector<double>& x, bool with_sources, bool scaled = true);
     void gather(std::vector<double>& out) const;
     void find_parts();
     void drop_scaling();

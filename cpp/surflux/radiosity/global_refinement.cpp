@@ -261,8 +261,6 @@ private:
         out_.history.back().emplace_back("error", error_);  // or less
     }
 
-    template <class Value>
-    std::vector<Rgb> to_first_order(const NodalField::Values& field, const Value& value) const;
     void write();
 
     const Scene& scene_;
@@ -289,42 +287,13 @@ private:
     std::unique_ptr<NodalField> field_;
 };
 
-// A field at all leaves, to first order, whose mean around each node is that of the weights alone: those are what
-// energy was balanced for. `value` is that of a node.
-template <class Value>
-std::vector<Rgb> GlobalRefinement::to_first_order(const NodalField::Values& field, const Value& value) const {
-    std::vector<Rgb> out(tree_.points()), wanted(cut_.rows.size()), found(cut_.rows.size());
-    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
-        const auto p = static_cast<std::uint32_t>(k);
-        if (tree_.is_leaf(p)) out[p] = field_->at(field, tree_.position(p), tree_.normal(p), system_->weights(p));
-    });
-    tree_.for_leaves([&](std::uint32_t p) {
-        Rgb constant;
-        for (const Interpolation::Weight& w : system_->weights(p)) constant += w.weight * value(w.site);
-        for (const Interpolation::Weight& w : system_->weights(p)) {
-            wanted[w.site] += (tree_.area(p) * w.weight) * constant;
-            found[w.site] += (tree_.area(p) * w.weight) * out[p];
-        }
-    });
-    for (std::size_t k = 0; k < wanted.size(); ++k)
-        for (int c = 0; c < 3; ++c) wanted[k][c] = found[k][c] > 0.0 ? wanted[k][c] / found[k][c] : 1.0;
-    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
-        const auto p = static_cast<std::uint32_t>(k);
-        if (!tree_.is_leaf(p)) return;
-        Rgb scale;
-        for (const Interpolation::Weight& w : system_->weights(p)) scale += w.weight * wanted[w.site];
-        out[p] = scale * out[p];
-    });
-    return out;
-}
-
 void GlobalRefinement::write() {
+    // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
+    const std::vector<double>& radiosity = system_->radiosity(values_);
     std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
         TiltedRgb& light = from_surfels[k];
-        light = gathering_.gather_tilted(cut_.rows[k], *sent_, system_->channels());
-        const double scale = system_->row_scale(k);
-        light.u *= scale, light.v *= scale;
+        light = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
         light.value = system_->value(values_, k);
         const TiltedRgb& lamp = gathering_.lamps()[cut_.rows[k]];
         light.value += lamp.value;
@@ -332,15 +301,20 @@ void GlobalRefinement::write() {
         light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
-    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_, stage("interpolation")),
-                             sky = field_->fit(std::move(from_sky), &sight_, stage("interpolation"));
-    const std::vector<Rgb> reflected = to_first_order(
-        indirect, [&](std::size_t k) { return system_->value(values_, k) + gathering_.lamps()[cut_.rows[k]].value; });
-    const std::vector<Rgb> of_sky =
-        to_first_order(sky, [&](std::size_t k) { return gathering_.sky()[cut_.rows[k]].value; });
+    std::vector<NodalField::Place> leaves;
+    tree_.for_leaves([&](std::uint32_t p) {
+        leaves.push_back({tree_.position(p), tree_.normal(p), tree_.area(p), system_->weights(p)});
+    });
+    const auto at_leaves = [&](std::vector<TiltedRgb> values) {
+        return field_->at_conservatively(field_->fit(std::move(values), &sight_, stage("interpolation")), leaves);
+    };
+    const std::vector<Rgb> reflected = at_leaves(std::move(from_surfels)), of_sky = at_leaves(std::move(from_sky));
+    std::vector<std::uint32_t> leaf_of(tree_.points());
+    std::uint32_t leaf = 0;
+    tree_.for_leaves([&](std::uint32_t p) { leaf_of[p] = leaf++; });
     write_leaves(tree_, out_, [&](std::uint32_t p) {
-        const Rgb direct = sources_.from_lights(p) + of_sky[p];
-        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[p],
+        const Rgb direct = sources_.from_lights(p) + of_sky[leaf_of[p]];
+        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[leaf_of[p]],
                          tree_.level(cut_.nodes[cut_.place_of[p]])};
     });
     tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });

@@ -24,7 +24,7 @@ DeviceError no_device(RTCError why) {
                                std::round(available_memory() / 1e6), " MB left"));
 }
 
-constexpr std::size_t surrounding = 9;    // a disk and those around it that may lie below its rim
+constexpr std::size_t surrounding = 9;   // a disk and those around it that may lie below its rim
 constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
 
 }  // namespace
