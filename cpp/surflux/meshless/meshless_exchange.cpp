@@ -14,7 +14,7 @@ MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& ba
     std::vector<Rgb> values(gather_.size());
     for (std::size_t k = 0; k < values.size(); ++k) {
         const HemisphereGather::Row& row = gather_[k];
-        values[k] = {row.escape, row.into_backs, row.emitted.x + row.emitted.y + row.emitted.z};
+        values[k] = {row.escape, row.into_backs, 0.0};
     }
     receivers_.coefficients(values, found_);
     find_parts();
@@ -152,16 +152,12 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
     return out;
 }
 
-Figures MeshlessExchange::power(const Solution& solution, const std::vector<double>& lost_scale,
-                                const std::function<Rgb(std::uint32_t)>& sampled_emission) const {
+Figures MeshlessExchange::power(const Solution& solution) const {
     const Surfels& s = scene_.surfels;
-    PowerBalance balance(!gather_.finds_emission());
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const Rgb lamps = sampled_emission(i);
+    PowerBalance balance;
+    for (std::uint32_t i = 0; i < s.size(); ++i)
         balance.add(part_of_surfel_[i], {s.areas[i], s.reflectance[i], s.emission[i], solution.direct[i],
-                                         solution.irradiance[i], lamps.x + lamps.y + lamps.z + means_.mean(i, found_).z,
-                                         losses_[i], lost_scale.empty() ? 1.0 : lost_scale[i]});
-    }
+                                         solution.irradiance[i], losses_[i]});
     return balance.figures();
 }
 

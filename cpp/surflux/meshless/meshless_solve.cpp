@@ -252,7 +252,6 @@ private:
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
         imbalance_ = scaling.before;
         gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
-        lost_scale_ = scaling.lost;
         parts_ = exchange.parts();
         for (std::size_t row = 0; row < first_.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
@@ -296,7 +295,6 @@ private:
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
     double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
-    std::vector<double> lost_scale_;          // of what each surfel loses; empty: 1
     std::vector<std::uint32_t> parts_;        // connected part of each row; empty: one
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
     // solution.
@@ -370,9 +368,7 @@ void MeshlessRadiosity::write() {
             for (std::size_t i = begin; i < end; ++i) write_one(i);
         },
         stage("evaluation"));
-    power_ = exchange.power(out_, lost_scale_, [&](std::uint32_t i) {
-        return options_.indirect_only ? light_.emitted_at_surfel(i) : Rgb{};
-    });
+    power_ = exchange.power(out_);
 }
 
 }  // namespace

@@ -124,7 +124,6 @@ void GatheredSystem::drop_scaling() {
     row_area_.clear();
     part_.clear();
     sender_scale_.clear();
-    lost_scale_.clear();
 }
 
 // Places of the cut are connected where one is interpolated from at a point that another's rays met.
@@ -175,13 +174,6 @@ Rgb GatheredSystem::sky(std::uint32_t point) const {
     return sum;
 }
 
-Rgb GatheredSystem::lamps(std::uint32_t point) const {
-    Rgb sum;
-    for (const Interpolation::Weight& w : weights(point))
-        sum += w.weight * gathering_.lamps()[cut_->rows[w.site]].value;
-    return sum;
-}
-
 ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const Progress& progress) {
     drop_scaling();
     send(x, true);
@@ -224,8 +216,6 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress);
     sender_scale_.assign(tree_.points(), 1.0);
     for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];
-    lost_scale_.assign(tree_.points(), 1.0);
-    for (std::size_t j = 0; j < leaves.size(); ++j) lost_scale_[leaves[j]] = scaling.lost[j];
     row_scale_ = scaling.rows;
     return scaling;
 }

@@ -150,21 +150,19 @@ private:
             double squared = 0.0, area = 0.0;
         };
         constexpr std::size_t grain = 4096;
-        const Account empty{PowerBalance(!emitters_.empty())};
-        std::vector<Account> blocks((tree_.points() + grain - 1) / grain, empty);
+        std::vector<Account> blocks((tree_.points() + grain - 1) / grain);
         parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
             Account& of = blocks[begin / grain];
             for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
                 if (!tree_.is_leaf(p)) continue;
                 const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
-                const Rgb lamps = sources_.from_emitters(p) + system_->lamps(p);
-                of.power.add(system_->part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h,
-                                                lamps.x + lamps.y + lamps.z, system_->loss(p), system_->lost_scale(p)});
+                of.power.add(system_->part(p),
+                             {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h, system_->loss(p)});
                 of.squared += tree_.area(p) * luminance(h) * luminance(h);
                 of.area += tree_.area(p);
             }
         });
-        Account all = empty;
+        Account all;
         for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
         reference_ = std::sqrt(all.squared / all.area);
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
