@@ -80,7 +80,7 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
         squared += weight * off * off;
         out.variance += weight * std::max(0.0, areas_[row]) * variance_of_share(met, 1.0 / gather_[row].share);
     });
-    out.doubt = std::sqrt(squared);
+    out.spread = std::sqrt(squared);
     return out;
 }
 
@@ -90,7 +90,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     RayExchange exchange;
     exchange.area = areas_;
     const std::size_t rows = gather_.size();
-    exchange.doubt.assign(rows, 0.0);
+    exchange.spread.assign(rows, 0.0);
     for (std::size_t k = 0; k < rows; ++k) {
         exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
@@ -106,7 +106,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
             gather_.sends(i) ? s.areas[i] * outside : 0.0,
             losses_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
-            if (areas_[row] > 0.0) exchange.doubt[row] += weight * sender.area * sender.loss.doubt / areas_[row];
+            if (areas_[row] > 0.0) exchange.spread[row] += weight * sender.area * sender.loss.spread / areas_[row];
         });
         exchange.sender.push_back(sender);
     }
@@ -147,7 +147,7 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const std::uint32_t group = scaling.group[i];
         const double ratio = received[group] > 0.0 && sent[group] > 0.0 ? sent[group] / received[group] : 1.0;
-        out[i] = scaling.senders[i] * std::pow(ratio, scaling.trust[group]);
+        out[i] = scaling.senders[i] * std::pow(ratio, scaling.sender_weight[group]);
     }
     return out;
 }

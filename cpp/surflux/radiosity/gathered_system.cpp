@@ -164,7 +164,7 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
         const double off = gathering_.row(cut_->rows[w.site]).met() - out.met();
         squared += w.weight * off * off;
     }
-    out.doubt = std::sqrt(squared);
+    out.spread = std::sqrt(squared);
     return out;
 }
 
@@ -186,7 +186,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         for (const Interpolation::Weight& w : weights(p)) row_area_[w.site] += w.weight * tree_.area(p);
     RayExchange exchange;
     exchange.area = row_area_;
-    exchange.doubt.assign(places, 0.0);
+    exchange.spread.assign(places, 0.0);
     for (std::size_t k = 0; k < places; ++k) {
         exchange.met.push_back(gathering_.row(cut_->rows[k]).met());
         exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
@@ -195,7 +195,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, tree_.area(p), loss(p)};
         for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
         for (const Interpolation::Weight& w : weights(p))
-            exchange.doubt[w.site] += w.weight * tree_.area(p) * sender.loss.doubt / row_area_[w.site];
+            exchange.spread[w.site] += w.weight * tree_.area(p) * sender.loss.spread / row_area_[w.site];
         exchange.sender.push_back(sender);
     }
     std::vector<double> nodes(tree_.size());

@@ -175,7 +175,8 @@ private:
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
-                                {"imbalance", imbalance_}});
+                                {"imbalance", imbalance_},
+                                {"imbalance_left", imbalance_left_}});
         const Figures balance = all.power.figures();
         out_.history.back().insert(out_.history.back().end(), balance.begin(), balance.end());
         watch_.lap("solve");
@@ -251,7 +252,9 @@ private:
                                              values_, stage("solve"));
         if (asked.empty()) {
             // Energy that rays' noise and interpolation would lose or make is kept where it is.
-            imbalance_ = system_->scale_by_reciprocity(values_, stage("solve")).before;
+            const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
+            imbalance_ = scaling.before;
+            imbalance_left_ = scaling.after;
             const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
             linear = {linear.applications + last.applications, last.residual};
         }
@@ -278,8 +281,9 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;   // RMS of H
-    double imbalance_ = 0.0;   // of what senders send and what is received of it, before it was scaled
+    double reference_ = 0.0;  // RMS of H
+    double imbalance_ = 0.0;  // of what senders send and what is received of it, before it was scaled
+    double imbalance_left_ = 0.0;
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
