@@ -1,5 +1,7 @@
 """What one part of a scene lacks of its energy, no other part makes up for."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -141,3 +143,16 @@ def test_figures_are_numbers_also_of_what_is_buried(solver):
     scene = sf.Scene([cube_inside(6, 0.5), box, buried], [sf.PointLight([0.5, 0.5, 0.9], 1.0)])
     for figures in solver(scene).history:
         assert all(np.isfinite(value) for value in figures.values()), figures
+
+
+def test_backs_that_take_much_of_the_light_are_warned_of(solver):
+    """The ceiling faces up: a sixth of what the other walls send meets its back, and more with every bounce."""
+    room = cube_inside(6, 0.5)
+    floor_and_walls, ceiling = room[:180], room[180:]
+    turned = sf.Surfels.from_mesh(([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2, 3]]), 1 / 36)
+    lamp = [sf.PointLight([0.5, 0.4, 0.5], 3.0)]
+    with pytest.warns(UserWarning, match=r"backs of surfaces absorb \d\d% of the light"):
+        solver(sf.Scene([floor_and_walls, turned], lamp))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solver(sf.Scene([floor_and_walls, ceiling], lamp))
