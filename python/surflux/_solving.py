@@ -12,6 +12,8 @@ from surflux.scene import Scene
 from surflux.solution import Solution
 from surflux.surfels import Surfels
 
+# Share of the power that enters a scene, above which what backs of surfaces take of it is said.
+MUCH_INTO_BACKS = 0.01
 # What a solver of _core gives that a Solution takes as it is.
 FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
 
@@ -36,9 +38,14 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = solver(core, **options, progress=callback)
-    residual = result["history"][-1]["residual"]
+    figures = result["history"][-1]
+    residual = figures["residual"]
     if converges and residual > options["tolerance"]:
         warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=3)
+    if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
+        share = figures["power_into_backs"] / figures["power_in"]
+        text = f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way or should be two_sided"
+        warnings.warn(text, stacklevel=3)
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
         surfels,

@@ -189,5 +189,38 @@ TEST(NodalField, TurnsWithTheNormal) {
     }
 }
 
+TEST(NodalField, IsConservativeAndBoundedAtTheEdgeOfAShadow) {
+    // Nodes in the dark have next to nothing, and slopes take it away wherever they count.
+    const auto shadow = [](const Vec3& p) {
+        const double light = p.x < 0.5 ? 1e-9 : p.x - 0.5;
+        return Rgb{light, 2.0 * light, 0.0};
+    };
+    std::vector<Rgb> at_nodes;
+    const NodalField field = plane_of(square(8, 0.4), shadow, at_nodes);
+    const Values values = field.fit(at_nodes);
+    const std::vector<Vec3> points = square(50, 0.0);
+    std::vector<std::vector<Interpolation::Weight>> weights(points.size());
+    std::vector<NodalField::Place> places;
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        field.interpolation().at(points[p], up, 0, weights[p]);
+        places.push_back({points[p], up, 1.0 + points[p].y, weights[p]});
+    }
+    const std::vector<Rgb> found = field.at_conservatively(values, places);
+    double sum = 0.0, expected = 0.0;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        Rgb constant;
+        for (const Interpolation::Weight& w : weights[p]) constant += w.weight * at_nodes[w.site];
+        for (int c = 0; c < 2; ++c) {
+            // Twice by slopes, and twice by what makes up for them.
+            ASSERT_GE(found[p][c], 0.25 * constant[c]) << p;
+            ASSERT_LE(found[p][c], 4.0 * constant[c]) << p;
+        }
+        EXPECT_EQ(found[p].z, 0.0);
+        sum += places[p].area * found[p].y;
+        expected += places[p].area * constant.y;
+    }
+    EXPECT_NEAR(sum, expected, 1e-12 * expected);
+}
+
 }  // namespace
 }  // namespace surflux

@@ -46,7 +46,7 @@ struct Rooms {
             out.area.push_back(1.0);
             out.met.push_back(met);
             out.rays.push_back(static_cast<std::uint32_t>(rays));
-            out.doubt.push_back(0.0);
+            out.spread.push_back(0.0);
             const double x = static_cast<double>(k % places) / static_cast<double>(places);
             out.sender.push_back({{x, static_cast<double>(k / places), 0.0},
                                   {0.0, 0.0, 1.0},
@@ -106,11 +106,11 @@ TEST(ReciprocalScaling, EnergyIsThatOfTheSendersInAClosedRoom) {
 
 TEST(ReciprocalScaling, WhereSendersRaysSayLittleTheReceiversAreBelieved) {
     // 199 of 200 rays escape: of some 13 that are left of each group's 2560, senders and receivers know as much, and
-    // the doubt of interpolation decides.
+    // the spread of interpolation decides.
     const int rays = 64;
     const Rooms open(400, 1, rays, 13, 0.995);
     RayExchange exchange = open.exchange(rays);
-    for (RayExchange::Sender& sender : exchange.sender) sender.loss.doubt = 0.01;
+    for (RayExchange::Sender& sender : exchange.sender) sender.loss.spread = 0.01;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     for (const double scale : found.senders) EXPECT_NEAR(scale, 1.0, 0.01);
     for (const double lost : found.lost) EXPECT_NEAR(lost, 1.0, 0.01);

@@ -56,6 +56,80 @@ TEST(Tracer, NoPairInsideOrOutsideASphereIsFalselyBlocked) {
     }
 }
 
+TEST(Tracer, NoRaySeesTheBackOfAClosedConvexCloud) {
+    // Lines from all around, isotropic: those that graze it pass under the rims of disks, which stand off the sphere.
+    for (const std::size_t n : {100u, 300u, 1000u}) {
+        const Scene scene = scene_of({shapes::sphere(n, 1.0, 1.0, 0.5, 0.0)});
+        const Tracer tracer(scene);
+        std::vector<Ray> rays;
+        std::vector<Hit> hits;
+        std::vector<bool> meets;
+        EvenPoints even(4, 1, n);
+        for (int k = 0; k < 20000; ++k) {
+            const double* u = even.next();
+            const double z = 1.0 - 2.0 * u[0], ring = std::sqrt(1.0 - z * z), turn = 2.0 * pi * u[1];
+            const Frame frame = frame_around({ring * std::cos(turn), ring * std::sin(turn), z});
+            const double distance = 1.1 * std::sqrt(u[2]), angle = 2.0 * pi * u[3];
+            const Vec3 beside = distance * (std::cos(angle) * frame.u + std::sin(angle) * frame.v);
+            rays.push_back({{beside - 4.0 * frame.n, frame.n, Hit::none}, frame.n});
+            meets.push_back(distance < 1.0);
+        }
+        tracer.closest(rays, hits);
+        for (std::size_t k = 0; k < rays.size(); ++k) {
+            ASSERT_TRUE(hits[k] || !meets[k]) << n << " " << k;
+            ASSERT_TRUE(hits[k].front || !hits[k]) << n << " " << k;
+        }
+    }
+}
+
+TEST(Tracer, OpenCloudsBlockFromBehind) {
+    // Half a sphere, seen from its middle, and a layer over another of the same object, nearer than their disks reach.
+    Surfels dome;
+    const Surfels whole = shapes::sphere(2000, 1.0, 1.0, 0.5, 0.0);
+    for (std::uint32_t i = 0; i < whole.size(); ++i)
+        if (whole.positions[i].z > 0.0)
+            dome.positions.push_back(whole.positions[i]), dome.normals.push_back(whole.normals[i]);
+    shapes::finish(dome, 0.5, 0.0);
+    dome.radii = estimate_radii(dome.positions);
+    dome.areas.assign(dome.size(), 1.0);
+    const Scene half = scene_of({dome});
+    const Tracer of_half(half);
+    EvenPoints even(2, 1, 0);
+    const auto upwards = [&even] {
+        const double* u = even.next();
+        Vec3 d = square_to_cosine_hemisphere(u[0], u[1]);
+        d.z = std::max(d.z, 0.2);
+        return normalized(d);
+    };
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    for (int k = 0; k < 2000; ++k) rays.push_back({{{}, up, Hit::none}, upwards()});
+    of_half.closest(rays, hits);
+    for (const Hit& hit : hits) ASSERT_TRUE(hit && !hit.front);
+
+    Surfels layers;
+    for (int layer = 0; layer < 2; ++layer)
+        for (int x = 0; x < 40; ++x)
+            for (int y = 0; y < 40; ++y) {
+                layers.positions.push_back({0.1 * x, 0.1 * y, 0.03 * layer});
+                layers.normals.push_back(normalized(Vec3{0.1 * std::sin(x), 0.1 * std::cos(y), 1.0}));
+            }
+    shapes::finish(layers, 0.5, 0.0);
+    layers.radii.assign(layers.size(), 0.12);
+    layers.areas.assign(layers.size(), 0.01);
+    const Scene both = scene_of({layers});
+    const Tracer of_layers(both);
+    rays.clear();
+    for (const double height : {-1.0, 0.015})
+        for (int k = 0; k < 2000; ++k) rays.push_back({{{2.0, 2.0, height}, up, Hit::none}, upwards()});
+    of_layers.closest(rays, hits);
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+        if (rays[k].direction.z < 0.6) continue;
+        ASSERT_TRUE(hits[k] && !hits[k].front) << k;
+        ASSERT_EQ(hits[k].surfel < 1600, rays[k].from.position.z < 0.0) << k;
+    }
+}
+
 TEST(Tracer, WhatTouchesButFacesTheSurfelBlocks) {
     // A lid of the same object 1e-3 of a radius above: near, overlapping, and an obstacle all the same.
     Surfels floor = disk({0, 0, 0}, up, 0.5);

@@ -84,6 +84,7 @@ WITHIN = {
     "clouds_that_cross": 1.5e-3,
     "corner_of_clouds": 1.5e-3,
     "disks_that_cross": 1.8e-3,
+    "large_ball_on_a_floor_of_patches": 1.5e-3,
     **{name: 1.25 * off for name, off in OFF.items()},
 }
 

@@ -11,7 +11,7 @@ from surflux import shapes
 PER_ITERATION = {
     *("iteration", "surfels", "cut", "refined", "inserted", "links", "rays", "channels", "applications", "residual"),
     *("error", "seconds", "power_in", "power_absorbed", "power_escaped", "power_into_backs"),
-    *("power_lost", "parts", "largest_part_lost", "imbalance"),
+    *("power_lost", "power_lost_error", "parts", "largest_part_lost", "imbalance", "imbalance_left"),
 }
 
 

@@ -14,7 +14,7 @@ MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& ba
     std::vector<Rgb> values(gather_.size());
     for (std::size_t k = 0; k < values.size(); ++k) {
         const HemisphereGather::Row& row = gather_[k];
-        values[k] = {row.escape, row.into_backs, row.emitted.x + row.emitted.y + row.emitted.z};
+        values[k] = {row.escape, row.into_backs, 0.0};
     }
     receivers_.coefficients(values, found_);
     find_parts();
@@ -80,7 +80,7 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
         squared += weight * off * off;
         out.variance += weight * std::max(0.0, areas_[row]) * variance_of_share(met, 1.0 / gather_[row].share);
     });
-    out.doubt = std::sqrt(squared);
+    out.spread = std::sqrt(squared);
     return out;
 }
 
@@ -90,7 +90,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     RayExchange exchange;
     exchange.area = areas_;
     const std::size_t rows = gather_.size();
-    exchange.doubt.assign(rows, 0.0);
+    exchange.spread.assign(rows, 0.0);
     for (std::size_t k = 0; k < rows; ++k) {
         exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
@@ -106,7 +106,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
             gather_.sends(i) ? s.areas[i] * outside : 0.0,
             losses_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
-            if (areas_[row] > 0.0) exchange.doubt[row] += weight * sender.area * sender.loss.doubt / areas_[row];
+            if (areas_[row] > 0.0) exchange.spread[row] += weight * sender.area * sender.loss.spread / areas_[row];
         });
         exchange.sender.push_back(sender);
     }
@@ -147,21 +147,17 @@ std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const std::uint32_t group = scaling.group[i];
         const double ratio = received[group] > 0.0 && sent[group] > 0.0 ? sent[group] / received[group] : 1.0;
-        out[i] = scaling.senders[i] * std::pow(ratio, scaling.trust[group]);
+        out[i] = scaling.senders[i] * std::pow(ratio, scaling.sender_weight[group]);
     }
     return out;
 }
 
-Figures MeshlessExchange::power(const Solution& solution, const std::vector<double>& lost_scale,
-                                const std::function<Rgb(std::uint32_t)>& sampled_emission) const {
+Figures MeshlessExchange::power(const Solution& solution) const {
     const Surfels& s = scene_.surfels;
-    PowerBalance balance(!gather_.finds_emission());
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const Rgb lamps = sampled_emission(i);
+    PowerBalance balance;
+    for (std::uint32_t i = 0; i < s.size(); ++i)
         balance.add(part_of_surfel_[i], {s.areas[i], s.reflectance[i], s.emission[i], solution.direct[i],
-                                         solution.irradiance[i], lamps.x + lamps.y + lamps.z + means_.mean(i, found_).z,
-                                         losses_[i], lost_scale.empty() ? 1.0 : lost_scale[i]});
-    }
+                                         solution.irradiance[i], losses_[i]});
     return balance.figures();
 }
 

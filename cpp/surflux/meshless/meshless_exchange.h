@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "surflux/meshless/hemisphere_gather.h"
@@ -30,10 +29,8 @@ public:
     // where rays end and far ones as means, of which they may see the brighter part.
     std::vector<double> lit_scale(const ReciprocalScaling& scaling) const;
 
-    // Where the power went, with what light sampling found of emission at each surfel beside the basis. Rows may have
-    // been forgotten by then.
-    Figures power(const Solution& solution, const std::vector<double>& lost_scale,
-                  const std::function<Rgb(std::uint32_t)>& sampled_emission) const;
+    // Where the power went. Rows may have been forgotten by then.
+    Figures power(const Solution& solution) const;
 
 private:
     void find_parts();
@@ -50,7 +47,7 @@ private:
     std::vector<std::uint32_t> parts_, part_of_surfel_;
     std::vector<HemisphereLoss> losses_;  // of each surfel
     std::vector<double> areas_;           // that each row stands for
-    std::vector<Rgb> found_;              // coefficients of what escapes, what backs absorb, and what emitters bring
+    std::vector<Rgb> found_;              // coefficients of what escapes, and of what backs absorb
 };
 
 }  // namespace surflux

@@ -236,6 +236,7 @@ private:
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
                                 {"imbalance", imbalance_},
+                                {"imbalance_left", imbalance_left_},
                                 {"seconds", total_seconds(out_.timings)}});
     }
 
@@ -251,8 +252,8 @@ private:
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
         imbalance_ = scaling.before;
+        imbalance_left_ = scaling.after;
         gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
-        lost_scale_ = scaling.lost;
         parts_ = exchange.parts();
         for (std::size_t row = 0; row < first_.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
@@ -295,8 +296,8 @@ private:
     std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
     std::vector<Rgb> sent_;                   // of each surfel
     double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
-    std::vector<double> lost_scale_;          // of what each surfel loses; empty: 1
-    std::vector<std::uint32_t> parts_;        // connected part of each row; empty: one
+    double imbalance_left_ = 0.0;
+    std::vector<std::uint32_t> parts_;  // connected part of each row; empty: one
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
     // solution.
     std::vector<Rgb> direct_, unbounced_, first_, values_;
@@ -369,9 +370,7 @@ void MeshlessRadiosity::write() {
             for (std::size_t i = begin; i < end; ++i) write_one(i);
         },
         stage("evaluation"));
-    power_ = exchange.power(out_, lost_scale_, [&](std::uint32_t i) {
-        return options_.indirect_only ? light_.emitted_at_surfel(i) : Rgb{};
-    });
+    power_ = exchange.power(out_);
 }
 
 }  // namespace

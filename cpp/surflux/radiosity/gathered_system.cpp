@@ -77,7 +77,7 @@ Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x
 }
 
 // What nodes send: E + rho (H0 + f + P x), or rho P x alone.
-void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
+void GatheredSystem::send(const std::vector<double>& x, bool with_sources, bool scaled) {
     sent_.resize(tree_.size() * channels_);
     parallel_for(tree_.points(), 1024, [&](std::size_t k) {
         const auto p = static_cast<std::uint32_t>(k);
@@ -91,7 +91,7 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
                 for (std::size_t c = 0; c < channels_; ++c)
                     h[c] += weights_[w].weight * x[weights_[w].site * channels_ + c];
         }
-        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[k];
+        const double scale = sender_scale_.empty() || !scaled ? 1.0 : sender_scale_[k];
         const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
         for (std::size_t c = 0; c < channels_; ++c)
             sent_[k * channels_ + c] =
@@ -102,6 +102,11 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources) {
 
 const std::vector<double>& GatheredSystem::sent(const std::vector<double>& x) {
     send(x, true);
+    return sent_;
+}
+
+const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& x) {
+    send(x, true, false);
     return sent_;
 }
 
@@ -119,7 +124,6 @@ void GatheredSystem::drop_scaling() {
     row_area_.clear();
     part_.clear();
     sender_scale_.clear();
-    lost_scale_.clear();
 }
 
 // Places of the cut are connected where one is interpolated from at a point that another's rays met.
@@ -160,20 +164,13 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
         const double off = gathering_.row(cut_->rows[w.site]).met() - out.met();
         squared += w.weight * off * off;
     }
-    out.doubt = std::sqrt(squared);
+    out.spread = std::sqrt(squared);
     return out;
 }
 
 Rgb GatheredSystem::sky(std::uint32_t point) const {
     Rgb sum;
     for (const Interpolation::Weight& w : weights(point)) sum += w.weight * gathering_.sky()[cut_->rows[w.site]].value;
-    return sum;
-}
-
-Rgb GatheredSystem::lamps(std::uint32_t point) const {
-    Rgb sum;
-    for (const Interpolation::Weight& w : weights(point))
-        sum += w.weight * gathering_.lamps()[cut_->rows[w.site]].value;
     return sum;
 }
 
@@ -189,7 +186,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         for (const Interpolation::Weight& w : weights(p)) row_area_[w.site] += w.weight * tree_.area(p);
     RayExchange exchange;
     exchange.area = row_area_;
-    exchange.doubt.assign(places, 0.0);
+    exchange.spread.assign(places, 0.0);
     for (std::size_t k = 0; k < places; ++k) {
         exchange.met.push_back(gathering_.row(cut_->rows[k]).met());
         exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
@@ -198,7 +195,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, tree_.area(p), loss(p)};
         for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
         for (const Interpolation::Weight& w : weights(p))
-            exchange.doubt[w.site] += w.weight * tree_.area(p) * sender.loss.doubt / row_area_[w.site];
+            exchange.spread[w.site] += w.weight * tree_.area(p) * sender.loss.spread / row_area_[w.site];
         exchange.sender.push_back(sender);
     }
     std::vector<double> nodes(tree_.size());
@@ -219,8 +216,6 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress);
     sender_scale_.assign(tree_.points(), 1.0);
     for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];
-    lost_scale_.assign(tree_.points(), 1.0);
-    for (std::size_t j = 0; j < leaves.size(); ++j) lost_scale_[leaves[j]] = scaling.lost[j];
     row_scale_ = scaling.rows;
     return scaling;
 }

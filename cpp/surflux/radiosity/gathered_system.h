@@ -39,23 +39,20 @@ public:
     Span<Interpolation::Weight> weights(std::uint32_t leaf) const {
         return {weights_.data() + begin_[leaf], weights_.data() + begin_[leaf + 1]};
     }
-    // What of a point's hemisphere leaves the scene, or meets backs, by the weights; and what reciprocity multiplies
-    // that by.
+    // What of a point's hemisphere leaves the scene, or meets backs, by the weights.
     HemisphereLoss loss(std::uint32_t point) const;
-    double lost_scale(std::uint32_t point) const { return lost_scale_.empty() ? 1.0 : lost_scale_[point]; }
     // The connected part that a point belongs to; before any scaling, all are one.
     std::uint32_t part(std::uint32_t point) const {
         return part_.empty() || weights(point).empty() ? 0 : part_[weights(point).begin()->site];
     }
-    // What rays of the nodes around found of the sky, and of emitters.
+    // What rays of the nodes around found of the sky.
     Rgb sky(std::uint32_t point) const;
-    Rgb lamps(std::uint32_t point) const;
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
-    // What a row is scaled by.
-    double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
     // What all nodes send, for x as it is, as scaled.
     const std::vector<double>& sent(const std::vector<double>& x);
+    // The same without the factors of senders.
+    const std::vector<double>& radiosity(const std::vector<double>& x);
 
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
@@ -64,7 +61,8 @@ public:
     Rgb found(std::size_t place) const;
 
 private:
-    void send(const std::vector<double>& x, bool with_sources);
+    double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
+    void send(const std::vector<double>& x, bool with_sources, bool scaled = true);
     void gather(std::vector<double>& out) const;
     void find_parts();
     void drop_scaling();
@@ -75,10 +73,10 @@ private:
     const bool emitters_apart_;
     const std::size_t channels_;
     const Cut* cut_ = nullptr;
-    std::vector<double> row_scale_, row_area_;       // of places of the cut; empty: 1
-    std::vector<double> sender_scale_, lost_scale_;  // of points; empty: 1
-    std::vector<std::uint32_t> part_;                // connected part of each place of the cut
-    std::vector<std::size_t> begin_;                 // of each point, in weights_
+    std::vector<double> row_scale_, row_area_;  // of places of the cut; empty: 1
+    std::vector<double> sender_scale_;          // of points; empty: 1
+    std::vector<std::uint32_t> part_;           // connected part of each place of the cut
+    std::vector<std::size_t> begin_;            // of each point, in weights_
     std::vector<Interpolation::Weight> weights_;
     std::vector<double> sent_;
 };

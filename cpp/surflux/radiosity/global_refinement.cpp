@@ -150,21 +150,19 @@ private:
             double squared = 0.0, area = 0.0;
         };
         constexpr std::size_t grain = 4096;
-        const Account empty{PowerBalance(!emitters_.empty())};
-        std::vector<Account> blocks((tree_.points() + grain - 1) / grain, empty);
+        std::vector<Account> blocks((tree_.points() + grain - 1) / grain);
         parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
             Account& of = blocks[begin / grain];
             for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
                 if (!tree_.is_leaf(p)) continue;
                 const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
-                const Rgb lamps = sources_.from_emitters(p) + system_->lamps(p);
-                of.power.add(system_->part(p), {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h,
-                                                lamps.x + lamps.y + lamps.z, system_->loss(p), system_->lost_scale(p)});
+                of.power.add(system_->part(p),
+                             {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h, system_->loss(p)});
                 of.squared += tree_.area(p) * luminance(h) * luminance(h);
                 of.area += tree_.area(p);
             }
         });
-        Account all = empty;
+        Account all;
         for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
         reference_ = std::sqrt(all.squared / all.area);
         out_.history.push_back({{"surfels", static_cast<double>(tree_.leaves())},
@@ -177,7 +175,8 @@ private:
                                 {"channels", static_cast<double>(system_->channels())},
                                 {"applications", static_cast<double>(linear.applications)},
                                 {"residual", linear.residual},
-                                {"imbalance", imbalance_}});
+                                {"imbalance", imbalance_},
+                                {"imbalance_left", imbalance_left_}});
         const Figures balance = all.power.figures();
         out_.history.back().insert(out_.history.back().end(), balance.begin(), balance.end());
         watch_.lap("solve");
@@ -253,7 +252,9 @@ private:
                                              values_, stage("solve"));
         if (asked.empty()) {
             // Energy that rays' noise and interpolation would lose or make is kept where it is.
-            imbalance_ = system_->scale_by_reciprocity(values_, stage("solve")).before;
+            const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
+            imbalance_ = scaling.before;
+            imbalance_left_ = scaling.after;
             const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
             linear = {linear.applications + last.applications, last.residual};
         }
@@ -261,8 +262,6 @@ private:
         out_.history.back().emplace_back("error", error_);  // or less
     }
 
-    template <class Value>
-    std::vector<Rgb> to_first_order(const NodalField::Values& field, const Value& value) const;
     void write();
 
     const Scene& scene_;
@@ -282,49 +281,21 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;   // RMS of H
-    double imbalance_ = 0.0;   // of what senders send and what is received of it, before it was scaled
+    double reference_ = 0.0;  // RMS of H
+    double imbalance_ = 0.0;  // of what senders send and what is received of it, before it was scaled
+    double imbalance_left_ = 0.0;
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
     std::unique_ptr<NodalField> field_;
 };
 
-// A field at all leaves, to first order, whose mean around each node is that of the weights alone: those are what
-// energy was balanced for. `value` is that of a node.
-template <class Value>
-std::vector<Rgb> GlobalRefinement::to_first_order(const NodalField::Values& field, const Value& value) const {
-    std::vector<Rgb> out(tree_.points()), wanted(cut_.rows.size()), found(cut_.rows.size());
-    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
-        const auto p = static_cast<std::uint32_t>(k);
-        if (tree_.is_leaf(p)) out[p] = field_->at(field, tree_.position(p), tree_.normal(p), system_->weights(p));
-    });
-    tree_.for_leaves([&](std::uint32_t p) {
-        Rgb constant;
-        for (const Interpolation::Weight& w : system_->weights(p)) constant += w.weight * value(w.site);
-        for (const Interpolation::Weight& w : system_->weights(p)) {
-            wanted[w.site] += (tree_.area(p) * w.weight) * constant;
-            found[w.site] += (tree_.area(p) * w.weight) * out[p];
-        }
-    });
-    for (std::size_t k = 0; k < wanted.size(); ++k)
-        for (int c = 0; c < 3; ++c) wanted[k][c] = found[k][c] > 0.0 ? wanted[k][c] / found[k][c] : 1.0;
-    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
-        const auto p = static_cast<std::uint32_t>(k);
-        if (!tree_.is_leaf(p)) return;
-        Rgb scale;
-        for (const Interpolation::Weight& w : system_->weights(p)) scale += w.weight * wanted[w.site];
-        out[p] = scale * out[p];
-    });
-    return out;
-}
-
 void GlobalRefinement::write() {
+    // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
+    const std::vector<double>& radiosity = system_->radiosity(values_);
     std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
         TiltedRgb& light = from_surfels[k];
-        light = gathering_.gather_tilted(cut_.rows[k], *sent_, system_->channels());
-        const double scale = system_->row_scale(k);
-        light.u *= scale, light.v *= scale;
+        light = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
         light.value = system_->value(values_, k);
         const TiltedRgb& lamp = gathering_.lamps()[cut_.rows[k]];
         light.value += lamp.value;
@@ -332,15 +303,20 @@ void GlobalRefinement::write() {
         light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
-    const NodalField::Values indirect = field_->fit(std::move(from_surfels), &sight_, stage("interpolation")),
-                             sky = field_->fit(std::move(from_sky), &sight_, stage("interpolation"));
-    const std::vector<Rgb> reflected = to_first_order(
-        indirect, [&](std::size_t k) { return system_->value(values_, k) + gathering_.lamps()[cut_.rows[k]].value; });
-    const std::vector<Rgb> of_sky =
-        to_first_order(sky, [&](std::size_t k) { return gathering_.sky()[cut_.rows[k]].value; });
+    std::vector<NodalField::Place> leaves;
+    tree_.for_leaves([&](std::uint32_t p) {
+        leaves.push_back({tree_.position(p), tree_.normal(p), tree_.area(p), system_->weights(p)});
+    });
+    const auto at_leaves = [&](std::vector<TiltedRgb> values) {
+        return field_->at_conservatively(field_->fit(std::move(values), &sight_, stage("interpolation")), leaves);
+    };
+    const std::vector<Rgb> reflected = at_leaves(std::move(from_surfels)), of_sky = at_leaves(std::move(from_sky));
+    std::vector<std::uint32_t> leaf_of(tree_.points());
+    std::uint32_t leaf = 0;
+    tree_.for_leaves([&](std::uint32_t p) { leaf_of[p] = leaf++; });
     write_leaves(tree_, out_, [&](std::uint32_t p) {
-        const Rgb direct = sources_.from_lights(p) + of_sky[p];
-        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[p],
+        const Rgb direct = sources_.from_lights(p) + of_sky[leaf_of[p]];
+        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[leaf_of[p]],
                          tree_.level(cut_.nodes[cut_.place_of[p]])};
     });
     tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });

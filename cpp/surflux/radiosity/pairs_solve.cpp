@@ -117,16 +117,14 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
                     {"largest_shortfall", closure.largest_shortfall},
                     {"short_rows", static_cast<double>(closure.short_rows)},
                     {"closure_applications", static_cast<double>(closure.applications)}};
-    PowerBalance power(false);
+    PowerBalance power;
     for (std::size_t i = 0; i < n; ++i)
         power.add(parts[i], {s.areas[i],
                              s.reflectance[i],
                              s.emission[i],
                              out.direct[i],
                              out.irradiance[i],
-                             0.0,
-                             {hemispheres.escape[i], hemispheres.absorbed[i]},
-                             1.0});
+                             {hemispheres.escape[i], hemispheres.absorbed[i]}});
     const Figures balance = power.figures();
     figures.insert(figures.end(), balance.begin(), balance.end());
     out.history.push_back(std::move(figures));

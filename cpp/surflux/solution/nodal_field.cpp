@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
+constexpr double most_sloped = 2.0;                  // of a value by weights alone, with slopes and turns
 constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
 
 double brightness(const NodalField::Values& field, std::size_t k) {
@@ -101,6 +102,32 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
         sum[c] = std::clamp(sum[c], std::max(0.0, least[c] - spare), most[c] + spare);
     }
     return sum;
+}
+
+std::vector<Rgb> NodalField::at_conservatively(const Values& field, const std::vector<Place>& places) const {
+    std::vector<Rgb> out(places.size()), constant(places.size()), wanted(size()), found(size());
+    parallel_for(places.size(), 256, [&](std::size_t p) {
+        const Place& place = places[p];
+        out[p] = at(field, place.position, place.normal, place.weights);
+        for (const Interpolation::Weight& w : place.weights) constant[p] += w.weight * field.values[w.site].value;
+        for (int c = 0; c < 3; ++c) {
+            constant[p][c] = std::max(0.0, constant[p][c]);
+            out[p][c] = std::clamp(out[p][c], constant[p][c] / most_sloped, most_sloped * constant[p][c]);
+        }
+    });
+    for (std::size_t p = 0; p < places.size(); ++p)
+        for (const Interpolation::Weight& w : places[p].weights) {
+            wanted[w.site] += (places[p].area * w.weight) * constant[p];
+            found[w.site] += (places[p].area * w.weight) * out[p];
+        }
+    for (std::size_t k = 0; k < size(); ++k)
+        for (int c = 0; c < 3; ++c) wanted[k][c] = found[k][c] > 0.0 ? wanted[k][c] / found[k][c] : 1.0;
+    parallel_for(places.size(), 256, [&](std::size_t p) {
+        Rgb scale;
+        for (const Interpolation::Weight& w : places[p].weights) scale += w.weight * wanted[w.site];
+        out[p] = scale * out[p];
+    });
+    return out;
 }
 
 }  // namespace surflux

@@ -47,6 +47,17 @@ public:
     Values fit(const std::vector<Rgb>& values, const Sight* sight = nullptr, const Progress& progress = {}) const;
     Rgb at(const Values& field, const Vec3& point, const Vec3& normal, Span<Interpolation::Weight> weights) const;
 
+    struct Place {
+        Vec3 position, normal;
+        double area;
+        Span<Interpolation::Weight> weights;
+    };
+    // The field at all places of a surface, with the integral of values and weights alone: what slopes and turns add
+    // around a node is taken off there. They are limited to twice of what weights say and to half of it, so that the
+    // factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may be nothing all around a node
+    // in the dark, those would have no bound.
+    std::vector<Rgb> at_conservatively(const Values& field, const std::vector<Place>& places) const;
+
 private:
     void fit_slopes(Values& field, const Sight* sight, const Progress& progress) const;
     Rgb turned(const Values& field, std::uint32_t k, const Vec3& normal) const;

@@ -105,24 +105,24 @@ private:
 // What a group has of area, or of power: all of it, what senders' own rays say meets fronts, and what all receive.
 struct Account {
     double all = 0.0, sent = 0.0, wanted = 0.0, found = 0.0;
-    void reconcile(double trust) { wanted = std::min(all, trust * sent + (1.0 - trust) * found); }
+    void reconcile(double weight) { wanted = std::min(all, weight * sent + (1.0 - weight) * found); }
 };
 
 struct GroupOfSenders {
     std::uint32_t part = 0;
     Evidence received;
-    double receivers_doubt = 0.0, doubt = 0.0, variance = 0.0;
+    double receivers_spread = 0.0, spread = 0.0, variance = 0.0;
     Account area, power;
     double squared = 0.0;  // what all receive, weighted by the square of radiosity
 
     double mean_radiosity() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
-    // Weight of what is sent beside what is received, by variances.
-    double trust() const {
+    // Inverse-variance weight of what is sent, beside what is received.
+    double sender_weight() const {
         if (!(received.sum > 0.0) || !(power.sent > 0.0)) return 0.0;
         const double sent_squared = power.sent * power.sent, sum_squared = received.sum * received.sum;
         const double noise = received.squares / sum_squared;
         const double uncertain =
-            (variance + doubt * doubt) / sent_squared + receivers_doubt * receivers_doubt / sum_squared;
+            (variance + spread * spread) / sent_squared + receivers_spread * receivers_spread / sum_squared;
         return noise / (noise + uncertain);
     }
     // The factor a + b B of senders that send B, with which both accounts are as wanted.
@@ -133,7 +133,7 @@ struct GroupOfSenders {
         a = (area.wanted * squared - power.wanted * power.found) / determinant;
         b = (area.found * power.wanted - power.found * area.wanted) / determinant;
     }
-    double lost_scale() const {
+    double loss_scale() const {
         const double lost = power.all - power.sent;
         return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
@@ -153,17 +153,17 @@ public:
         make_groups();
         receive();
         for (GroupOfSenders& of : groups_) {
-            const double trust = of.trust();
-            of.area.reconcile(trust);
-            of.power.reconcile(trust);
+            const double weight = of.sender_weight();
+            of.area.reconcile(weight);
+            of.power.reconcile(weight);
             parts_[of.part].sent += of.power.sent;
-            out.trust.push_back(trust);
+            out.sender_weight.push_back(weight);
         }
     }
 
     void run(const Progress& progress) {
-        for (; !is_done() && out.rounds < most_rounds; ++out.rounds) {
-            report(progress, static_cast<std::size_t>(out.rounds), most_rounds);
+        for (; !is_done() && rounds_ < most_rounds; ++rounds_) {
+            report(progress, static_cast<std::size_t>(rounds_), most_rounds);
             std::vector<double> a(groups_.size()), b(groups_.size());
             for (std::size_t k = 0; k < groups_.size(); ++k) groups_[k].factor(a[k], b[k]);
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
@@ -174,7 +174,7 @@ public:
             }
             receive();
         }
-        for (std::size_t j = 0; j < out.senders.size(); ++j) out.lost.push_back(groups_[out.group[j]].lost_scale());
+        for (std::size_t j = 0; j < out.senders.size(); ++j) out.lost.push_back(groups_[out.group[j]].loss_scale());
     }
 
     ReciprocalScaling out;
@@ -210,11 +210,11 @@ private:
         for (Part& part : parts_) {
             off += part.off, sent += part.sent;
             part.done = part.done || part.off <= tolerance * part.sent ||
-                        (out.rounds > 0 && part.off > least_progress * part.last);
+                        (rounds_ > 0 && part.off > least_progress * part.last);
             done = done && part.done;
             if (part.sent > 0.0) out.after = std::max(out.after, part.off / part.sent);
         }
-        if (out.rounds == 0 && sent > 0.0) out.before = off / sent;
+        if (rounds_ == 0 && sent > 0.0) out.before = off / sent;
         return done;
     }
 
@@ -227,7 +227,7 @@ private:
         g_.scatter(weights_, received_);
         for (std::size_t j = 0; j < senders; ++j) evidence[j].squares = std::max(0.0, received_[j]);
         for (std::size_t k = 0; k < rows; ++k)
-            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.doubt[k] / g_.met[k] : 0.0;
+            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.spread[k] / g_.met[k] : 0.0;
         g_.scatter(weights_, received_);
         Grouping grouping(g_, evidence);
         out.groups = grouping.count();
@@ -240,12 +240,12 @@ private:
             of.part = sender.part;
             of.received +=
                 {sender.radiosity * evidence[j].sum, sender.radiosity * sender.radiosity * evidence[j].squares};
-            of.receivers_doubt += sender.radiosity * received_[j];
+            of.receivers_spread += sender.radiosity * received_[j];
             of.area.all += sender.area;
             of.area.sent += sender.area * sender.loss.met();
             of.power.all += power;
             of.power.sent += power * sender.loss.met();
-            of.doubt += power * sender.loss.doubt;
+            of.spread += power * sender.loss.spread;
             of.variance += sender.radiosity * power * sender.loss.variance;
             if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);
         }
@@ -255,6 +255,7 @@ private:
     std::vector<double> weights_, received_;
     std::vector<GroupOfSenders> groups_;
     std::vector<Part> parts_;
+    int rounds_ = 0;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace surflux {
 // What of a place's hemisphere meets no fronts, as shares, and how well that is known.
 struct HemisphereLoss {
     double escape = 0.0, into_backs = 0.0;
-    double doubt = 0.0;     // by how much the places it is interpolated from differ
+    double spread = 0.0;    // standard deviation among the nodes it is interpolated from
     double variance = 0.0;  // by their rays, times the area that varies as one
     double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
 };
@@ -33,7 +33,7 @@ struct RayExchange {
     std::vector<double> area;  // that each row stands for: the integral of its weights
     std::vector<double> met;   // share of each row's hemisphere that meets fronts
     std::vector<std::uint32_t> rays;
-    std::vector<double> doubt;  // by how much `met` changes from each row to those around
+    std::vector<double> spread;  // standard deviation of `met` around each row
     struct Sender {
         Vec3 position, normal;
         std::uint32_t part;  // connected part of the scene
@@ -49,8 +49,7 @@ struct ReciprocalScaling {
     std::vector<double> lost;          // of each sender: what its own rays say it loses is to be multiplied by
     std::vector<std::uint32_t> group;  // of each sender
     std::size_t groups = 0;
-    std::vector<double> trust;  // of each group: what senders' own rays count for, beside those of receivers
-    int rounds = 0;
+    std::vector<double> sender_weight;  // of each group, by inverse variances: of what senders' own rays say
     // Sum over groups of |received - sent|, over all that is sent: of everything, and of the part that is worst.
     double before = 0.0, after = 0.0;
 };
@@ -60,9 +59,9 @@ struct ReciprocalScaling {
 // for which s is linear in the radiosity within it. A group is as small as some hundred rays that met it allow:
 // neighbours in one connected part that face about the same way. So what is mended stays where it was lost, and no
 // factor knows of another part of the scene. Of both sides of that equation the one that is known better counts for
-// more, by their variances: in a closed room `met` is 1 everywhere, without doubt; where a ball rests on a wide floor
-// under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for the
-// sky is what the ball does not receive (`lost`).
+// more, by their variances: in a closed room `met` is 1 everywhere, without variance; where a ball rests on a wide
+// floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
+// the sky is what the ball does not receive (`lost`).
 //   Rows are scaled last: as surfaces reflect less than 1, the spectral radius is below 1, and a uniform furnace exact.
 ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {});
 

@@ -36,9 +36,11 @@ struct Ray {
 // those disks k of the same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a
 // convex surface or ridge that they are tangent to; those of other objects too, within the spread of their heights
 // (Scene). So it does what it crosses from behind within twice the contact distance over where it begins, unless that
-// faces the place: what lies in one plane is one surface. Arriving at a surfel or a light, the same seen backwards. By
-// index and side, not by distance alone: what touches i but faces elsewhere, or rises in front of it, blocks. Of
-// patches that coincide a ray meets the one on top (Cover). Queries are const and may run on many threads at once.
+// faces the place: what lies in one plane is one surface. Arriving at a surfel or a light, the same seen backwards. On
+// the way, rays pass under the rims of disks: they do not see the back of a disk where the surface of a neighbour lies
+// below it, so that a closed convex cloud shows no backs. By index and side, not by distance alone: what touches i but
+// faces elsewhere, or rises in front of it, blocks. Of patches that coincide a ray meets the one on top (Cover).
+// Queries are const and may run on many threads at once.
 class Tracer {
 public:
     explicit Tracer(const Scene& scene);

@@ -28,6 +28,8 @@ inline constexpr unsigned disk_geometry = 0, triangle_geometry = 1;
 inline constexpr float steepest_ridge = 0.0f;
 // The same of surfels of different objects.
 inline constexpr float other_objects_ridge = 0.5f;
+inline float dot3(const float (&a)[3], const float (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 inline constexpr float infinite = std::numeric_limits<float>::infinity();
 
 struct Tracer::Impl {
@@ -79,6 +81,8 @@ struct Tracer::Impl {
     std::vector<End> ends;
     std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
+    std::vector<std::uint32_t> lower_begin;      // per surfel, and one more
+    std::vector<std::uint32_t> lower;            // disks around, whose surface each disk rises over towards its rim
     Extent extent;
     std::vector<std::uint32_t> cover_begin;  // per surfel, and one more; empty where nothing is covered
     std::vector<CoverPart> cover_parts;      // the topmost first
@@ -179,6 +183,24 @@ struct Tracer::Impl {
         return is_beyond(DiskEnd::crease, hit.surfel, at);
     }
 
+    // A disk is tangent to its surface, so that its rim stands off where that is convex. A ray that crosses it from
+    // behind there, with the surface of a neighbour below, has not been inside, and goes on. Of disks that overlap the
+    // lowest is never passed so: what is closed, or a sheet, blocks from behind as before.
+    bool is_over_surface(const Crossing& hit) const {
+        const Disk& q = disks[hit.surfel];
+        if (!hit.is_disk || q.twin != no_surfel || dot3(hit.direction, q.normal) <= 0.0f) return false;
+        for (std::uint32_t k = lower_begin[hit.surfel]; k < lower_begin[hit.surfel + 1]; ++k) {
+            const Disk& below = disks[lower[k]];
+            float at[3];
+            for (int axis = 0; axis < 3; ++axis)
+                at[axis] = hit.from(below, axis) + hit.distance() * hit.direction[axis];
+            if (dot3(at, at) < below.radius * below.radius &&
+                dot3(at, below.normal) > 2.0f * std::max(q.contact, below.contact))
+                return true;
+        }
+        return false;
+    }
+
     // Where a ray from surfel `end`, or none, crosses something.
     float contact(std::uint32_t end, const Crossing& hit) const {
         const float there = disks[hit.surfel].contact;
@@ -229,11 +251,12 @@ struct Tracer::Impl {
     // Does the query take no notice of what ray `id` crosses there?
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
         if (query.but != no_object) return disks[hit.surfel].object == query.but;
+        if (query.nearby) return is_strange(*query.nearby, hit);
+        if (is_over_surface(hit)) return true;
         if (query.rays) {
             const Ray& ray = query.rays[id];
             return ignores(ray.from, hit) || (query.segments && ends_on(to_local(ray.length), hit));
         }
-        if (query.nearby) return is_strange(*query.nearby, hit);
         if (ignores(*query.from, hit) || ends_on(query.length, hit)) return true;
         if (query.to == no_surfel) return false;
         return hit.surfel == query.to || disks[query.to].twin == hit.surfel ||
@@ -262,6 +285,7 @@ struct Tracer::Impl {
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
 
+    void find_lower(const Surfels& s);
     void add_covers(const Scene& scene);
     // Of the patches that coincide where a ray meets `surfel`, the one on top.
     std::uint32_t topmost(std::uint32_t surfel, const RTCRay& ray) const;
