@@ -19,7 +19,7 @@ namespace surflux {
 class MeshlessExchange {
 public:
     MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
-                     const Receivers& receivers, const HemisphereGather& gather);
+                     const Receivers& receivers, const HemisphereGather& gather, const Progress& progress = {});
 
     // The connected part of each row: of those that one is gathered from by way of a surfel.
     const std::vector<std::uint32_t>& parts() const { return parts_; }
@@ -36,7 +36,7 @@ public:
                   const std::function<Rgb(std::uint32_t)>& sampled_emission) const;
 
 private:
-    void find_parts();
+    void find_parts(const Progress& progress);
     void find_areas();
     HemisphereLoss loss(std::uint32_t surfel) const;  // by the finest level on which light was gathered around it
     template <class Visit>

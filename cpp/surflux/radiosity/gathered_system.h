@@ -66,7 +66,7 @@ public:
 private:
     void send(const std::vector<double>& x, bool with_sources);
     void gather(std::vector<double>& out) const;
-    void find_parts();
+    void find_parts(const Progress& progress);
     void drop_scaling();
 
     const SurfelTree& tree_;
