@@ -130,6 +130,13 @@ void bind_scene(py::module_& module) {
                                        out.append(py::make_tuple(o.one, o.other, o.joined, o.layered, o.height));
                                    return out;
                                })
+        .def_property_readonly("coarse",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const Coarse& of : c.coarse)
+                                       out.append(py::make_tuple(of.object, of.surfels, of.contact));
+                                   return out;
+                               })
         .def_property_readonly("close_sheets", [](const Coincidence& c) {
             py::list out;
             for (const CloseSheet& s : c.close_sheets)

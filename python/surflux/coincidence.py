@@ -15,8 +15,8 @@ _COVERED = 1e-3
 
 
 def warn_of_layers(scene, stacklevel):
-    """Warns of objects whose points lie so closely over each other that they may be one surface, scanned twice."""
-    for text in _layers(scene):
+    """Warns of objects so closely over each other that they may be one surface, and of what floats cannot tell apart."""
+    for text in (*_layers(scene), *_coarse(scene)):
         warnings.warn(text, UserWarning, stacklevel=stacklevel + 1)
 
 
@@ -34,11 +34,12 @@ def coincidence_of(scene):
     for one, other, joined, _, _ in found.overlaps:
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
-    lines += _layers(scene, _LEAST_CHECKED)
+    lines += [*_layers(scene, _LEAST_CHECKED), *_coarse(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
-    return {"covered": len(covered), "overlaps": overlaps, "close_sheets": sheets}, lines
+    coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
+    return {"covered": len(covered), "overlaps": overlaps, "close_sheets": sheets, "coarse": coarse}, lines
 
 
 def _layers(scene, least=_LAYERED):
@@ -64,4 +65,13 @@ def _close_sheets(scene, least):
             f"{who} lie some {height:.2g} {'over or under' if points else 'over'} the mesh of object {mesh}, facing "
             f"the same way, on {area:.3g} of its area: taken as two sheets, of which the lower gets no light. If they "
             "are one surface, leave one of them out"
+        )
+
+
+def _coarse(scene):
+    for which, surfels, contact in scene._find_coincidence().coarse:
+        yield (
+            f"object {which}: {counted(surfels, 'surfel')} so far from the middle of the scene, or so small, that "
+            f"rays take all within up to {contact:.2g} of them for touching, more than their radius: they exchange no "
+            "light with what is as close. Leave out what is far away, or make a scene of it"
         )

@@ -263,3 +263,15 @@ def test_what_stands_on_a_mesh_is_not_spoken_of(recwarn):
     sf.solve(sf.Scene([floor, resting], [sf.Environment(1.0)]), insert=False)
     assert not sf.Scene([floor, resting, *box()])._find_coincidence().close_sheets
     assert not [w for w in recwarn if "object" in str(w.message)]
+
+
+def test_a_point_that_floats_cannot_tell_from_what_is_beside_it_is_spoken_of(recwarn):
+    """Touching is 2^-22 of twice the distance, at either of two: 1e6 m away .95 m, and 1e4 m away less than the disk."""
+    one = scan(1)
+    for distance, speaks in ((1e4, False), (1e6, True)):
+        points = np.r_[one.points, [[distance, 0, 0]]]
+        stray = sf.Surfels(points, [[0, 0, 1]] * len(points), radii=np.full(len(points), 0.04))
+        sf.reference_irradiance(sf.Scene([stray], [sf.Environment(1.0)]), [[0.5, 0.5, 1]], [[0, 0, 1]], samples=16)
+        said = [str(w.message) for w in recwarn if "object 0: 1 surfel so far" in str(w.message)]
+        assert bool(said) == speaks
+    assert "within up to 0.95 of them" in said[0]

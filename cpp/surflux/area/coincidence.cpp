@@ -87,13 +87,25 @@ private:
     CloseSheetFinder sheets_;
 };
 
+std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
+    std::vector<Coarse> out;
+    for (std::uint32_t i = 0; i < scene.surfels.size(); ++i) {
+        const double contact = 2.0 * extent.contact_of(i);
+        if (!(contact > scene.surfels.radii[i])) continue;
+        if (out.empty() || out.back().object != scene.object[i]) out.push_back({scene.object[i], 0, 0.0});
+        ++out.back().surfels;
+        out.back().contact = std::max(out.back().contact, contact);
+    }
+    return out;
+}
+
 }  // namespace
 
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     const Extent extent(scene.surfels);
     Covers covers = CoverFinder(scene, extent).run(progress);
     return {std::move(covers.covers), std::move(covers.uncovered), std::move(covers.close_sheets),
-            find_disk_overlaps(scene, extent, progress)};
+            find_disk_overlaps(scene, extent, progress), find_coarse(scene, extent)};
 }
 
 void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {

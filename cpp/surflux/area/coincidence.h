@@ -9,6 +9,14 @@
 
 namespace surflux {
 
+// Surfels of an object so far from the middle of the scene, or so small, that rays cannot tell them from what is beside
+// them: places there are rounded by more than their radius.
+struct Coarse {
+    std::uint32_t object = 0;
+    std::size_t surfels = 0;
+    double contact = 0.0;  // the largest distance within which surfaces there touch
+};
+
 // Where surfels of a scene coincide and face the same way, found by geometry alone: a carpet modelled into a floor, two
 // scans of one wall.
 struct Coincidence {
@@ -16,6 +24,7 @@ struct Coincidence {
     std::vector<double> uncovered;  // of each patch, the share of it that no later patch covers; 1 of disks
     std::vector<CloseSheet> close_sheets;
     DiskOverlaps disks;
+    std::vector<Coarse> coarse;  // ascending
 };
 
 // Patches coincide within twice the contact distance, as far as triangles overlap there; what of disks does,
