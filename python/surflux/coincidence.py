@@ -15,7 +15,7 @@ _COVERED = 1e-3
 
 
 def warn_of_layers(scene, stacklevel):
-    """Warns of objects so closely over each other that they may be one surface, and of what floats cannot tell apart."""
+    """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
     for text in (*_layers(scene), *_coarse(scene)):
         warnings.warn(text, UserWarning, stacklevel=stacklevel + 1)
 

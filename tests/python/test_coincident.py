@@ -266,7 +266,7 @@ def test_what_stands_on_a_mesh_is_not_spoken_of(recwarn):
 
 
 def test_a_point_that_floats_cannot_tell_from_what_is_beside_it_is_spoken_of(recwarn):
-    """Touching is 2^-22 of twice the distance, at either of two: 1e6 m away .95 m, and 1e4 m away less than the disk."""
+    """Touching is twice 2^-22 of twice the distance: 1e6 m away .95 m, 1e4 m away a quarter of a disk."""
     one = scan(1)
     for distance, speaks in ((1e4, False), (1e6, True)):
         points = np.r_[one.points, [[distance, 0, 0]]]
