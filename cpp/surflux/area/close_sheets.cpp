@@ -45,7 +45,8 @@ void CloseSheetFinder::patches_near(std::uint32_t i, std::vector<std::uint32_t>&
     if (!index_) return;
     thread_local std::vector<Neighbor> near;
     near.clear();
-    const double reach = is_patch(i) ? s_.radii[i] + close_patches * extent_.size : close_disk * s_.radii[i];
+    const double reach = is_patch(i) ? s_.radii[i] + std::max(close_patches * extent_.size, 2.0 * extent_.contact_of(i))
+                                     : close_disk * s_.radii[i];
     index_->reaching(s_.positions[i], reach, near);
     for (const Neighbor& found : near)
         if (patches_[found.index] != i) out.push_back(patches_[found.index]);

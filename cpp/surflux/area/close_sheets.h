@@ -33,7 +33,7 @@ class CloseSheetFinder {
 public:
     CloseSheetFinder(const Scene& scene, const Extent& extent);
 
-    // The patches that may be as close to surfel i, not itself.
+    // The patches that may be as close to surfel i, or touch it, not itself; ascending.
     void patches_near(std::uint32_t i, std::vector<std::uint32_t>& out) const;
 
     // Of one surfel and a mesh that it lies over or under, or of a patch and what lies over it.
