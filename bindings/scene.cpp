@@ -123,25 +123,40 @@ void bind_scene(py::module_& module) {
     // What of a scene coincides, found by find_coincidence.
     py::class_<Coincidence>(module, "Coincidence")
         .def_property_readonly("uncovered", [](const Coincidence& c) { return to_array(c.uncovered); })
-        .def_property_readonly("overlaps", [](const Coincidence& c) {
+        .def_property_readonly("overlaps",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const Overlap& o : c.disks.overlaps)
+                                       out.append(py::make_tuple(o.one, o.other, o.joined, o.layered, o.height));
+                                   return out;
+                               })
+        .def_property_readonly("coarse",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const Coarse& of : c.coarse)
+                                       out.append(py::make_tuple(of.object, of.surfels, of.contact));
+                                   return out;
+                               })
+        .def_property_readonly("close_sheets", [](const Coincidence& c) {
             py::list out;
-            for (const Overlap& o : c.overlaps)
-                out.append(py::make_tuple(o.one, o.other, o.joined, o.layered, o.height));
+            for (const CloseSheet& s : c.close_sheets)
+                out.append(py::make_tuple(s.mesh, s.other, s.points, s.area, s.share, s.height));
             return out;
         });
 
     py::class_<Scene>(module, "Scene")
         .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights,
-                         const Coincidence* coincidence) {
+                         const Coincidence* coincidence, const py::object& progress) {
+                 const Progress report = to_progress(progress);
                  return without_gil([&] {
                      Scene scene;
                      for (const Surfels* object : objects) append(scene, *object);
                      scene.lights = lights;
-                     if (coincidence) count_once(scene, *coincidence);
+                     if (coincidence) count_once(scene, *coincidence, report);
                      return scene;
                  });
              }),
-             py::arg("objects"), py::arg("lights"), py::arg("coincidence") = nullptr)
+             py::arg("objects"), py::arg("lights"), py::arg("coincidence") = nullptr, py::arg("progress") = py::none())
         .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })
         .def_property_readonly("object", [](const Scene& s) { return to_array(s.object); });
 

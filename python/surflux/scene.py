@@ -111,7 +111,7 @@ class Scene:
                 # What is kept has the areas of then; they can be set.
                 cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
             coincidence = self._find_coincidence(callback)
-        return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence)
+            return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence, callback)
 
     def _to_core_without_areas(self):
         """The compiled scene for passes that use no areas."""

@@ -100,9 +100,9 @@ TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
     const Surfels one = shapes::sphere(800, 1.0, 1.0, 0.5, 0.0), other = shapes::sphere(1300, 1.0, 1.0, 0.5, 0.0);
     Scene scene = scene_of({one, other});
     const Coincidence found = find_coincidence(scene);
-    ASSERT_EQ(found.overlaps.size(), 1u);
-    EXPECT_EQ(found.overlaps[0].joined, 2100u);
-    EXPECT_EQ(found.overlaps[0].layered, 0u);
+    ASSERT_EQ(found.disks.overlaps.size(), 1u);
+    EXPECT_EQ(found.disks.overlaps[0].joined, 2100u);
+    EXPECT_EQ(found.disks.overlaps[0].layered, 0u);
     count_once(scene, found);
     const auto sum = [](const Surfels& s) { return std::accumulate(s.areas.begin(), s.areas.end(), 0.0); };
     // Two layers everywhere: half of both.
@@ -117,6 +117,42 @@ TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
             ASSERT_TRUE(tracer.escapes(i, scene.surfels.positions[i], d));
         }
     }
+}
+
+TEST(Coincidence, APileInOneOfTwoCloudsIsOneDiskOfIt) {
+    // 100 000 dropped returns: each with each would take hours.
+    constexpr std::size_t high = 100000;
+    const Surfels one = shapes::sphere(800, 1.0, 1.0, 0.5, 0.0), other = shapes::sphere(1300, 1.0, 1.0, 0.5, 0.0);
+    std::vector<std::uint32_t> indices(800);
+    std::iota(indices.begin(), indices.end(), 0u);
+    indices.resize(800 + high, 0u);
+    Surfels piled = select(one, indices);
+    for (std::size_t k = 0; k < piled.size(); ++k)
+        if (indices[k] == 0) piled.areas[k] /= static_cast<double>(high + 1);
+    Scene scene = scene_of({piled, other}), without_pile = scene_of({one, other});
+    const Coincidence found = find_coincidence(scene), alone = find_coincidence(without_pile);
+    ASSERT_EQ(found.disks.overlaps.size(), 1u);
+    EXPECT_EQ(found.disks.overlaps[0].joined, 2100u + high);
+    EXPECT_EQ(found.disks.spread[800 + high - 1], found.disks.spread[0]);
+    EXPECT_EQ(found.disks.spread[0], alone.disks.spread[0]);
+    count_once(scene, found);
+    count_once(without_pile, alone);
+    EXPECT_NEAR(area(scene) / area(without_pile), 1.0, 1e-9);
+}
+
+TEST(Coincidence, AllOfItCanBeCancelled) {
+    const Scene clouds = scene_of({shapes::sphere(800, 1.0, 1.0, 0.5, 0.0), shapes::sphere(1300, 1.0, 1.0, 0.5, 0.0)});
+    const Coincidence found = find_coincidence(clouds);
+    std::size_t calls = 0, ends = 0;
+    const auto count = [&](std::size_t done, std::size_t total) { return ++calls, ends += done == total, true; };
+    find_coincidence(clouds, count);
+    EXPECT_GE(ends, 3u);  // who meets whom, spreads, meetings
+    for (std::size_t last = 1; last <= calls; ++last) {
+        std::size_t left = last;
+        EXPECT_THROW(find_coincidence(clouds, [&](std::size_t, std::size_t) { return --left > 0; }), Cancelled);
+    }
+    Scene scene = clouds;
+    EXPECT_THROW(count_once(scene, found, [](std::size_t, std::size_t) { return false; }), Cancelled);
 }
 
 }  // namespace

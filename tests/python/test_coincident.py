@@ -197,3 +197,81 @@ def test_a_floor_under_many_tiles_of_its_own_mesh_keeps_what_they_leave():
     areas = sf.solve(scene, insert=False).surfels.areas
     assert areas[0] == pytest.approx(4 - (high - low) ** 2, rel=1e-6)
     assert areas.sum() == pytest.approx(4, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda scene: sf.solve(scene, insert=False),
+        lambda scene: sf.solve_meshless(scene, levels=1),
+        lambda scene: sf.reference_irradiance(scene, [[0.5, 0.5, 0.1]], [[0, 0, 1]], samples=16),
+    ],
+    ids=["solve", "meshless", "reference"],
+)
+def test_a_scan_over_the_mesh_of_the_same_floor_is_spoken_of(call):
+    floor = patch([-1, -1, 0], [3, 0, 0], [0, 3, 0], 0.5, 0.0, 0.04)
+    scene = sf.Scene([floor, scan(1)], [sf.Environment(1.0)])
+    with pytest.warns(UserWarning, match="objects 0 and 1: 576 points of object 1 lie some .* over or under the mesh"):
+        call(scene)
+
+
+def test_check_names_a_scan_over_a_mesh_and_the_area_of_it(tmp_path, capsys):
+    scan(1).save(tmp_path / "scan.ply")
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        '[[object]]\nshape = "rectangle"\ncorner = [-1, -1, 0]\nedge_u = [3, 0, 0]\nedge_v = [0, 3, 0]\n'
+        'patch_area = 0.04\n[[object]]\nfile = "scan.ply"\nkind = "surfels"\n'
+    )
+    assert cli.main(["check", str(path)]) == 0
+    assert "objects 0 and 1: 576 points of object 1 lie some" in capsys.readouterr().out
+    assert cli.main(["check", str(path), "--json"]) == 0
+    (sheet,) = json.loads(capsys.readouterr().out)["close_sheets"]
+    assert (sheet["mesh"], sheet["other"], sheet["points"]) == (0, 1, 576)
+    # What its points reach: the square, less a strip of up to .8 cells on each side.
+    assert (1 - 2 * 0.8 / 24) ** 2 < sheet["area"] < 1
+    assert sheet["share"] == pytest.approx(sheet["area"] / 9, rel=1e-6)
+    # The mean of |x| of a normal distribution, and four times what its standard error is.
+    assert sheet["height"] == pytest.approx(1e-4 * np.sqrt(2 / np.pi), rel=4 * 0.76 / 24)
+
+
+def doubled(height):
+    """Two squares of 1 x 1 in one mesh, cut along different diagonals and at different places."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    over = [[0, 0, height], [1, 0, height], [1, 1, height], [0, 1, height], [0.3, 0.6, height]]
+    faces = [[0, 1, 2], [0, 2, 3], [4, 5, 8], [5, 6, 8], [6, 7, 8], [7, 4, 8]]
+    return sf.Surfels.from_mesh((corners + over, faces), reflectance=0.5)
+
+
+@every_solver
+def test_doubled_faces_cut_into_other_triangles_are_one_surface(solver):
+    solution = solver(sf.Scene([doubled(0.0)], [sf.Environment(1.0)]))
+    assert np.allclose(solution.irradiance, np.pi, rtol=1e-6)
+    assert np.isclose(solution.surfels.areas.sum(), 1.0, rtol=1e-8)
+
+
+@every_solver
+def test_doubled_faces_a_hair_apart_are_spoken_of(solver):
+    scene = sf.Scene([doubled(1e-5)], [sf.Environment(1.0)])
+    with pytest.warns(UserWarning, match="object 0: faces lie some 1e-05 over the mesh .* on 1 of its area"):
+        solver(scene)
+
+
+def test_what_stands_on_a_mesh_is_not_spoken_of(recwarn):
+    unit = ball(600, 3)
+    resting = sf.Surfels(0.2 * unit.points + [0.5, 0.5, 0.2], unit.normals)
+    floor = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.5, 0.0, 0.001)
+    sf.solve(sf.Scene([floor, resting], [sf.Environment(1.0)]), insert=False)
+    assert not sf.Scene([floor, resting, *box()])._find_coincidence().close_sheets
+    assert not [w for w in recwarn if "object" in str(w.message)]
+
+
+def test_a_point_that_floats_cannot_tell_from_what_is_beside_it_is_spoken_of(recwarn):
+    """Touching is twice 2^-22 of twice the distance: 1e6 m away .95 m, 1e4 m away a quarter of a disk."""
+    one = scan(1)
+    for distance, speaks in ((1e4, False), (1e6, True)):
+        points = np.r_[one.points, [[distance, 0, 0]]]
+        stray = sf.Surfels(points, [[0, 0, 1]] * len(points), radii=np.full(len(points), 0.04))
+        sf.reference_irradiance(sf.Scene([stray], [sf.Environment(1.0)]), [[0.5, 0.5, 1]], [[0, 0, 1]], samples=16)
+        said = [str(w.message) for w in recwarn if "object 0: 1 surfel so far" in str(w.message)]
+        assert bool(said) == speaks
+    assert "within up to 0.95 of them" in said[0]

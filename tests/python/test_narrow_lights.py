@@ -38,6 +38,95 @@ def test_a_narrow_spot_on_wide_patches(solver, cone):
             assert power == pytest.approx(5.0 * power_of_spot(cone, 0.5), rel=1e-6)
 
 
+def cloud(seed, n=40):
+    """A floor of 2 x 2, one point in each of n x n cells."""
+    random = np.random.default_rng(seed)
+    cells = np.stack(np.meshgrid(np.arange(n), np.arange(n)), -1).reshape(-1, 2)
+    points = np.c_[(cells + random.uniform(0.2, 0.8, cells.shape)) * 2 / n, np.zeros(n * n)]
+    return sf.Surfels(points, [[0, 0, 1]] * n * n, reflectance=0.0)
+
+
+def ball(seed, n=2000):
+    points = np.random.default_rng(seed).normal(size=(n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    return sf.Surfels(points, points, reflectance=0.0)
+
+
+@every_solver
+@pytest.mark.parametrize("cone", [0.1, 1.0, 3.0, 15.0])
+def test_a_narrow_spot_on_points(solver, cone):
+    """Its circle is a hundredth of the points' spacing, up to four times as wide as that; all of it is on them."""
+    power = 5.0 * power_of_spot(cone, 0.05)
+    for at, tilt in ([0.6, 0.65], [0, 0, -1.0]), ([1.012, 0.97], [0.2, 0.1, -1.0]):
+        spot = sf.SpotLight([*(np.array(at) - 1.3 * np.array(tilt[:2])), 1.3], tilt, 5.0, cone=cone, penumbra=0.05)
+        solution = solver(sf.Scene([cloud(1)], [spot]))
+        assert (solution.surfels.areas[:, None] * solution.direct).sum(axis=0) == pytest.approx(power, rel=1e-6)
+    spot = sf.SpotLight([0, 0, 2], [0.03, 0.01, -1], 5.0, cone=cone, penumbra=0.05)
+    solution = solver(sf.Scene([ball(1)], [spot]))
+    assert (solution.surfels.areas[:, None] * solution.direct).sum(axis=0) == pytest.approx(power, rel=1e-6)
+
+
+def test_solvers_have_the_same_light_of_a_narrow_spot_on_points():
+    scene = sf.Scene([cloud(2)], [sf.SpotLight([1, 1, 1.3], [0.1, 0, -1], 5.0, cone=4.0, penumbra=1.0)])
+    pairs, rays, meshless = (SOLVERS[name](scene).direct for name in ("pairs", "rays", "meshless"))
+    assert pairs.any()
+    np.testing.assert_array_equal(pairs, rays)
+    np.testing.assert_allclose(pairs, meshless, rtol=1e-12)
+
+
+def test_two_scans_share_a_narrow_spot():
+    scene = sf.Scene([cloud(1), cloud(2)], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.5)])
+    solution = SOLVERS["rays"](scene)
+    power = solution.surfels.areas * solution.direct[:, 0]
+    assert power.sum() == pytest.approx(5.0 * power_of_spot(2.0, 0.5), rel=1e-6)
+    assert min(power[:1600].sum(), power[1600:].sum()) > 0
+
+
+def test_what_stands_in_a_narrow_spot_keeps_it_from_points():
+    """Half of the cone ends on a black sheet over the floor, which is a mesh here and points there."""
+    spot = sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)
+    sheet = patch([1, 0, 0.65], X, 2 * Y, 0.0, 0.0, 0.25)
+    scene = sf.Scene([cloud(1), sheet], [spot])
+    for solver in SOLVERS.values():
+        solution = solver(scene)
+        power = solution.surfels.areas * solution.direct[:, 0]
+        on_floor = solution.surfels.points[:, 2] == 0
+        # 4096 even directions: off a line through their circle by no more than its length in cells of 1/64.
+        half = 0.5 * 5.0 * power_of_spot(2.0, 0.0)
+        assert power[on_floor].sum() == pytest.approx(half, rel=1 / 64)
+        assert power[~on_floor].sum() == pytest.approx(half, rel=1e-6)
+
+
+def power_on_square(light, at):
+    """Of a lamp of 1 W/sr, or W, over the square 2 x 2: by 1000^2 midpoints of a grid drawn together under it."""
+    t = (np.arange(1000) + 0.5) / 1000 * 2 - 1
+    stretched, width = t**3, 3 * t**2 * 2 / 1000
+    axes = [at[k] + np.where(stretched < 0, at[k], 2 - at[k]) * stretched for k in (0, 1)]
+    widths = [np.where(stretched < 0, at[k], 2 - at[k]) * width for k in (0, 1)]
+    r2 = (axes[0][:, None] - at[0]) ** 2 + (axes[1] - at[1]) ** 2 + at[2] ** 2
+    kernel = at[2] / r2**1.5 if isinstance(light, sf.PointLight) else at[2] ** 2 / (np.pi * r2**2)
+    return (kernel * widths[0][:, None] * widths[1]).sum()
+
+
+@every_solver
+@pytest.mark.parametrize("height", [0.004, 0.02, 0.1])
+def test_a_small_lamp_close_over_a_floor(solver, height):
+    """On points .05 apart, and on patches of .25 m: all that goes down arrives, but for what the square's end takes."""
+    at = np.array([1.012, 0.97, height])
+    side = 0.1 * height
+    area = sf.AreaLight(at - [side / 2, side / 2, 0], side * Y, side * X, 1 / side**2)
+    ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
+    for lamp in (sf.PointLight(at, 1.0), area):
+        expected = power_on_square(lamp, at)
+        for floor in (cloud(1), ground):
+            solution = solver(sf.Scene([floor], [lamp]))
+            power = (solution.surfels.areas * solution.direct[:, 0]).sum()
+            # The outermost points stand up to .8 of .05 inside of the square: its rim of .04 has, of all light from
+            # there, 8 * .04 h / 2 pi and less.
+            short = 8 * 0.04 * height / (2 * np.pi) if floor is not ground else 0.0
+            assert power == pytest.approx(expected, rel=0.005 + short)
+
+
 def test_a_narrow_spot_at_points_is_exact():
     ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
     scene = sf.Scene([ground], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)])

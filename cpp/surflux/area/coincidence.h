@@ -2,17 +2,19 @@
 
 #include <vector>
 
+#include "surflux/area/close_sheets.h"
+#include "surflux/area/disk_overlap.h"
 #include "surflux/core/progress.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
 
-// Two objects whose disks overlap and face alike.
-struct Overlap {
-    std::uint32_t one, other;  // objects, ascending
-    std::size_t joined = 0;    // disks of either that stand for one surface with disks of the other
-    std::size_t layered = 0;   // disks of either that the other's lie closely over: another sheet, or so it is taken
-    double height = 0.0;       // mean, of those
+// Surfels of an object so far from the middle of the scene, or so small, that rays cannot tell them from what is beside
+// them: places there are rounded by more than their radius.
+struct Coarse {
+    std::uint32_t object = 0;
+    std::size_t surfels = 0;
+    double contact = 0.0;  // the largest distance within which surfaces there touch
 };
 
 // Where surfels of a scene coincide and face the same way, found by geometry alone: a carpet modelled into a floor, two
@@ -20,19 +22,17 @@ struct Overlap {
 struct Coincidence {
     std::vector<Cover> covers;
     std::vector<double> uncovered;  // of each patch, the share of it that no later patch covers; 1 of disks
-    std::vector<double> spread;     // of each disk, see Scene
-    std::vector<char> is_joined;    // of each disk: is there one of another object on the same surface?
-    std::vector<Overlap> overlaps;  // ascending
+    std::vector<CloseSheet> close_sheets;
+    DiskOverlaps disks;
+    std::vector<Coarse> coarse;  // ascending
 };
 
-// Patches coincide within twice the contact distance, as far as triangles overlap there. Disks of different objects are
-// one surface where each lies within the other's reach, normals are within 60 degrees, and the height of one over the
-// other's plane is no more than four times the RMS of what disks of the same object have there: noise, and curvature.
-// What is farther off is a sheet of its own, as a leaf on a floor is.
+// Patches coincide within twice the contact distance, as far as triangles overlap there; what of disks does,
+// disk_overlap.h says.
 Coincidence find_coincidence(const Scene& scene, const Progress& progress = {});
 
 // Puts it into the scene. Areas, where there are any, count once: a patch keeps what is not covered, and a billionth,
 // so that it stays; disks keep one over the number of objects that cover the same place, each as far as its ends.
-void count_once(Scene& scene, const Coincidence& found);
+void count_once(Scene& scene, const Coincidence& found, const Progress& progress = {});
 
 }  // namespace surflux

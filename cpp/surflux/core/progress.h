@@ -15,6 +15,11 @@ inline void report(const Progress& progress, std::size_t done, std::size_t total
     if (progress && !progress(done, total)) throw Cancelled();
 }
 
+// The same from a loop on one thread: now and then, where `every` steps take a few milliseconds.
+inline void report_some(const Progress& progress, std::size_t done, std::size_t total, std::size_t every) {
+    if (done % every == 0) report(progress, done, total);
+}
+
 // Told the stage that begins; its own progress follows.
 using StageProgress = std::function<Progress(const std::string& stage)>;
 

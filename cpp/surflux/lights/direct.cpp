@@ -7,6 +7,7 @@
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/narrow_light.h"
 #include "surflux/lights/polygon.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/lights/spot_patch.h"
@@ -47,6 +48,7 @@ struct Emitter {
     Rgb color;
     bool distant = false;
     bool extended = false;  // more than one point
+    std::size_t index = 0;  // in the scene's lights
 };
 
 struct PointEmitter : Emitter {
@@ -110,9 +112,12 @@ struct AreaEmitter final : Emitter {
         if (squared == 0.0) return {from, 0.0};
         return {from, std::max(0.0, dot(normal, d)) * std::max(0.0, -dot(front_, d)) / (pi * squared * squared)};
     }
-    // In closed form over the light; over a patch by points, for which no ray is traced.
+    // In closed form over the light, by points over a patch, for which no ray is traced; the other way round, by
+    // reciprocity, where the light is the smaller of the two: close to it, points of the patch would miss it.
     double mean_kernel(const Receiver& r) const override {
         if (!r.is_patch()) return at_point(r.center, r.normal);
+        const double area = r.points.area(r.shape);
+        if (length(front_) < area && is_before(r)) return mean_from_light(r) * length(front_) / area;
         double sum = 0.0;
         if (const SurfelPoints::Parallelogram* p = r.points.parallelogram(r.shape)) {
             for (std::size_t a = 0; a < rule_.at.size(); ++a)
@@ -131,6 +136,25 @@ struct AreaEmitter final : Emitter {
     }
 
 private:
+    // Is all of the light on the front of the patch?
+    bool is_before(const Receiver& r) const {
+        const double middle = dot(r.normal, light_.corner + 0.5 * (light_.edge_u + light_.edge_v) - r.center);
+        return middle > 0.5 * (std::abs(dot(r.normal, light_.edge_u)) + std::abs(dot(r.normal, light_.edge_v)));
+    }
+    // Mean form factor from points of the light to the patch.
+    double mean_from_light(const Receiver& r) const {
+        const Vec3 normal = normalized(front_);
+        double sum = 0.0;
+        for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t) {
+            const Vec3 corners[3] = {t->a, t->b, t->c};
+            for (std::size_t a = 0; a < rule_.at.size(); ++a)
+                for (std::size_t b = 0; b < rule_.at.size(); ++b)
+                    sum += rule_.weight[a] * rule_.weight[b] *
+                           element_to_polygon(light_.corner + rule_.at[a] * light_.edge_u + rule_.at[b] * light_.edge_v,
+                                              normal, corners, 3);
+        }
+        return sum;
+    }
     double at_point(const Vec3& point, const Vec3& normal) const {
         if (dot(point - light_.corner, front_) <= 0.0) return 0.0;
         const Vec3 corners[4] = {light_.corner, light_.corner + light_.edge_u,
@@ -147,11 +171,13 @@ private:
 std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& lights) {
     std::vector<std::unique_ptr<Emitter>> out;
     for (const Light& light : lights) {
+        const std::size_t known = out.size();
         if (const auto* p = std::get_if<PointLight>(&light)) out.push_back(std::make_unique<PointEmitter>(*p));
         if (const auto* p = std::get_if<SpotLight>(&light)) out.push_back(std::make_unique<SpotEmitter>(*p));
         if (const auto* p = std::get_if<AreaLight>(&light)) out.push_back(std::make_unique<AreaEmitter>(*p));
         if (const auto* p = std::get_if<DirectionalLight>(&light))
             out.push_back(std::make_unique<DirectionalEmitter>(*p));
+        if (out.size() > known) out.back()->index = static_cast<std::size_t>(&light - lights.data());
     }
     return out;
 }
@@ -169,9 +195,7 @@ bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, con
     return free[0] != 0;
 }
 
-struct Part {
-    double irradiance = 0.0, error = 0.0;
-};
+using Part = NarrowLight::Part;
 
 // Mean over the surfel of the irradiance from one light, per unit of its colour: the mean kernel times the share of it
 // that gets through, by rays that count as much as passes along them.
@@ -244,6 +268,13 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
     std::vector<Rgb> direct(places.size());
     if (errors) errors->assign(places.size(), {});
     if (lights.empty()) return direct;
+    // Disks, and those inserted in them, which have what the whole one has.
+    const auto is_disk = [&](const Place& place) {
+        return (place.is_whole_surfel() && !points.is_patch(place.shape)) ||
+               (place.is_part && place.shape == Place::point);
+    };
+    const bool has_disks = std::any_of(places.begin(), places.end(), is_disk);
+    const NarrowLight narrow = has_disks ? NarrowLight(scene, tracer, seed, progress) : NarrowLight();
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -252,9 +283,12 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
                 const Receiver receiver{points,         place.surfel, place.shape,
                                         place.position, place.normal, place.is_whole_surfel()};
                 Rgb squared;
+                const bool as_disk = is_disk(place);
                 for (std::size_t l = 0; l < lights.size(); ++l) {
-                    const Part part = irradiance_from(*lights[l], tracer, receiver, options,
-                                                      EvenPoints(4, seed + light_stream + l, stream_of(place)));
+                    const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
+                    const Part part = whole ? *whole
+                                            : irradiance_from(*lights[l], tracer, receiver, options,
+                                                              EvenPoints(4, seed + light_stream + l, stream_of(place)));
                     direct[k] += part.irradiance * lights[l]->color;
                     squared += (part.error * lights[l]->color) * (part.error * lights[l]->color);
                 }

@@ -3,22 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/clip_polygon.h"
 #include "surflux/core/sampling.h"
 
 namespace surflux {
 
 double element_to_polygon(const Vec3& point, const Vec3& normal, const Vec3* corners, std::size_t count) {
-    // Clip at the horizon (Sutherland and Hodgman). A convex polygon gains one corner; one that lies in the horizon up
-    // to rounding may cross it at every edge.
-    Vec3 v[2 * max_polygon_corners];
+    // Clip at the horizon. A convex polygon gains one corner; one that lies in the horizon up to rounding may cross it
+    // at every edge.
+    Vec3 from_here[max_polygon_corners], v[2 * max_polygon_corners];
+    for (std::size_t k = 0; k < count; ++k) from_here[k] = corners[k] - point;
     std::size_t n = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-        const Vec3 a = corners[k] - point, b = corners[(k + 1) % count] - point;
-        const double height_a = dot(a, normal), height_b = dot(b, normal);
-        if (height_a >= 0.0) v[n++] = a;
-        if ((height_a > 0.0 && height_b < 0.0) || (height_a < 0.0 && height_b > 0.0))
-            v[n++] = a + (height_a / (height_a - height_b)) * (b - a);
-    }
+    clip_polygon(from_here, count, -normal, 0.0, [&](const Vec3& p) { v[n++] = p; }, [](const Vec3&) {});
     if (n < 3) return 0.0;
     double sum = 0.0;
     for (std::size_t k = 0; k < n; ++k) {

@@ -15,7 +15,7 @@ struct Place {
     Vec3 position, normal;
     std::uint32_t surfel = 0;
     std::uint32_t shape = point;  // in the SurfelPoints that goes with it
-    bool is_part = false;         // shapes are parts of surfels, numbered anew: shape k is not surfel k
+    bool is_part = false;         // of the surfel: shapes are numbered anew, shape k is not surfel k
 
     bool is_whole_surfel() const { return shape != point && shape == surfel && !is_part; }
 };

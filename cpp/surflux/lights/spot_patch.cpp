@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/clip_polygon.h"
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/lights/polygon.h"
 
@@ -16,16 +17,11 @@ constexpr int sides = 16;           // of the pyramid: 1.3 % larger than the con
 
 using Polygon = std::vector<Vec3>;
 
-// The part of a convex polygon with dot(normal, p) <= 0 (Sutherland and Hodgman 1974).
+// The part of a convex polygon with dot(normal, p) <= 0.
 void clip(Polygon& polygon, const Vec3& normal, Polygon& spare) {
     spare.clear();
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-        const double at_a = dot(normal, a), at_b = dot(normal, b);
-        if (at_a <= 0.0) spare.push_back(a);
-        if ((at_a < 0.0 && at_b > 0.0) || (at_a > 0.0 && at_b < 0.0))
-            spare.push_back(a + at_a / (at_a - at_b) * (b - a));
-    }
+    clip_polygon(
+        polygon.data(), polygon.size(), normal, 0.0, [&](const Vec3& p) { spare.push_back(p); }, [](const Vec3&) {});
     polygon.swap(spare);
 }
 

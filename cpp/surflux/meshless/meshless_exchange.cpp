@@ -9,7 +9,7 @@
 namespace surflux {
 
 MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
-                                   const Receivers& receivers, const HemisphereGather& gather)
+                                   const Receivers& receivers, const HemisphereGather& gather, const Progress& progress)
     : scene_(scene), basis_(basis), means_(means), receivers_(receivers), gather_(gather) {
     std::vector<Rgb> values(gather_.size());
     for (std::size_t k = 0; k < values.size(); ++k) {
@@ -17,10 +17,15 @@ MeshlessExchange::MeshlessExchange(const Scene& scene, const MultilevelBasis& ba
         values[k] = {row.escape, row.into_backs, 0.0};
     }
     receivers_.coefficients(values, found_);
-    find_parts();
+    find_parts(progress);
     find_areas();
     losses_.resize(scene_.surfels.size());
-    parallel_for(losses_.size(), 256, [&](std::size_t i) { losses_[i] = loss(static_cast<std::uint32_t>(i)); });
+    parallel_blocks(
+        losses_.size(), 256,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) losses_[i] = loss(static_cast<std::uint32_t>(i));
+        },
+        progress);
 }
 
 void MeshlessExchange::find_areas() {
@@ -31,21 +36,24 @@ void MeshlessExchange::find_areas() {
     areas_ = receivers_.functional(std::move(of_coefficients));
 }
 
-void MeshlessExchange::find_parts() {
+void MeshlessExchange::find_parts(const Progress& progress) {
     const auto rows = static_cast<std::uint32_t>(gather_.size());
     const auto surfels = static_cast<std::uint32_t>(scene_.surfels.size());
     DisjointSets sets(rows + surfels);
     for (std::uint32_t k = 0; k < rows; ++k) {
+        report_some(progress, k, rows, 1024);
         gather_.for_senders(k, [&](std::uint32_t i) { sets.join(k, rows + i); });
         gather_.for_links(k, [&](std::uint32_t j) {
             if (receivers_.has(j)) sets.join(k, receivers_.row(j));
         });
         receivers_.for_parents(k, [&](std::uint32_t j) { sets.join(k, receivers_.row(j)); });
     }
-    for (std::uint32_t i = 0; i < surfels; ++i)
+    for (std::uint32_t i = 0; i < surfels; ++i) {
+        report_some(progress, i, surfels, 16384);
         means_.for_functions(i, [&](std::uint32_t j, double) {
             if (receivers_.has(j)) sets.join(rows + i, receivers_.row(j));
         });
+    }
     parts_ = sets.numbered(rows + surfels);
     part_of_surfel_.assign(parts_.begin() + rows, parts_.end());
     parts_.resize(rows);

@@ -18,7 +18,7 @@ namespace surflux {
 class MeshlessExchange {
 public:
     MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
-                     const Receivers& receivers, const HemisphereGather& gather);
+                     const Receivers& receivers, const HemisphereGather& gather, const Progress& progress = {});
 
     // The connected part of each row: of those that one is gathered from by way of a surfel.
     const std::vector<std::uint32_t>& parts() const { return parts_; }
@@ -33,7 +33,7 @@ public:
     Figures power(const Solution& solution) const;
 
 private:
-    void find_parts();
+    void find_parts(const Progress& progress);
     void find_areas();
     HemisphereLoss loss(std::uint32_t surfel) const;  // by the finest level on which light was gathered around it
     template <class Visit>

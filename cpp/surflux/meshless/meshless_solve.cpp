@@ -249,7 +249,7 @@ private:
 
     // Energy that rays' noise and the weights would lose or make is kept where it is.
     void keep_energy() {
-        const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
+        const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("solve"));
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
         imbalance_ = scaling.before;
         imbalance_left_ = scaling.after;
@@ -322,7 +322,7 @@ void MeshlessRadiosity::write() {
     const std::vector<std::uint32_t>& refined = refinement.surfels();
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
     out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
-    const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_);
+    const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("gathering"));
     gather_.clear();
     watch_.lap("gathering");
     out_.surfels = s;

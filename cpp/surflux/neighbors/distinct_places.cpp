@@ -1,27 +1,18 @@
 #include "surflux/neighbors/distinct_places.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "surflux/core/error.h"
+#include "surflux/core/place_order.h"
 
 namespace surflux {
 
 DistinctPlaces distinct_places(const std::vector<Vec3>& points) {
     for (std::size_t i = 0; i < points.size(); ++i)
         require(is_finite(points[i]), "points: wanted finite coordinates, got others at index ", i);
-    std::vector<std::pair<Vec3, std::uint32_t>> sorted(
-        points.size());  // with the positions: sorting finds them near by
-    for (std::uint32_t i = 0; i < points.size(); ++i) sorted[i] = {points[i], i};
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-        if (a.first.x != b.first.x) return a.first.x < b.first.x;
-        if (a.first.y != b.first.y) return a.first.y < b.first.y;
-        return a.first.z != b.first.z ? a.first.z < b.first.z : a.second < b.second;
-    });
+    const std::vector<std::uint32_t> order = place_order(points);
     std::vector<std::uint32_t> first(points.size());  // of the points at the same place
-    for (std::size_t k = 0; k < sorted.size(); ++k) {
-        const bool known = k > 0 && sorted[k].first == sorted[k - 1].first;
-        first[sorted[k].second] = known ? first[sorted[k - 1].second] : sorted[k].second;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const bool known = k > 0 && points[order[k]] == points[order[k - 1]];
+        first[order[k]] = known ? first[order[k - 1]] : order[k];
     }
     DistinctPlaces out;
     out.of_point.resize(points.size());

@@ -127,16 +127,18 @@ void GatheredSystem::drop_scaling() {
 }
 
 // Places of the cut are connected where one is interpolated from at a point that another's rays met.
-void GatheredSystem::find_parts() {
+void GatheredSystem::find_parts(const Progress& progress) {
     const std::size_t places = cut_->rows.size();
     DisjointSets sets(places + tree_.size());
     const auto of_node = [&](std::uint32_t node) { return static_cast<std::uint32_t>(places) + node; };
     std::vector<char> linked(tree_.size(), 0);
-    for (std::uint32_t k = 0; k < places; ++k)
+    for (std::uint32_t k = 0; k < places; ++k) {
+        report_some(progress, k, places, 1024);
         gathering_.for_senders(cut_->rows[k], [&](std::uint32_t sender, double) {
             linked[sender] = 1;
             sets.join(k, of_node(sender));
         });
+    }
     tree_.for_downwards([&](std::uint32_t node) {
         if (linked[node])
             tree_.for_members(node, [&](std::uint32_t member) {
@@ -144,9 +146,11 @@ void GatheredSystem::find_parts() {
                 sets.join(of_node(node), of_node(member));
             });
     });
-    for (std::uint32_t p = 0; p < tree_.points(); ++p)
+    for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+        report_some(progress, p, tree_.points(), 16384);
         if (tree_.is_leaf(p))
             for (const Interpolation::Weight& w : weights(p)) sets.join(of_node(p), w.site);
+    }
     part_ = sets.numbered(places);
 }
 
@@ -177,7 +181,7 @@ Rgb GatheredSystem::sky(std::uint32_t point) const {
 ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const Progress& progress) {
     drop_scaling();
     send(x, true);
-    find_parts();
+    find_parts(progress);
     const std::size_t places = cut_->rows.size();
     std::vector<std::uint32_t> leaves;
     tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });

@@ -64,7 +64,7 @@ private:
     double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
     void send(const std::vector<double>& x, bool with_sources, bool scaled = true);
     void gather(std::vector<double>& out) const;
-    void find_parts();
+    void find_parts(const Progress& progress);
     void drop_scaling();
 
     const SurfelTree& tree_;

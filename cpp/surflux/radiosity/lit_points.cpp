@@ -29,8 +29,10 @@ void LitPoints::update(const Progress& progress) {
     const bool first = lights_.empty();
     const Surfels parts = first ? Surfels{} : tree_.surfels_at(fresh);
     const SurfelPoints points(first ? scene_.surfels : parts);
-    for (std::uint32_t k = 0; k < places.size(); ++k)
-        if (points.is_patch(k)) places[k].shape = k, places[k].is_part = !first;
+    for (std::uint32_t k = 0; k < places.size(); ++k) {
+        if (points.is_patch(k)) places[k].shape = k;
+        places[k].is_part = !first;
+    }
     const auto append = [](std::vector<Rgb>& to, const std::vector<Rgb>& more) {
         to.insert(to.end(), more.begin(), more.end());
     };

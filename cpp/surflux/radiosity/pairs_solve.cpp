@@ -65,11 +65,13 @@ double closure_tolerance(const Surfels& s) {
 }
 
 // The connected part of each surfel: of those that exchange light, by any number of bounces.
-std::vector<std::uint32_t> connected_parts(const Exchange& exchange) {
+std::vector<std::uint32_t> connected_parts(const Exchange& exchange, const Progress& progress) {
     DisjointSets sets(exchange.size);
-    for (std::uint32_t i = 0; i < exchange.size; ++i)
+    for (std::uint32_t i = 0; i < exchange.size; ++i) {
+        report_some(progress, i, exchange.size, 64);
         for (std::uint32_t j = i + 1; j < exchange.size; ++j)
             if (exchange.at(i, j) > 0.0) sets.join(i, j);
+    }
     return sets.numbered(exchange.size);
 }
 
@@ -92,7 +94,7 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
 
     for (std::size_t i = 0; i < n; ++i)
         out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
-    const std::vector<std::uint32_t> parts = connected_parts(exchange);
+    const std::vector<std::uint32_t> parts = connected_parts(exchange, stage("solve"));
     std::size_t channels = 0;
     const LinearReport linear =
         solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance, channels, stage("solve"));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/error.h"
+#include "surflux/core/place_order.h"
 
 namespace surflux {
 
@@ -30,16 +31,10 @@ T median(std::vector<T>& values) {
 
 // The first surfel at each place, ascending by place.
 std::vector<std::uint32_t> distinct(const std::vector<Vec3>& positions) {
-    std::vector<std::pair<Vec3, std::uint32_t>> sorted(positions.size());
-    for (std::uint32_t i = 0; i < positions.size(); ++i) sorted[i] = {positions[i], i};
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-        if (a.first.x != b.first.x) return a.first.x < b.first.x;
-        if (a.first.y != b.first.y) return a.first.y < b.first.y;
-        return a.first.z != b.first.z ? a.first.z < b.first.z : a.second < b.second;
-    });
+    const std::vector<std::uint32_t> order = place_order(positions);
     std::vector<std::uint32_t> out;
-    for (std::size_t k = 0; k < sorted.size(); ++k)
-        if (k == 0 || !(sorted[k].first == sorted[k - 1].first)) out.push_back(sorted[k].second);
+    for (std::size_t k = 0; k < order.size(); ++k)
+        if (k == 0 || !(positions[order[k]] == positions[order[k - 1]])) out.push_back(order[k]);
     return out;
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <tuple>
 
+#include "surflux/core/place_order.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -14,8 +14,6 @@ namespace {
 
 constexpr double opposite = -0.999999;  // cosine of twins' normals
 constexpr double cell_side = 1.5e-3;    // more than such normals can be apart from opposite ones
-
-bool is_before(const Vec3& p, const Vec3& q) { return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z); }
 
 class CoincidentFinder {
 public:
@@ -26,12 +24,7 @@ public:
           out_{std::vector<std::uint32_t>(s_.size(), Hit::none), std::vector<char>(s_.size(), 0)} {}
 
     Coincident run() {
-        std::vector<std::uint32_t> order(s_.size());
-        std::iota(order.begin(), order.end(), 0u);
-        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            const Vec3 &p = s_.positions[a], &q = s_.positions[b];
-            return p == q ? a < b : is_before(p, q);
-        });
+        const std::vector<std::uint32_t> order = place_order(s_.positions);
         for (std::size_t first = 0, last; first < order.size(); first = last) {
             for (last = first + 1; last < order.size() && s_.positions[order[last]] == s_.positions[order[first]];)
                 ++last;

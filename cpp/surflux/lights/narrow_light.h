@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Direct light of disks within whose width it changes: that of a spot whose cone is hardly wider than the disks it
+// meets, or of a lamp close over them. Their centres alone would miss it, or take a hair of it for the light of all the
+// disk. Its power is known, so rays from the light carry it (particle tracing, Jensen 1996) to the surface that they
+// meet first, where the disks share it as they share that surface's area (area/effective_area.h): what meets fronts
+// arrives, once.
+class NarrowLight {
+public:
+    struct Part {
+        double irradiance = 0.0, error = 0.0;  // per unit of the light's colour; the standard error
+    };
+
+    NarrowLight() = default;
+    NarrowLight(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress = {});
+
+    // Of a disk by light `light` of the scene, or null where its centre tells it.
+    const Part* of(std::size_t light, std::uint32_t surfel) const;
+
+private:
+    struct Lit {
+        std::uint32_t surfel;
+        Part part;
+    };
+    std::vector<std::vector<Lit>> lit_;  // of each light, ascending
+};
+
+}  // namespace surflux
