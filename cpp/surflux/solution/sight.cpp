@@ -80,6 +80,21 @@ bool Sight::joined(const Place& p, const Place& q) const {
     return false;
 }
 
+bool Sight::overlooks(const Vec3& p, const Vec3& normal, const Place& q) const {
+    const double distance = length(q.position - p);
+    if (!(distance > 0.0)) return true;
+    const Vec3 from = p + 4.0 * tracer_.contact(p) * normal,
+               way = q.position + std::min(heights[0] * distance, under_cover * q.headroom) * q.normal - from;
+    const double far = length(way);
+    return dot(way, normal) > 0.0 && !first_hit(tracer_, from, normal, way / far, far);
+}
+
+bool Sight::sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const {
+    if (overlooks(p, normal, q)) return true;
+    if (headroom_p < 0.0) headroom_p = headroom(p, normal);
+    return joined({p, normal, headroom_p}, q);
+}
+
 bool Sight::joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const {
     if (!(length_squared(q - p) > 0.0)) return true;
     return joined({p, normal_p, headroom(p, normal_p)}, {q, normal_q, headroom(q, normal_q)});

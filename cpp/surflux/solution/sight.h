@@ -30,6 +30,10 @@ public:
     // what lies between two sheets and for what curves; under a cover, half way up to it at most.
     bool joined(const Place& p, const Place& q) const;
     bool joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const;
+    // Is one ray free, from the surface straight up to the air over q? Less than joined() asks for where both are flat.
+    bool overlooks(const Vec3& p, const Vec3& normal, const Place& q) const;
+    // That, or joined() with a place whose headroom is found where it is needed, once (negative until then).
+    bool sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const;
     // Drops from the weights at a place the sites that it is not joined with. One that it is known to share the air
     // with (`own`), or else the heaviest that it is joined with, is its anchor: a site whose value is like the
     // anchor's is taken without asking. False where it is joined with none: the weights are sorted then, heaviest
