@@ -17,7 +17,14 @@ constexpr std::size_t most_tries = 3;
 }  // namespace
 
 BasisSight::BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis)
-    : scene_(scene), basis_(basis), sight_(tracer, scene) {}
+    : scene_(scene), basis_(basis), sight_(tracer, scene) {
+    const std::vector<std::uint32_t> triangles = triangle_ranges(scene.surfels);
+    for (std::size_t i = 0; i < scene.object.size(); ++i) {
+        const std::uint32_t object = scene.object[i];
+        if (object >= is_cloud_.size()) is_cloud_.resize(object + 1, 1);
+        if (triangles[i] < triangles[i + 1]) is_cloud_[object] = 0;
+    }
+}
 
 void BasisSight::clear() {
     surfel_.clear();
@@ -88,6 +95,7 @@ void BasisSight::keep_seen(const Vec3& point, const Vec3& normal, std::vector<Ba
 
 void BasisSight::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                           std::uint32_t surfel, std::vector<BasisWeight>& out) const {
+    if (is_cloud_[object]) return basis_.at_level(level, point, normal, object, out);
     const std::uint32_t nook = surfel == Hit::none || nook_.empty() ? none : nook_[surfel];
     if (nook != none) {
         out.clear();

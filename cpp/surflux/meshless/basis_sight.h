@@ -17,6 +17,7 @@ namespace surflux {
 // through walls and to sheets behind its own, and names such leaks as its limit. A ray for each place and function
 // would cost more than all else. So a place looks for its anchor, the heaviest of a level that it sees, most often the
 // first; what that one sees is asked once for each pair of functions, and the place itself only about what it does not.
+// Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all functions speak.
 class BasisSight {
 public:
     BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
@@ -57,6 +58,7 @@ private:
     const Scene& scene_;
     const MultilevelBasis& basis_;
     Sight sight_;
+    std::vector<char> is_cloud_;                   // objects of disks alone
     std::vector<std::uint32_t> nook_;              // function of each surfel; none, or empty
     std::vector<std::uint32_t> surfel_;            // of functions
     std::vector<Sight::Place> places_;             // of functions
