@@ -49,13 +49,18 @@ public:
     FieldOnScene(std::shared_ptr<const MeshlessField> field, const Scene& scene)
         : field_(std::move(field)), scene_(scene), tracer_(scene), surfels_(scene.surfels.positions) {}
 
-    // (all that the basis holds, the part of it that is direct light)
+    // (all that the basis holds, the part of it that is direct light, whether the place sees no function)
     py::tuple at(const Doubles& points, const Doubles& normals, const py::object& progress) const {
         const auto given = checked(points, normals);
         const std::vector<Vec3>&places = given.first, &facing = given.second;
         std::vector<Rgb> all(places.size()), direct(places.size());
+        std::vector<std::uint8_t> hidden(places.size(), 0);
         const Progress report = to_progress(progress);
         without_gil([&] {
+            std::call_once(sight_once_, [&] {
+                sight_ = std::make_unique<BasisSight>(scene_, tracer_, field_->basis);
+                sight_->extend({}, report);
+            });
             parallel_blocks(
                 places.size(), 64,
                 [&](std::size_t begin, std::size_t end) {
@@ -65,7 +70,8 @@ public:
                     const std::vector<char> inside = inside_geometry(scene_, tracer_, from, 0);
                     for (std::size_t k = begin; k < end; ++k) {
                         if (inside[k - begin]) continue;
-                        const MeshlessField::At found = field_->at(places[k], facing[k], object(from[k - begin]));
+                        MeshlessField::At found;
+                        hidden[k] = !field_->at(places[k], facing[k], object(from[k - begin]), *sight_, found);
                         all[k] = found.all;
                         direct[k] = found.direct;
                     }
@@ -73,7 +79,7 @@ public:
                 report);
             return 0;
         });
-        return py::make_tuple(to_array(all), to_array(direct));
+        return py::make_tuple(to_array(all), to_array(direct), to_array(hidden));
     }
 
     py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
@@ -183,6 +189,8 @@ private:
     const Scene& scene_;
     Tracer tracer_;
     PointIndex surfels_;
+    mutable std::once_flag sight_once_;
+    mutable std::unique_ptr<BasisSight> sight_;
     mutable std::once_flag drawn_once_;
     mutable std::unique_ptr<DrawnFunctions> drawn_;
 };

@@ -60,8 +60,7 @@ struct Field {
                         const std::uint32_t object =
                             from.surfel == Hit::none ? Interpolation::any_object : scene->object[from.surfel];
                         nodes.interpolation().at(places[k], facing[k], object, near);
-                        if (sight && !sight->keep_joined(places[k], facing[k], nodes.positions(), nodes.normals(),
-                                                         light, near)) {
+                        if (sight && !sight->keep_joined(places[k], facing[k], nodes.sites(), light, near)) {
                             if (from.surfel != Hit::none) {
                                 out[k] = found_there(field, from);
                                 continue;

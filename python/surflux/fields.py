@@ -34,9 +34,11 @@ class SurfelField:
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 
-    def __init__(self, basis, rest, emitted=None, lit=None):
-        """rest: callback -> SurfelField of emitted and lit (n, 3), by surfel, or None where the basis holds all."""
+    def __init__(self, basis, surfels, rest, emitted=None, lit=None):
+        """surfels: callback -> SurfelField of all light, for places that see no function. rest: the same of emitted and
+        lit (n, 3), by surfel, or None where the basis holds all."""
         self.basis, self.emitted, self.lit = basis, emitted, lit
+        self._surfels, self._make_surfels = None, surfels
         self._rest, self._make_rest = None, rest
 
     def receivers(self):
@@ -46,13 +48,24 @@ class BasisField:
         return functions["positions"][gathered], functions["normals"][gathered]
 
     def irradiance(self, points, normals, direct, seed, callback):
-        total, direct_in_basis = self.basis.at(points, normals, callback)
+        in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)
+        hidden = hidden != 0
+        seen, how = ~hidden, (direct, seed, callback)
+        total = np.empty_like(in_basis)
+        total[seen] = in_basis[seen] + self._beside(points[seen], normals[seen], direct_in_basis[seen], *how)
+        if hidden.any():
+            self._surfels = self._surfels or self._make_surfels(callback)
+            total[hidden] = self._surfels.irradiance(points[hidden], normals[hidden], *how)
+        return total
+
+    def _beside(self, points, normals, direct_in_basis, direct, seed, callback):
+        """What is to be added to what the basis holds."""
         if direct == "interpolated":
             rest = self._rest_of(callback)
-            return total + (rest.irradiance(points, normals, direct, seed, callback) if rest else 0.0)
-        total += self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback) - direct_in_basis
+            return rest.irradiance(points, normals, direct, seed, callback) if rest else 0.0
+        traced = self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback) - direct_in_basis
         rest = self._rest_of(callback) if np.any(self.emitted) else None
-        return total + (rest.others(points, normals, callback) if rest else 0.0)
+        return traced + (rest.others(points, normals, callback) if rest else 0.0)
 
     def _rest_of(self, callback):
         if self._rest is None and self._make_rest is not None:

@@ -80,13 +80,17 @@ def solve_meshless(
     }
 
     def field(core, result, surfels):
+        def all_light(callback):
+            others = result["irradiance"] - result["direct"]
+            return SurfelField(surfels, result["objects"], others, result["direct"], True, core, callback)
+
         if not indirect_only:
-            return BasisField(result["field"], None)
+            return BasisField(result["field"], all_light, None)
         emitted, lit = result["emitted"], result["lit"]
 
         def rest(callback):
             return SurfelField(surfels, result["objects"], emitted, lit, False, core, callback)
 
-        return BasisField(result["field"], rest, emitted, lit)
+        return BasisField(result["field"], all_light, rest, emitted, lit)
 
     return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)

@@ -14,7 +14,11 @@ namespace {
 // A scene with points placed on it, on three levels, and the means of their functions.
 struct Placed {
     explicit Placed(const Scene& of, double radius = 0.0, std::uint64_t seed = 1)
-        : scene(of), tracer(scene), points(scene.surfels), placement(scene, tracer, {radius, 1000, 5}) {
+        : scene(of),
+          tracer(scene),
+          points(scene.surfels),
+          placement(scene, tracer, {radius, 1000, 5}),
+          sight(scene, tracer, basis) {
         means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, placement.points().first_radius, 3, 1.0,
                                               seed, Progress{});
         for (std::size_t level = 0; level < 3; ++level) {
@@ -23,7 +27,8 @@ struct Placed {
             const auto from = static_cast<std::ptrdiff_t>(p.level_begin[level]);
             basis.add_level({p.positions.begin() + from, p.positions.end()},
                             {p.normals.begin() + from, p.normals.end()}, {p.objects.begin() + from, p.objects.end()});
-            means->extend(level, Progress{});
+            sight.extend({}, Progress{});
+            means->extend(level, sight, Progress{});
         }
     }
     Scene scene;
@@ -31,6 +36,7 @@ struct Placed {
     SurfelPoints points;
     PointPlacement placement;
     MultilevelBasis basis;
+    BasisSight sight;
     std::unique_ptr<SurfelMeans> means;
 };
 

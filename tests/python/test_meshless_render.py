@@ -63,7 +63,7 @@ def test_backs_are_seen_in_the_light_of_their_fronts(which, request):
     slope = np.tan(np.radians(3)) * ((np.arange(60) + 0.5) / 30 - 1)
     x, y = np.meshgrid(0.8 - 2.5 * slope, 0.8 - 2.5 * slope)
     floor = np.stack([x, y, np.zeros_like(x)], -1).reshape(-1, 3)
-    total, direct = solution._field.basis.at(floor, np.tile([0.0, 0.0, 1.0], (len(floor), 1)), None)
+    total, direct, _ = solution._field.basis.at(floor, np.tile([0.0, 0.0, 1.0], (len(floor), 1)), None)
     exact = 0.7 / np.pi * (total - direct).reshape(60, 60, 3)
     assert np.abs(found["indirect"] - exact).max() < 0.02 * exact.max()
 
@@ -84,7 +84,7 @@ def test_pixels_are_the_field_at_what_they_see(which, request):
         assert not image["direct"].any()
     # The places are on the surfaces: irradiance_at finds the same objects there by itself. Disks stick out of the ball.
     wall = solution.objects[image["index"][seen]] == 0
-    found, _ = solution._field.basis.at(places[0][wall], places[1][wall], None)
+    found, _, _ = solution._field.basis.at(places[0][wall], places[1][wall], None)
     assert np.mean(np.abs(found - everything[wall]).max(axis=1) < 1e-9) > 0.98
 
 

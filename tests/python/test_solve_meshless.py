@@ -143,19 +143,17 @@ def two_rooms(thickness):
     return sf.Surfels.from_mesh(mesh, reflectance=0.7)
 
 
-def test_little_leaks_through_a_wall_thinner_than_the_coarse_support():
-    """Of the mean of the lit room, what the dark one has: less with every level."""
+def test_nothing_leaks_through_a_wall_thinner_than_the_coarse_support():
+    """On no level, where a function of the lit room is as near as one of the dark."""
     thickness = 1e-2
     scene = sf.Scene([two_rooms(thickness)], [sf.AreaLight([0.4, 0.4, 0.99], [0, 0.2, 0], [0.2, 0, 0], 5.0)])
-    shares = []
     for levels in (1, 2, 4):
         found = sf.solve_meshless(scene, levels=levels, rays=256)
         light, areas = found.irradiance[:, 0], found.surfels.areas
         dark = found.surfels.points[:, 0] > 1
         assert np.all(found.direct[dark] == 0.0)
-        shares.append(np.average(light[dark], weights=areas[dark]) / np.average(light[~dark], weights=areas[~dark]))
-    assert shares[2] < shares[1] < shares[0]
-    assert shares[2] < 0.02
+        assert np.all(light[dark] == 0.0)
+        assert np.average(light[~dark], weights=areas[~dark]) > 0.0
 
 
 def test_smooth_walls_have_no_seams():

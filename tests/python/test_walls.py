@@ -34,6 +34,12 @@ def lit_church():
     return scene, inside, others, total[:, 0], error[:, 0], direct[:, 0]
 
 
+def assert_none_is_lost(found, indirect, error):
+    lit = indirect - 4 * error > 0.3 * np.mean(indirect)
+    assert lit.sum() >= 200
+    assert (found[lit] > LOST * indirect[lit]).all()
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_church_keeps_its_rooms_dark_and_its_walls_lit(lit_church, seed):
     scene, inside, others, total, error, direct = lit_church
@@ -46,13 +52,22 @@ def test_a_church_keeps_its_rooms_dark_and_its_walls_lit(lit_church, seed):
 
     share = np.bincount(solution.parents, areas * (solution.irradiance - solution.direct)[:, 0], len(scene.surfels))
     found = (share / np.bincount(solution.parents, areas, len(scene.surfels)))[others]
-    indirect = total - direct
-    lit = indirect - 4 * error > 0.3 * np.mean(indirect)
-    assert lit.sum() >= 200
-    assert (found[lit] > LOST * indirect[lit]).all()
+    assert_none_is_lost(found, total - direct, error)
 
     points, normals = scene.surfels.points[inside], scene.surfels.normals[inside]
     assert solution.irradiance_at(points, normals, direct="traced").max() < DARK * mean
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_functions_speak_for_the_air_that_they_are_in(lit_church, seed):
+    scene, inside, others, total, error, direct = lit_church
+    solution = sf.solve_meshless(scene, seed=seed)
+    mean = np.average(solution.irradiance[:, 0], weights=solution.surfels.areas)
+    assert np.count_nonzero(solution.irradiance[inside, 0] > DARK * mean) <= inside.sum() / 500
+    assert_none_is_lost((solution.irradiance - solution.direct)[others, 0], total - direct, error)
+    points, normals = scene.surfels.points[inside], scene.surfels.normals[inside]
+    at = solution.irradiance_at(points, normals, direct="traced")[:, 0]
+    assert np.count_nonzero(at > DARK * mean) <= inside.sum() / 500
 
 
 def panelled(gap):
@@ -88,13 +103,38 @@ def cell(low, high):
         yield from ([low, low + u, low + u + v, low + v], [low + w, low + w + v, low + w + u + v, low + w + u])
 
 
-def test_no_group_spans_a_wall():
-    """Two cells of one mesh, 3 cm apart, and a lamp in one: the other has exactly nothing, where groups of floor on
-    both sides of the wall would send across."""
+def two_cells():
+    """Of one mesh, 3 cm apart, and a lamp in one."""
     quads = [*cell([0, 0, 0], [0.985, 1, 1]), *cell([1.015, 0, 0], [2, 1, 1])]
     mesh = np.array(quads).reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
     cells = sf.Surfels.from_mesh(mesh, patch_area=0.002, reflectance=0.7)
-    solution = sf.solve(sf.Scene([cells], [sf.PointLight([0.5, 0.5, 0.5], 1.0)]), zeta=0.1, insert=False)
+    return sf.Scene([cells], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
+
+
+def test_no_group_spans_a_wall():
+    """The dark one has exactly nothing, where groups of floor on both sides of the wall would send across."""
+    solution = sf.solve(two_cells(), zeta=0.1, insert=False)
     beyond = solution.surfels.points[:, 0] > 1
     assert beyond.sum() > 1000
     assert solution.irradiance[beyond].max() == 0.0
+
+
+@pytest.mark.parametrize("radius", [None, 0.7, 1.5])
+def test_no_function_reaches_through_a_wall(radius):
+    """Nor where disks are so wide that walls of either cell have none of their own: nooks have."""
+    scene = two_cells()
+    solution = sf.solve_meshless(scene, radius=radius)
+    beyond = solution.surfels.points[:, 0] > 1
+    assert solution.irradiance[beyond].max() == 0.0
+    assert solution.irradiance_at(scene.surfels.points[beyond], scene.surfels.normals[beyond]).max() == 0.0
+
+
+@pytest.mark.parametrize("radius", [None, 0.7])
+def test_functions_in_sight_keep_the_light_of_a_closed_room(radius):
+    solution = sf.solve_meshless(two_cells(), radius=radius)
+    lit = solution.surfels.points[:, 0] < 1
+    areas = solution.surfels.areas[lit]
+    direct = np.average(solution.direct[lit, 0], weights=areas)
+    # sum A (H - D) (1 - rho) = rho sum A D
+    found = np.average(solution.irradiance[lit, 0] - solution.direct[lit, 0], weights=areas)
+    assert found == pytest.approx(0.7 / 0.3 * direct, rel=0.01)

@@ -107,10 +107,9 @@ bool HemisphereGather::sends_by_mean(std::uint32_t surfel, double distance) cons
 
 // Links an end to the levels from `first_level` on, until supports are small. Would it go on to a finer level?
 bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& sums) const {
-    const Vec3& normal = scene_.surfels.normals[end.surfel];
     const double squared = static_cast<double>(end.distance) * static_cast<double>(end.distance);
     for (std::size_t level = first_level; level < basis_.levels(); ++level) {
-        basis_.at_level(level, end.position, normal, scene_.object[end.surfel], sums.weights);
+        means_.at_level(level, end.surfel, end.position, sums.weights);
         if (sums.weights.empty()) return false;  // finer levels lie within
         double support = 0.0;
         for (const BasisWeight& w : sums.weights) {

@@ -21,6 +21,22 @@ MeshlessField::At MeshlessField::at(const Vec3& point, const Vec3& normal, std::
     return sum;
 }
 
+bool MeshlessField::at(const Vec3& point, const Vec3& normal, std::uint32_t object, const BasisSight& sight,
+                       At& out) const {
+    thread_local std::vector<BasisWeight> weights;
+    out = {};
+    for (std::size_t level = 0; level < basis.levels(); ++level) {
+        sight.at_level(level, point, normal, object, Hit::none, weights);
+        if (weights.empty() && basis.is_coarsest(level, object)) return false;
+        for (const BasisWeight& w : weights) {
+            out.all += w.weight * coefficients[w.function];
+            out.direct += w.weight * direct[w.function];
+        }
+    }
+    out.clamp();
+    return true;
+}
+
 std::int32_t MeshlessField::level_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
     std::int32_t finest = 0;
     basis.for_functions(point, normal, object, [&](const BasisWeight& w) {

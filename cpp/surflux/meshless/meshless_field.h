@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
 
 namespace surflux {
@@ -19,6 +20,8 @@ struct MeshlessField {
         void clamp();  // light is never negative, which sums of coefficients may be by a little
     };
     At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
+    // The same from functions that the place sees. False where it sees none of the coarsest.
+    bool at(const Vec3& point, const Vec3& normal, std::uint32_t object, const BasisSight& sight, At& out) const;
     // The finest level on which light was gathered for a function that is not zero there; 0 where none was.
     std::int32_t level_at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
 };

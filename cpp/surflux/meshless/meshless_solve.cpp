@@ -1,20 +1,17 @@
 #include "surflux/meshless/meshless_solve.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/meshless_exchange.h"
 #include "surflux/meshless/oracle.h"
-#include "surflux/meshless/point_placement.h"
+#include "surflux/meshless/placed_basis.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
-#include "surflux/meshless/surfel_means.h"
 #include "surflux/meshless/surfel_refinement.h"
-#include "surflux/meshless/wall_cuts.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/gmres.h"
 #include "surflux/solution/self_check.h"
@@ -28,19 +25,12 @@ namespace {
 constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
 constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
 constexpr int most_applications = 100;
-// Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
-constexpr double widest_support = 3.0;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-// A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
-// ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
-constexpr double widest_spacing = 3.0;
-constexpr int most_repeats = 2;
+constexpr int most_repeats = 2;  // of receivers of clouds (PlacedBasis)
 // Of patches that send by their means nearby, over the coarsest spacing; and where direct light is in the basis, which
 // changes faster.
 constexpr double widest_mean = 1.0, widest_direct_mean = 0.5;
-
-double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
 
 class MeshlessRadiosity {
 public:
@@ -55,25 +45,29 @@ public:
           field_(std::make_shared<MeshlessField>()),
           tracer_(scene),
           light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
-          placement_(scene, tracer_, {options.radius, PlacementOptions{}.rejections, options.seed}),
-          means_(scene, tracer_, light_.points(), field_->basis, placement_.points().first_radius, options.levels,
-                 options.indirect_only ? widest_mean : widest_direct_mean, options.seed, stage("direct")),
+          placed_(
+              scene, tracer_, light_.points(), field_->basis,
+              {options.radius, options.levels, options.indirect_only ? widest_mean : widest_direct_mean, options.seed},
+              stage("direct")),
+          means_(placed_.means()),
           gather_(scene, tracer_, light_, field_->basis, means_,
                   {options.epsilon_omega, !options.indirect_only, options.seed}),
-          receivers_(field_->basis) {
+          receivers_(field_->basis, placed_.sight()) {
         watch_.lap("direct");
         out.field = field_;
     }
 
     void run() {
-        place({});
+        placed_.add_first(stage("placement"));
+        placed();
         gather(from(0));
         solve(rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
             const std::vector<std::uint32_t> refined =
                 oracle().refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
             if (refined.empty()) break;
-            place(refined);
+            placed_.add_around(refined, stage("placement"));
+            placed();
             const std::vector<std::uint32_t> children = children_of(field_->basis, refined);
             if (children.empty()) break;
             gather(children);
@@ -87,73 +81,22 @@ private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
     Oracle oracle() const {
-        return {field_->basis,
-                receivers_,
-                gather_,
-                placement_.points().first_radius,
-                values_,
-                direct_,
-                unbounced_,
-                first_,
-                field_->coefficients,
-                field_->direct};
+        return {field_->basis, receivers_, gather_, placed_.first_radius(), placed_.evenly_placed(), values_,
+                direct_,       unbounced_, first_,  field_->coefficients,   field_->direct};
     }
 
-    // The next level: everywhere, or around those of the last that are refined.
-    void place(const std::vector<std::uint32_t>& refined) {
-        MultilevelBasis& basis = field_->basis;
-        const std::size_t level = basis.levels();
-        Wanted wanted;
-        if (level > 0) wanted = wanted_around(basis, refined, placement_.points().first_radius);
-        placement_.add_level(wanted, stage("placement"));
-        const PlacedPoints& points = placement_.points();
-        const auto from = static_cast<std::ptrdiff_t>(points.level_begin[level]);
-        SupportOptions support;
-        if (level > 0)
-            for (const double r : points.first_radius)
-                support.largest_radii.push_back(std::max(1e-300, widest_support * at_level(r, level)));
-        add_level({points.positions.begin() + from, points.positions.end()},
-                  {points.normals.begin() + from, points.normals.end()},
-                  {points.objects.begin() + from, points.objects.end()},
-                  {points.surfels.begin() + from, points.surfels.end()}, support);
-    }
-
-    void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
-                   const std::vector<std::uint32_t>& objects, const std::vector<std::uint32_t>& surfels,
-                   const SupportOptions& support) {
-        MultilevelBasis& basis = field_->basis;
-        basis.add_level(positions, normals, objects, support);
-        basis.set_cuts(wall_cuts(scene_, tracer_, basis, stage("placement")));
-        means_.extend(placement_.points().level_begin.size() - 2, stage("placement"));
-        surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
-        level_of_rays_.resize(basis.size(), basis.levels() - 1);
+    // The basis has got a level.
+    void placed() {
         receivers_.resize();
         watch_.lap("placement");
-        if (basis.levels() > 1) gather_.extend(stage("gathering"));
+        if (field_->basis.levels() > 1) gather_.extend(stage("gathering"));
         watch_.lap("gathering");
     }
 
-    // Once more the receivers of clouds around which there are no finer ones.
     void repeat() {
-        const PlacedPoints& points = placement_.points();
-        std::vector<Vec3> positions, normals;
-        std::vector<std::uint32_t> objects, surfels;
-        std::vector<std::size_t> levels;
-        for (std::uint32_t j = 0; j < points.size(); ++j) {
-            const std::uint32_t i = points.surfels[j], o = points.objects[j];
-            if (light_.points().is_patch(i) || !receivers_.has(j)) continue;
-            const double spacing = at_level(points.first_radius[o], field_->basis.level_of(j));
-            if (spacing > widest_spacing * scene_.surfels.radii[i]) continue;
-            positions.push_back(points.positions[j]);
-            normals.push_back(points.normals[j]);
-            objects.push_back(o);
-            surfels.push_back(i);
-            levels.push_back(field_->basis.level_of(j));
-        }
-        if (positions.empty()) return;
         const auto first = static_cast<std::uint32_t>(field_->basis.size());
-        add_level(positions, normals, objects, surfels, {});
-        std::copy(levels.begin(), levels.end(), level_of_rays_.begin() + first);
+        if (!placed_.repeat(receivers_, stage("placement"))) return;
+        placed();
         gather(from(first));
         solve(rough_tolerance, 0);
     }
@@ -165,8 +108,9 @@ private:
         std::vector<Place> places;
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
-            places.push_back({basis.position(j), basis.normal(j), surfel_[j], Place::point});
-            counts.push_back(std::max(std::min(options_.rays, least_rays), options_.rays >> (level_of_rays_[j] / 2)));
+            places.push_back({basis.position(j), basis.normal(j), placed_.sight().surfel(j), Place::point});
+            counts.push_back(
+                std::max(std::min(options_.rays, least_rays), options_.rays >> (placed_.level_of_rays(j) / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
@@ -288,14 +232,12 @@ private:
     std::shared_ptr<MeshlessField> field_;
     const Tracer tracer_;
     const SurfaceLight light_;
-    PointPlacement placement_;
-    SurfelMeans means_;
+    PlacedBasis placed_;
+    const SurfelMeans& means_;
     HemisphereGather gather_;
     Receivers receivers_;
-    std::vector<std::uint32_t> surfel_;       // of the scene, that each function's point lies on
-    std::vector<std::size_t> level_of_rays_;  // of each function: repeats have as many as before
-    std::vector<Rgb> sent_;                   // of each surfel
-    double imbalance_ = 0.0;                  // of what surfels send and what is received of it, before it was scaled
+    std::vector<Rgb> sent_;   // of each surfel
+    double imbalance_ = 0.0;  // of what surfels send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     std::vector<std::uint32_t> parts_;  // connected part of each row; empty: one
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the

@@ -45,19 +45,30 @@ std::size_t MultilevelBasis::level_of(std::uint32_t function) const {
     return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), function) - first_.begin()) - 1;
 }
 
+bool MultilevelBasis::is_coarsest(std::size_t level, std::uint32_t object) const {
+    for (std::size_t above = 0; above < level; ++above)
+        if (levels_[above].has(object)) return false;
+    return levels_[level].has(object);
+}
+
+void MultilevelBasis::weights(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
+                              std::vector<BasisWeight>& out) const {
+    levels_[level].weights(point, normal, object, out);
+    if (out.empty() && is_coarsest(level, object)) levels_[level].at_or_nearest(point, normal, object, out);
+    for (BasisWeight& w : out) w.function += first_[level];
+}
+
+void MultilevelBasis::to_shares(std::size_t level, std::uint32_t object, std::vector<BasisWeight>& weights) const {
+    double sum = 0.0;
+    for (const BasisWeight& w : weights) sum += w.weight;
+    const double fade = sum >= 1.0 || is_coarsest(level, object) ? 1.0 : at_rim(sum);
+    for (BasisWeight& w : weights) w.weight *= fade / sum;
+}
+
 void MultilevelBasis::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                                std::vector<BasisWeight>& out) const {
-    const auto coarsest = [&] {
-        for (std::size_t above = 0; above < level; ++above)
-            if (levels_[above].has(object)) return false;
-        return true;
-    };
-    const bool falls_back = coarsest();
-    if (falls_back)
-        levels_[level].at_or_nearest(point, normal, object, out);
-    else if (const double fade = at_rim(levels_[level].at(point, normal, object, out)); fade < 1.0)
-        for (BasisWeight& w : out) w.weight *= fade;
-    for (BasisWeight& w : out) w.function += first_[level];
+    weights(level, point, normal, object, out);
+    to_shares(level, object, out);
 }
 
 template <class Value>

@@ -48,6 +48,12 @@ public:
     // on a finer level its parents (L07 6.3).
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
                   std::vector<BasisWeight>& out) const;
+    // The same in two halves, for what chooses among functions in between: their weights w_j, and the shares of them.
+    void weights(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
+                 std::vector<BasisWeight>& out) const;
+    void to_shares(std::size_t level, std::uint32_t object, std::vector<BasisWeight>& weights) const;
+    // Has the object functions on a level, and on no coarser one?
+    bool is_coarsest(std::size_t level, std::uint32_t object) const;
 
     // Calls visit(function and weight) for all that at_level() gives on levels before `end`.
     template <class Visit>

@@ -20,8 +20,7 @@ constexpr double significance = 2.0;  // standard errors that a difference must 
 template <class Value>
 double rms(const Oracle& of, const Value& of_row) {
     double sum = 0.0, total = 0.0;
-    for (std::uint32_t j = of.basis.first(0); j < of.basis.first(1); ++j) {
-        // A level's points are as dense all over an object.
+    for (std::uint32_t j = 0; j < of.evenly_placed; ++j) {
         const double l = of_row(of.receivers.row(j)), r = of.first_radius[of.basis.object(j)];
         sum += r * r * l * l;
         total += r * r;
@@ -45,7 +44,7 @@ Oracle::Wanted Oracle::wanted(double epsilon_e) const {
 }
 
 std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) const {
-    const std::uint32_t from = basis.first(level), to = basis.first(level + 1);
+    const std::uint32_t from = basis.first(level), to = level > 0 ? basis.first(level + 1) : evenly_placed;
     const auto all = [&](std::uint32_t row) { return luminance(values[row]); };
     const auto sent = [&](std::uint32_t row) { return luminance(values[row] - direct[row]); };
     const double allowed = allowed_at(static_cast<double>(level));

@@ -17,6 +17,7 @@ struct Oracle {
     const Receivers& receivers;
     const HemisphereGather& gather;
     const std::vector<double>& first_radius;  // of each object's points on the coarsest level
+    std::uint32_t evenly_placed;              // so many of them are as dense all over an object; others are of nooks
     // By row: the solution, the part that is direct light, what comes without a bounce, and the first bounce.
     const std::vector<Rgb>&values, &direct, &unbounced, &first;
     // By function, of the solution and of the part that is direct light.

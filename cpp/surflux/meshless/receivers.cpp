@@ -20,11 +20,14 @@ std::vector<std::uint32_t> Receivers::add(const std::vector<std::uint32_t>& func
         parallel_blocks(
             asked.size(), 64,
             [&](std::size_t begin, std::size_t end) {
+                std::vector<BasisWeight> weights;
                 for (std::size_t k = begin; k < end; ++k) {
                     const std::uint32_t j = asked[k];
-                    basis_.for_functions(
-                        basis_.position(j), basis_.normal(j), basis_.object(j),
-                        [&](const BasisWeight& w) { parents[before + k].push_back(w); }, basis_.level_of(j));
+                    std::vector<BasisWeight>& of = parents[before + k];
+                    for (std::size_t level = 0; level < basis_.level_of(j); ++level) {
+                        sight_.at_function(level, j, weights);
+                        of.insert(of.end(), weights.begin(), weights.end());
+                    }
                 }
             },
             progress);

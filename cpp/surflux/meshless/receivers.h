@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
 
 namespace surflux {
@@ -14,13 +15,13 @@ class Receivers {
 public:
     static constexpr std::uint32_t none = 0xffffffffu;
 
-    explicit Receivers(const MultilevelBasis& basis) : basis_(basis) {}
+    Receivers(const MultilevelBasis& basis, const BasisSight& sight) : basis_(basis), sight_(sight) {}
 
-    // To be called when the basis has got a level.
+    // To be called when the basis has got a level, or another one.
     void resize() { row_.resize(basis_.size(), none); }
 
     // Makes functions receivers if they are not, and with them their parents: those on coarser levels that are not zero
-    // at their points (L07 6.3). Those that are new, ascending; rows are numbered as they come.
+    // at their points (L07 6.3), and in sight. Those that are new, ascending; rows are numbered as they come.
     std::vector<std::uint32_t> add(const std::vector<std::uint32_t>& functions, const Progress& progress);
 
     bool has(std::uint32_t function) const { return row_[function] != none; }
@@ -39,6 +40,7 @@ public:
 
 private:
     const MultilevelBasis& basis_;
+    const BasisSight& sight_;
     std::vector<std::uint32_t> row_;        // of each function
     std::vector<std::uint32_t> functions_;  // of each row
     std::vector<std::vector<BasisWeight>> parents_;

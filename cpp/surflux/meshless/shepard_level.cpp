@@ -17,6 +17,8 @@ void check(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
     require(objects.size() == positions.size(), "objects: there are ", objects.size(), ", wanted one for each of ",
             positions.size(), " positions");
     require(options.neighbors >= 1, "neighbors: got ", options.neighbors, ", wanted at least 1");
+    require(options.radii.empty() || options.radii.size() == positions.size(), "radii: there are ",
+            options.radii.size(), ", wanted one for each of ", positions.size(), " positions");
     require(options.largest_radius > 0.0, "largest_radius: got ", options.largest_radius, ", wanted more than 0");
     for (std::size_t j = 0; j < positions.size(); ++j) {
         require(is_finite(positions[j]), "positions: number ", j, " is not finite");
@@ -46,8 +48,8 @@ const SupportTree* ShepardLevel::tree_of(std::uint32_t object) const {
     return at == objects_.end() || *at != object ? nullptr : &trees_[static_cast<std::size_t>(at - objects_.begin())];
 }
 
-double ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t object,
-                        std::vector<BasisWeight>& out) const {
+double ShepardLevel::weights(const Vec3& point, const Vec3& normal, std::uint32_t object,
+                             std::vector<BasisWeight>& out) const {
     out.clear();
     const SupportTree* tree = tree_of(object);
     if (!tree) return 0.0;
@@ -62,6 +64,12 @@ double ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t obj
             for (const BasisWeight& w : out) sum += w.weight;
         }
     }
+    return sum;
+}
+
+double ShepardLevel::at(const Vec3& point, const Vec3& normal, std::uint32_t object,
+                        std::vector<BasisWeight>& out) const {
+    const double sum = weights(point, normal, object, out);
     for (BasisWeight& w : out) w.weight /= sum;
     return sum;
 }

@@ -39,6 +39,8 @@ public:
         return {cuts_.data() + first_cut_[function], cuts_.data() + first_cut_[function + 1]};
     }
 
+    // Replaces `out` by the weights w_j > 0 at a point of an object, of which B_j are the shares. Returns their sum.
+    double weights(const Vec3& point, const Vec3& normal, std::uint32_t object, std::vector<BasisWeight>& out) const;
     // Replaces `out` by all functions that are not zero at a point of an object. They are positive and sum to 1; where
     // nothing covers the point there are none. `normal` is of unit length. Returns what the weights summed up to
     // before.

@@ -84,6 +84,7 @@ private:
 
 std::vector<double> support_radii(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
                                   const std::vector<std::uint32_t>& objects, const SupportOptions& options) {
+    if (!options.radii.empty()) return options.radii;
     std::vector<std::uint32_t> order(positions.size());
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(),

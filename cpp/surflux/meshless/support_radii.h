@@ -14,6 +14,7 @@ struct SupportOptions {
     // carry its correction across the whole object.
     double largest_radius = std::numeric_limits<double>::infinity();
     std::vector<double> largest_radii = {};  // by object, in its place
+    std::vector<double> radii = {};          // by point, where they are known; else they are found
 };
 
 // The radius r_j of L07 sec. 4.2 for each point of one level: the distance to the k-th nearest point of its own object

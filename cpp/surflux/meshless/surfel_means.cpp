@@ -85,7 +85,24 @@ void SurfelMeans::places_on(std::uint32_t i, int count, std::vector<Departure>& 
     }
 }
 
-void SurfelMeans::extend(std::size_t spacing, const Progress& progress) {
+void SurfelMeans::at_level(std::size_t level, std::uint32_t i, const Vec3& point, std::vector<BasisWeight>& out) const {
+    const std::uint32_t object = scene_.object[i];
+    if (outside_[i] == 0.0) return basis_.at_level(level, point, scene_.surfels.normals[i], object, out);
+    const auto begin = levels_[level].entries.begin() + static_cast<std::ptrdiff_t>(levels_[level].begin[i]),
+               end = levels_[level].entries.begin() + static_cast<std::ptrdiff_t>(levels_[level].begin[i + 1]);
+    basis_.weights(level, point, scene_.surfels.normals[i], object, out);
+    const auto foreign = [&](const BasisWeight& w) {
+        const auto at = std::lower_bound(begin, end, w.function,
+                                         [](const Entry& e, std::uint32_t function) { return e.function < function; });
+        return at == end || at->function != w.function;
+    };
+    out.erase(std::remove_if(out.begin(), out.end(), foreign), out.end());
+    basis_.to_shares(level, object, out);
+    if (!out.empty() || !basis_.is_coarsest(level, object)) return;
+    for (auto at = begin; at != end; ++at) out.push_back({at->function, static_cast<double>(at->weight) / outside_[i]});
+}
+
+void SurfelMeans::extend(std::size_t spacing, const BasisSight& sight, const Progress& progress) {
     const std::size_t n = outside_.size(), level = basis_.levels() - 1;
     std::vector<std::vector<Entry>> found((n + grain - 1) / grain);  // by blocks
     Rows rows;
@@ -102,15 +119,20 @@ void SurfelMeans::extend(std::size_t spacing, const Progress& progress) {
                 const std::uint32_t object = scene_.object[k];
                 places_on(i, inside_[k] != 0 ? all_places : count_for(i, spacing), places);
                 all.clear();
+                // A place that sees none of the coarsest has what others of the surfel have.
+                const bool coarsest = basis_.is_coarsest(level, object);
+                std::size_t outside = 0, seen = 0;
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if ((inside_[k] >> p & 1) != 0) continue;
-                    basis_.at_level(level, places[p].position, places[p].normal, object, weights);
+                    sight.at_level(level, places[p].position, places[p].normal, object, i, weights);
                     all.insert(all.end(), weights.begin(), weights.end());
+                    ++outside;
+                    seen += !coarsest || !weights.empty();
                 }
                 std::sort(all.begin(), all.end(),
                           [](const BasisWeight& a, const BasisWeight& b) { return a.function < b.function; });
                 const std::size_t before = out.size();
-                const double share = 1.0 / static_cast<double>(places.size());
+                const double share = static_cast<double>(outside) / static_cast<double>(seen * places.size());
                 for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
                     double sum = 0.0;
                     for (; to < all.size() && all[to].function == all[from].function; ++to) sum += all[to].weight;

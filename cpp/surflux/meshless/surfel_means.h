@@ -5,6 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
@@ -24,7 +25,9 @@ public:
                 const Progress& progress);
 
     // The rows of the level that the basis has got last. `spacing`: the level that its points are as far apart as.
-    void extend(std::size_t spacing, const Progress& progress);
+    void extend(std::size_t spacing, const BasisSight& sight, const Progress& progress);
+    // MultilevelBasis::at_level at a place on a surfel, of those that speak for it.
+    void at_level(std::size_t level, std::uint32_t i, const Vec3& point, std::vector<BasisWeight>& out) const;
 
     // The share of a surfel that is not inside geometry. There is no light inside, where no points are (L07 6.1).
     double outside(std::size_t i) const { return outside_[i]; }

@@ -81,13 +81,16 @@ std::vector<int> SurfelRefinement::rays_for(const std::vector<std::uint32_t>& su
 bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     std::size_t finest = 0;
     double all = 0.0, sent = 0.0, off = 0.0, off_sent = 0.0;
+    bool any = false;
     means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
         if (!oracle_.receivers.has(j)) return;
+        any = true;
         if (const std::size_t level = oracle_.basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
         const double c = luminance(oracle_.coefficients[j]), c_sent = c - luminance(oracle_.direct_coefficients[j]);
         all += weight * c, sent += weight * c_sent;
         off += weight * std::abs(c), off_sent += weight * std::abs(c_sent);
     });
+    if (!any) return means_.outside(surfel) > 0.0;
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
     const double more = allowed(surfel), root = std::sqrt(static_cast<double>(rays_for(surfel)));

@@ -4,7 +4,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/solution/sight.h"
 
 namespace surflux {
 
@@ -19,10 +18,9 @@ constexpr double least_slope = 0.3;       // cosine: a plane that hardly crosses
 }  // namespace
 
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
-                                  const Progress& progress) {
+                                  const BasisSight& sight, const Progress& progress) {
     const std::size_t level = basis.levels() - 1;
     const std::uint32_t first = basis.first(level), last = basis.first(level + 1);
-    const Sight sight(tracer, scene);
     constexpr std::size_t grain = 64;
     std::vector<std::vector<SupportCut>> blocks((last - first + grain - 1) / grain);
     parallel_blocks(
@@ -66,7 +64,7 @@ std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, cons
                         const Vec3& other = basis.position(w.function);
                         if (w.function == j || dot(cut.normal, other) >= cut.offset) continue;
                         ++beyond;
-                        parts = parts && !sight.joined(at, normal, other, basis.normal(w.function));
+                        parts = parts && !sight.joined(j, w.function);
                         if (!parts) break;
                     }
                     if (parts && beyond > 0) cuts.push_back(cut);

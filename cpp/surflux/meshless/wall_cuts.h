@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
@@ -14,6 +15,6 @@ namespace surflux {
 // that part a function's point from all other points beyond in its support; a column, around which light gets, does
 // not. The field then is discontinuous on the plane, which the wall hides, and nowhere else.
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
-                                  const Progress& progress);
+                                  const BasisSight& sight, const Progress& progress);
 
 }  // namespace surflux

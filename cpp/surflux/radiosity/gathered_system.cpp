@@ -50,8 +50,8 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
                 nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
                 // Groups span no walls. What was inserted on a patch may lie beyond one from its centre.
                 const std::uint32_t own = cut.place_of[p];
-                if (!sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.positions(), nodes.normals(), light,
-                                       near, tree_.is_inserted(p) ? Sight::none : own))
+                if (!sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.sites(), light, near,
+                                       tree_.is_inserted(p) ? Sight::none : own))
                     near.assign(1, {own, 1.0});
                 begin_[k + 1] = near.size();
                 block.insert(block.end(), near.begin(), near.end());

@@ -51,7 +51,7 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
                 for (std::size_t k = before + begin; k < before + end; ++k) {
                     const auto p = static_cast<std::uint32_t>(k);
                     field.interpolation().at(tree.position(p), tree.normal(p), tree.object(p), near);
-                    if (!sight.keep_joined(tree.position(p), tree.normal(p), s.positions, s.normals, light, near))
+                    if (!sight.keep_joined(tree.position(p), tree.normal(p), field.sites(), light, near))
                         near.assign(1, {tree.surfel(p), 1.0});
                     sky[k] = field.at(sky_field, tree.position(p), tree.normal(p), near);
                     others[k] = field.at(other_field, tree.position(p), tree.normal(p), near);

@@ -26,6 +26,7 @@ NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, s
     : positions_(std::move(positions)), normals_(std::move(normals)), objects_(std::move(objects)) {
     for (const Vec3& normal : normals_) frames_.push_back(frame_around(normal));
     interpolation_ = std::make_unique<Interpolation>(positions_, normals_, objects_);
+    sites_ = std::make_unique<Sight::Sites>(positions_, normals_);
 }
 
 Rgb NodalField::turned(const Values& field, std::uint32_t k, const Vec3& normal) const {
@@ -68,7 +69,7 @@ void NodalField::fit_slopes(Values& out, const Sight* sight, const Progress& pro
                 for (const Interpolation::Weight& other : near) {
                     if (other.site == i || !(other.weight > 0.0)) continue;
                     if (sight && differ_much(brightness(out, other.site), brightness(out, i)) &&
-                        !sight->joined(positions_[i], normals_[i], positions_[other.site], normals_[other.site]))
+                        !sight->joined(sites_->place(*sight, i), sites_->place(*sight, other.site)))
                         continue;
                     const Vec3 d = positions_[other.site] - positions_[i];
                     const double x = dot(d, frames_[i].u), y = dot(d, frames_[i].v);

@@ -41,6 +41,8 @@ public:
     const Interpolation& interpolation() const { return *interpolation_; }
     const std::vector<Vec3>& positions() const { return positions_; }
     const std::vector<Vec3>& normals() const { return normals_; }
+    // Nodes as sites of the scene's Sight: of one scene, always the same.
+    const Sight::Sites& sites() const { return *sites_; }
     // Slopes of a node come from those that it is joined with, as far as `sight` is given.
     Values fit(std::vector<TiltedRgb> values, const Sight* sight = nullptr, const Progress& progress = {}) const;
     // Of values that do not say how they turn.
@@ -66,6 +68,7 @@ private:
     std::vector<std::uint32_t> objects_;
     std::vector<Frame> frames_;
     std::unique_ptr<Interpolation> interpolation_;
+    std::unique_ptr<Sight::Sites> sites_;
 };
 
 }  // namespace surflux

@@ -23,7 +23,7 @@ Rgb OwnGather::sent(std::uint32_t surfel, const Vec3& at) const {
     thread_local std::vector<Interpolation::Weight> near;
     const Vec3& normal = s.normals[surfel];
     nodes_.interpolation().at(at, normal, scene_.object[surfel], near);
-    if (!sight_.keep_joined(at, normal, nodes_.positions(), nodes_.normals(), light_, near)) return emission;
+    if (!sight_.keep_joined(at, normal, nodes_.sites(), light_, near)) return emission;
     Rgb irradiance;
     for (const NodalField::Values& field : fields_) irradiance += nodes_.at(field, at, normal, near);
     return emission + rho * irradiance;

@@ -80,21 +80,40 @@ bool Sight::joined(const Place& p, const Place& q) const {
     return false;
 }
 
-bool Sight::joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const {
-    if (!(length_squared(q - p) > 0.0)) return true;
-    return joined({p, normal_p, headroom(p, normal_p)}, {q, normal_q, headroom(q, normal_q)});
+bool Sight::overlooks(const Vec3& p, const Vec3& normal, const Place& q) const {
+    const double distance = length(q.position - p);
+    if (!(distance > 0.0)) return true;
+    const Vec3 from = p + 4.0 * tracer_.contact(p) * normal,
+               way = q.position + std::min(heights[0] * distance, under_cover * q.headroom) * q.normal - from;
+    const double far = length(way);
+    return dot(way, normal) > 0.0 && !first_hit(tracer_, from, normal, way / far, far);
 }
 
-bool Sight::keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
-                        const std::vector<Vec3>& normals, const std::vector<double>& values,
+bool Sight::sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const {
+    if (overlooks(p, normal, q)) return true;
+    if (headroom_p < 0.0) headroom_p = headroom(p, normal);
+    return joined({p, normal, headroom_p}, q);
+}
+
+Sight::Sites::Sites(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals)
+    : positions_(positions), normals_(normals), headroom_(new std::atomic<double>[positions.size()]) {
+    for (std::size_t k = 0; k < positions.size(); ++k) headroom_[k] = -1.0;
+}
+
+Sight::Place Sight::Sites::place(const Sight& sight, std::uint32_t site) const {
+    const Vec3 &p = positions_[site], &normal = normals_[site];
+    double headroom = headroom_[site].load(std::memory_order_relaxed);
+    if (headroom < 0.0) {  // whoever finds it finds the same
+        headroom = sight.headroom(p, normal);
+        headroom_[site].store(headroom, std::memory_order_relaxed);
+    }
+    return {p, normal, headroom};
+}
+
+bool Sight::keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<double>& values,
                         std::vector<Interpolation::Weight>& weights, std::uint32_t own) const {
     double above = -1.0;  // the headroom, once it is asked for
-    const auto is_joined = [&](std::uint32_t site) {
-        if (!(length_squared(positions[site] - point) > 0.0)) return true;
-        if (above < 0.0) above = headroom(point, normal);
-        return joined({point, normal, above},
-                      {positions[site], normals[site], headroom(positions[site], normals[site])});
-    };
+    const auto is_joined = [&](std::uint32_t site) { return sees(point, normal, above, sites.place(*this, site)); };
     if (own == none) {
         std::sort(weights.begin(), weights.end(), [](const Interpolation::Weight& a, const Interpolation::Weight& b) {
             return a.weight > b.weight || (a.weight == b.weight && a.site < b.site);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -20,6 +22,18 @@ public:
         double headroom;  // how far it is free over it
     };
 
+    // Sites that places are asked about many times over: the headroom of each is found when it is needed, and once.
+    class Sites {
+    public:
+        // Both must outlive this.
+        Sites(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals);
+        Place place(const Sight& sight, std::uint32_t site) const;
+
+    private:
+        const std::vector<Vec3>&positions_, &normals_;
+        std::unique_ptr<std::atomic<double>[]> headroom_;  // negative until it is known
+    };
+
     Sight(const Tracer& tracer, const Scene& scene);
 
     // Distance to what covers a place, along its normal, or infinity.
@@ -29,13 +43,15 @@ public:
     // Is the way free from one to the other: up from the surface, across, and down again? Two heights are tried, for
     // what lies between two sheets and for what curves; under a cover, half way up to it at most.
     bool joined(const Place& p, const Place& q) const;
-    bool joined(const Vec3& p, const Vec3& normal_p, const Vec3& q, const Vec3& normal_q) const;
+    // Is one ray free, from the surface straight up to the air over q? Less than joined() asks for where both are flat.
+    bool overlooks(const Vec3& p, const Vec3& normal, const Place& q) const;
+    // That, or joined() with a place whose headroom is found where it is needed, once (negative until then).
+    bool sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const;
     // Drops from the weights at a place the sites that it is not joined with. One that it is known to share the air
     // with (`own`), or else the heaviest that it is joined with, is its anchor: a site whose value is like the
     // anchor's is taken without asking. False where it is joined with none: the weights are sorted then, heaviest
     // first.
-    bool keep_joined(const Vec3& point, const Vec3& normal, const std::vector<Vec3>& positions,
-                     const std::vector<Vec3>& normals, const std::vector<double>& values,
+    bool keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<double>& values,
                      std::vector<Interpolation::Weight>& weights, std::uint32_t own = none) const;
 
 private:

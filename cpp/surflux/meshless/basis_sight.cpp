@@ -1,0 +1,173 @@
+#include "surflux/meshless/basis_sight.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint32_t none = 0xffffffffu;
+// The heaviest that a place looks for an anchor among: where it sees none of these, walls are all around.
+constexpr std::size_t most_tries = 3;
+
+}  // namespace
+
+BasisSight::BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis)
+    : scene_(scene), basis_(basis), sight_(tracer, scene) {
+    const std::vector<std::uint32_t> triangles = triangle_ranges(scene.surfels);
+    for (std::size_t i = 0; i < scene.object.size(); ++i) {
+        const std::uint32_t object = scene.object[i];
+        if (object >= is_cloud_.size()) is_cloud_.resize(object + 1, 1);
+        if (triangles[i] < triangles[i + 1]) is_cloud_[object] = 0;
+    }
+}
+
+void BasisSight::clear() {
+    surfel_.clear();
+    places_.clear();
+    pairs_.clear();
+}
+
+void BasisSight::extend(const std::vector<std::uint32_t>& surfels, const Progress& progress) {
+    const std::size_t before = places_.size();
+    surfel_.insert(surfel_.end(), surfels.begin(), surfels.end());
+    surfel_.resize(basis_.size(), Hit::none);
+    places_.resize(basis_.size());
+    parallel_blocks(
+        basis_.size() - before, 256,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = before + begin; k < before + end; ++k) {
+                const auto j = static_cast<std::uint32_t>(k);
+                const Vec3 &at = basis_.position(j), &normal = basis_.normal(j);
+                places_[k] = {at, normal, sight_.headroom(at, normal)};
+            }
+        },
+        progress);
+    for (std::size_t level = pairs_.size(); level < basis_.levels(); ++level)
+        pairs_.emplace_back(new Pairs[basis_.first(level + 1) - basis_.first(level)]);
+}
+
+bool BasisSight::joined(std::uint32_t a, std::uint32_t b) const {
+    if (a == b) return true;
+    if (a > b) std::swap(a, b);
+    const std::size_t level = basis_.level_of(a);
+    const std::uint32_t key = 2 * (b - basis_.first(level) + 1);
+    std::atomic<std::uint32_t>(&known)[room] = pairs_[level][a - basis_.first(level)].of;
+    std::size_t k = 0;
+    for (; k < room; ++k) {
+        const std::uint32_t at = known[k].load(std::memory_order_relaxed);
+        if (at == 0) break;
+        if ((at & ~1u) == key) return (at & 1u) != 0;
+    }
+    const bool answer = sight_.joined(places_[a], places_[b]);
+    for (; k < room; ++k) {
+        std::uint32_t free = 0;
+        if (known[k].compare_exchange_strong(free, key + answer, std::memory_order_relaxed) || (free & ~1u) == key)
+            break;
+    }
+    return answer;
+}
+
+void BasisSight::keep_seen(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& weights) const {
+    double above = -1.0;
+    const auto sees = [&](const BasisWeight& w) { return sight_.sees(point, normal, above, places_[w.function]); };
+    const auto heavier = [](const BasisWeight& a, const BasisWeight& b) {
+        return a.weight > b.weight || (a.weight == b.weight && a.function < b.function);
+    };
+    const auto last = weights.begin() + static_cast<std::ptrdiff_t>(std::min(most_tries, weights.size()));
+    auto anchor = weights.begin();
+    for (; anchor != last; ++anchor) {
+        std::iter_swap(anchor, std::min_element(anchor, weights.end(), heavier));
+        if (sees(*anchor)) break;
+    }
+    if (anchor == last) return weights.clear();
+    weights.erase(weights.begin(), anchor);
+    const std::uint32_t seen = weights[0].function;
+    const auto parted = [&](const BasisWeight& w) {
+        return !joined(seen, w.function) && !sight_.overlooks(point, normal, places_[w.function]);
+    };
+    weights.erase(std::remove_if(weights.begin() + 1, weights.end(), parted), weights.end());
+}
+
+void BasisSight::at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object,
+                          std::uint32_t surfel, std::vector<BasisWeight>& out) const {
+    if (is_cloud_[object]) return basis_.at_level(level, point, normal, object, out);
+    const std::uint32_t nook = surfel == Hit::none || nook_.empty() ? none : nook_[surfel];
+    if (nook != none) {
+        out.clear();
+        if (level == basis_.level_of(nook)) out.push_back({nook, 1.0});
+        return;
+    }
+    basis_.weights(level, point, normal, object, out);
+    keep_seen(point, normal, out);
+    basis_.to_shares(level, object, out);
+}
+
+std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<char>& asked,
+                                                          const std::vector<double>& spacing,
+                                                          const Progress& progress) const {
+    const Surfels& s = scene_.surfels;
+    std::vector<char> hidden(s.size(), 0);
+    parallel_blocks(
+        s.size(), 256,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<BasisWeight> near;
+            for (std::size_t i = begin; i < end; ++i) {
+                if (!asked[i]) continue;
+                at_level(0, s.positions[i], s.normals[i], scene_.object[i], Hit::none, near);
+                hidden[i] = near.empty();
+            }
+        },
+        progress);
+    struct Nook {
+        Sight::Place first;
+        std::size_t index;
+    };
+    std::map<std::array<std::int64_t, 4>, std::vector<Nook>> cells;  // by object, and cubes of its spacing
+    const Vec3 low = bounds_of(s).low;
+    std::vector<std::vector<std::uint32_t>> out;
+    for (std::uint32_t i = 0; i < s.size(); ++i) {
+        if (!hidden[i]) continue;
+        const double side = spacing[scene_.object[i]];
+        const Vec3 at = (1.0 / side) * (s.positions[i] - low);
+        const std::array<std::int64_t, 4> cell{scene_.object[i], static_cast<std::int64_t>(at.x),
+                                               static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)};
+        double above = -1.0;
+        const Nook* in = nullptr;
+        std::size_t tries = 0;
+        for (std::int64_t k = 0; k < 27 && !in; ++k) {
+            // From the middle one on.
+            const std::int64_t at_k = (k + 13) % 27, x = at_k % 3 - 1, y = at_k / 3 % 3 - 1, z = at_k / 9 - 1;
+            const auto near = cells.find({cell[0], cell[1] + x, cell[2] + y, cell[3] + z});
+            if (near == cells.end()) continue;
+            for (std::size_t n = near->second.size(); n-- > 0 && tries < most_tries;) {
+                const Nook& nook = near->second[n];
+                if (!(length(nook.first.position - s.positions[i]) < side * dot(nook.first.normal, s.normals[i])))
+                    continue;
+                ++tries;
+                if (!sight_.sees(s.positions[i], s.normals[i], above, nook.first)) continue;
+                in = &nook;
+                break;
+            }
+        }
+        if (in) {
+            out[in->index].push_back(i);
+            continue;
+        }
+        if (above < 0.0) above = sight_.headroom(s.positions[i], s.normals[i]);
+        cells[cell].push_back({{s.positions[i], s.normals[i], above}, out.size()});
+        out.push_back({i});
+    }
+    return out;
+}
+
+void BasisSight::set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function) {
+    nook_.resize(scene_.surfels.size(), none);
+    for (const std::uint32_t i : surfels) nook_[i] = function;
+}
+
+}  // namespace surflux

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/scene/scene.h"
+#include "surflux/solution/sight.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Which functions of a basis speak for a place: those of the air that it is in. L07 has all whose supports reach it,
+// through walls and to sheets behind its own, and names such leaks as its limit. A ray for each place and function
+// would cost more than all else. So a place looks for its anchor, the heaviest of a level that it sees, most often the
+// first; what that one sees is asked once for each pair of functions, and the place itself only about what it does not.
+// Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all functions speak.
+class BasisSight {
+public:
+    BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
+
+    // To be called when the basis has got a level, with the surfels that its points lie on, or none. After clear() it
+    // may be another basis.
+    void extend(const std::vector<std::uint32_t>& surfels, const Progress& progress);
+    void clear();
+
+    // MultilevelBasis::at_level of those that the place sees. Where the surfel that it lies on (Hit::none: of no one)
+    // is in a nook, the nook's function alone.
+    void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object, std::uint32_t surfel,
+                  std::vector<BasisWeight>& out) const;
+    // At the point of a function.
+    void at_function(std::size_t level, std::uint32_t j, std::vector<BasisWeight>& out) const {
+        at_level(level, basis_.position(j), basis_.normal(j), basis_.object(j), surfel_[j], out);
+    }
+    std::uint32_t surfel(std::uint32_t function) const { return surfel_[function]; }
+    // Surfels that see no function of the coarsest level, by the nook that they lie in: such as see the first of it,
+    // no farther than the spacing of their object.
+    std::vector<std::vector<std::uint32_t>> nooks(const std::vector<char>& asked, const std::vector<double>& spacing,
+                                                  const Progress& progress) const;
+    // Has a nook's surfels spoken for by a function, from which nothing else is interpolated.
+    void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
+    // Are two functions of one level joined?
+    bool joined(std::uint32_t a, std::uint32_t b) const;
+
+private:
+    // Pairs of each function that have been asked for, with the answer: what is found once is found again, whoever asks
+    // first. Where there is no room for a pair it is asked anew.
+    static constexpr std::size_t room = 32;
+    struct Pairs {
+        std::atomic<std::uint32_t> of[room] = {};  // 2 (other + 1) + answer; 0: free
+    };
+
+    void keep_seen(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& weights) const;
+
+    const Scene& scene_;
+    const MultilevelBasis& basis_;
+    Sight sight_;
+    std::vector<char> is_cloud_;                   // objects of disks alone
+    std::vector<std::uint32_t> nook_;              // function of each surfel; none, or empty
+    std::vector<std::uint32_t> surfel_;            // of functions
+    std::vector<Sight::Place> places_;             // of functions
+    std::vector<std::unique_ptr<Pairs[]>> pairs_;  // by level
+};
+
+}  // namespace surflux

@@ -1,0 +1,115 @@
+#include "surflux/meshless/placed_basis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "surflux/meshless/refined_region.h"
+#include "surflux/meshless/wall_cuts.h"
+
+namespace surflux {
+
+namespace {
+
+// Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
+constexpr double widest_support = 3.0;
+constexpr std::size_t few_rays = 10;  // a level that has the fewest
+// A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
+// ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
+constexpr double widest_spacing = 3.0;
+
+double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
+
+}  // namespace
+
+PlacedBasis::PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, MultilevelBasis& basis,
+                         const Options& options, const Progress& progress)
+    : scene_(scene),
+      tracer_(tracer),
+      points_(points),
+      basis_(basis),
+      placement_(scene, tracer, {options.radius, PlacementOptions{}.rejections, options.seed}),
+      sight_(scene, tracer, basis),
+      means_(scene, tracer, points, basis, placement_.points().first_radius, options.levels, options.widest,
+             options.seed, progress) {}
+
+void PlacedBasis::add_first(const Progress& progress) {
+    placement_.add_level({}, progress);
+    const PlacedPoints& points = placement_.points();
+    evenly_placed_ = static_cast<std::uint32_t>(points.size());
+    std::vector<Vec3> positions = points.positions, normals = points.normals;
+    std::vector<std::uint32_t> objects = points.objects, surfels = points.surfels;
+    basis_.add_level(positions, normals, objects);
+    sight_.extend(surfels, progress);
+    SupportOptions support;
+    for (std::uint32_t j = 0; j < evenly_placed_; ++j) support.radii.push_back(basis_.radius(0, j));
+    std::vector<char> outside;
+    for (std::uint32_t i = 0; i < scene_.surfels.size(); ++i) outside.push_back(means_.outside(i) > 0.0);
+    for (const std::vector<std::uint32_t>& nook : sight_.nooks(outside, first_radius(), progress)) {
+        const std::uint32_t i = nook[0];
+        sight_.set_nook(nook, static_cast<std::uint32_t>(positions.size()));
+        positions.push_back(scene_.surfels.positions[i]);
+        normals.push_back(scene_.surfels.normals[i]);
+        objects.push_back(scene_.object[i]);
+        surfels.push_back(i);
+        support.radii.push_back(0.0);
+    }
+    basis_ = MultilevelBasis();
+    sight_.clear();
+    add_level(positions, normals, objects, surfels, support, progress);
+    std::fill(level_of_rays_.begin() + evenly_placed_, level_of_rays_.end(), few_rays);
+}
+
+void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Progress& progress) {
+    const std::size_t level = basis_.levels();
+    placement_.add_level(wanted_around(basis_, refined, first_radius()), progress);
+    SupportOptions support;
+    for (const double r : first_radius())
+        support.largest_radii.push_back(std::max(1e-300, widest_support * at_level(r, level)));
+    add_placed(support, progress);
+}
+
+bool PlacedBasis::repeat(const Receivers& receivers, const Progress& progress) {
+    if (to_repeat_ == 0) to_repeat_ = static_cast<std::uint32_t>(basis_.size());
+    std::vector<Vec3> positions, normals;
+    std::vector<std::uint32_t> objects, surfels;
+    std::vector<std::size_t> levels;
+    for (std::uint32_t j = 0; j < to_repeat_; ++j) {
+        const std::uint32_t i = sight_.surfel(j), o = basis_.object(j);
+        if (points_.is_patch(i) || !receivers.has(j)) continue;
+        const double spacing = at_level(first_radius()[o], basis_.level_of(j));
+        if (spacing > widest_spacing * scene_.surfels.radii[i]) continue;
+        positions.push_back(basis_.position(j));
+        normals.push_back(basis_.normal(j));
+        objects.push_back(o);
+        surfels.push_back(i);
+        levels.push_back(level_of_rays_[j]);
+    }
+    if (positions.empty()) return false;
+    const auto first = static_cast<std::ptrdiff_t>(basis_.size());
+    add_level(positions, normals, objects, surfels, {}, progress);
+    std::copy(levels.begin(), levels.end(), level_of_rays_.begin() + first);
+    return true;
+}
+
+// The level that is placed last.
+void PlacedBasis::add_placed(const SupportOptions& support, const Progress& progress) {
+    const PlacedPoints& points = placement_.points();
+    const auto from = static_cast<std::ptrdiff_t>(points.level_begin[points.level_begin.size() - 2]);
+    add_level({points.positions.begin() + from, points.positions.end()},
+              {points.normals.begin() + from, points.normals.end()},
+              {points.objects.begin() + from, points.objects.end()},
+              {points.surfels.begin() + from, points.surfels.end()}, support, progress);
+}
+
+void PlacedBasis::add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                            const std::vector<std::uint32_t>& objects, const std::vector<std::uint32_t>& surfels,
+                            const SupportOptions& support, const Progress& progress) {
+    basis_.add_level(positions, normals, objects, support);
+    sight_.extend(surfels, progress);
+    basis_.set_cuts(wall_cuts(scene_, tracer_, basis_, sight_, progress));
+    means_.extend(placement_.points().level_begin.size() - 2, sight_, progress);
+    level_of_rays_.resize(basis_.size(), basis_.levels() - 1);
+}
+
+}  // namespace surflux

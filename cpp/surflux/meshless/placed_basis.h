@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/meshless/basis_sight.h"
+#include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/point_placement.h"
+#include "surflux/meshless/receivers.h"
+#include "surflux/meshless/surfel_means.h"
+#include "surflux/scene/scene.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// The levels of a basis on the surfaces of a scene: where their points are, which places they speak for, and what they
+// come to over surfels. All that it refers to must outlive it; `basis` is what it fills.
+class PlacedBasis {
+public:
+    struct Options {
+        double radius = 0.0;  // as PlacementOptions has it
+        int levels;           // at most
+        double widest;        // as SurfelMeans has it
+        std::uint64_t seed;
+    };
+    PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, MultilevelBasis& basis,
+                const Options& options, const Progress& progress);
+
+    // The coarsest level. After Poisson disks it has functions for nooks: behind walls, or smaller than the disks.
+    void add_first(const Progress& progress);
+    // The next, around functions of the last.
+    void add_around(const std::vector<std::uint32_t>& refined, const Progress& progress);
+    // Once more the receivers of clouds around which there are no finer ones. Are there any?
+    bool repeat(const Receivers& receivers, const Progress& progress);
+
+    const BasisSight& sight() const { return sight_; }
+    const SurfelMeans& means() const { return means_; }
+    const std::vector<double>& first_radius() const { return placement_.points().first_radius; }
+    std::uint32_t evenly_placed() const { return evenly_placed_; }
+    // Of a function, which decides how many rays it has: repeats have as many as before, those of nooks as few as any.
+    std::size_t level_of_rays(std::uint32_t function) const { return level_of_rays_[function]; }
+
+private:
+    void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
+                   const std::vector<std::uint32_t>& objects, const std::vector<std::uint32_t>& surfels,
+                   const SupportOptions& support, const Progress& progress);
+    void add_placed(const SupportOptions& support, const Progress& progress);
+
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const SurfelPoints& points_;
+    MultilevelBasis& basis_;
+    PointPlacement placement_;
+    BasisSight sight_;
+    SurfelMeans means_;
+    std::vector<std::size_t> level_of_rays_;
+    std::uint32_t evenly_placed_ = 0;  // functions of the first level
+    std::uint32_t to_repeat_ = 0;      // functions on levels before the first repeat
+};
+
+}  // namespace surflux
