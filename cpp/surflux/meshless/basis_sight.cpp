@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
 // The heaviest that a place looks for an anchor among: where it sees none of these, walls are all around.
-constexpr std::size_t most_tries = 3;
+constexpr std::size_t most_tries = 8;
 
 }  // namespace
 
