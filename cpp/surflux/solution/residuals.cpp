@@ -156,7 +156,7 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t reg
     const double deviation = std::sqrt(spread + common * common);
     ErrorEstimate out;
     out.error = std::sqrt(std::max(off, deviation) / all);
-    out.uncertainty = deviation / (2.0 * out.error * all);
+    if (out.error > 0.0) out.uncertainty = deviation / (2.0 * out.error * all);
     return out;
 }
 
