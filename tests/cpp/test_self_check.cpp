@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "shapes.h"
@@ -44,6 +46,12 @@ TEST(SelfCheck, SeesDirectLight) {
     EXPECT_LT(error_of(scene, 1.0), 1e-9);
     EXPECT_NEAR(error_of(scene, 1.1), 0.1, 1e-6);
     EXPECT_NEAR(error_of(scene, 0.9), 0.1, 1e-6);
+}
+
+// Nothing is sure of what is not a number.
+TEST(SelfCheck, ClaimsNothingOfNaN) {
+    const Scene scene = shapes::scene_of({shapes::cube_inside(4, 0.5, 1.0)});
+    EXPECT_EQ(error_of(scene, std::numeric_limits<double>::quiet_NaN()), 1.0);
 }
 
 }  // namespace

@@ -124,7 +124,8 @@ def test_a_small_lamp_close_over_a_floor(solver, height):
             # The outermost points stand up to .8 of .05 inside of the square: its rim of .04 has, of all light from
             # there, 8 * .04 h / 2 pi and less.
             short = 8 * 0.04 * height / (2 * np.pi) if floor is not ground else 0.0
-            assert power == pytest.approx(expected, rel=0.005 + short)
+            # Of a lamp .1 above, centres more than 3 radii away miss half a per cent, and rays have .1 % of noise.
+            assert power == pytest.approx(expected, rel=0.006 + short)
 
 
 def test_a_narrow_spot_at_points_is_exact():

@@ -19,8 +19,10 @@ constexpr std::uint64_t beam_stream = 0xbea35;
 // Beyond, centres have no noise.
 constexpr double wide_circle = 4.0, far_away = 3.0;
 // Rays for each disk in the circle, and bounds of their number.
-constexpr std::size_t rays_each = 256, least_rays = 4096, most_rays = std::size_t{1} << 20;
-constexpr double evenness = 0.5;  // of even points' standard error in that of random ones, as in direct.cpp
+constexpr std::size_t rays_each = 256, least_rays = 4096, wide_rays = std::size_t{1} << 18,
+                      most_rays = std::size_t{1} << 20;
+constexpr double wide_cone = 0.3;  // half an angle: rays of wider ones miss most of what is narrow
+constexpr double evenness = 0.5;   // of even points' standard error in that of random ones, as in direct.cpp
 // As in area/: how far a disk counts over its radius, and what lies as high over it, over the sum of two radii, is
 // another layer. Between normals of one surface: as in area/coincidence.
 constexpr double domain_ratio = 1.3, layer_height = 0.27, alike = 0.5;
@@ -39,6 +41,8 @@ struct Source {
     // By a point of [0, 1)^4. Powers are in proportion: they add up to that of the light.
     virtual Beam beam(const double* u) const = 0;
     virtual double power() const = 0;
+    // So many that those which meet one disk have no more noise than its centre would be off by.
+    virtual std::size_t fewest_rays() const { return wide_rays; }
 };
 
 struct PointSource : Source {
@@ -66,6 +70,7 @@ struct SpotSource final : PointSource {
         if (distance < far_away * s.radii[i]) return true;
         return cone.outer() < 0.5 * pi && distance * std::tan(cone.outer()) < wide_circle * s.radii[i];
     }
+    std::size_t fewest_rays() const override { return cone.outer() < wide_cone ? least_rays : wide_rays; }
     Beam beam(const double* u) const override {
         // Uniform over the cone's directions; 1 - cosine keeps the digits of a narrow one.
         const double half = std::sin(0.5 * cone.outer()), versine = 2.0 * half * half * u[0], angle = 2.0 * pi * u[1];
@@ -199,11 +204,15 @@ NarrowLight::NarrowLight(const Scene& scene, const Tracer& tracer, std::uint64_t
         if (lit.empty()) continue;
         if (!sharing) sharing = std::make_unique<Sharing>(scene);
 
-        const std::size_t count = std::clamp(rays_each * lit.size(), least_rays, most_rays);
+        const std::size_t count = std::clamp(rays_each * lit.size(), source->fewest_rays(), most_rays);
         EvenPoints even(4, seed + beam_stream + l, 0);
         std::vector<Beam> beams(count);
         double sum = 0.0;
         for (Beam& beam : beams) sum += (beam = source->beam(even.next())).power;
+        if (!(sum > 0.0)) {  // so narrow that doubles have nothing of it: centres tell
+            lit.clear();
+            continue;
+        }
         constexpr std::size_t block = 256;
         std::vector<std::vector<Sharing::Share>> found((count + block - 1) / block);
         parallel_blocks(

@@ -36,11 +36,13 @@ void PowerBalance::operator+=(const PowerBalance& other) {
 Figures PowerBalance::figures() const {
     Flux all;
     double worst = 0.0;
-    for (const Flux& part : parts_) {
-        all += part;
-        for (int c = 0; c < 3; ++c)
-            if (part.entered[c] > 0.0) worst = std::max(worst, std::abs(part.lost()[c]) / part.entered[c]);
-    }
+    for (const Flux& part : parts_) all += part;
+    for (const Flux& part : parts_)
+        for (int c = 0; c < 3; ++c) {
+            // A dark part is held against all that enters the scene.
+            const double entered = part.entered[c] > 0.0 ? part.entered[c] : all.entered[c];
+            if (entered > 0.0) worst = std::max(worst, std::abs(part.lost()[c]) / entered);
+        }
     return {{"power_in", sum(all.entered)},
             {"power_absorbed", sum(all.absorbed)},
             {"power_escaped", sum(all.escaped)},

@@ -137,6 +137,10 @@ Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()
 }
 
 ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t regions, double rays_each) {
+    for (const Residual& r : residuals) {
+        const Rgb both = r.irradiance + r.halves[0]->irradiance + r.halves[1]->irradiance;
+        if (!std::isfinite(both.x + both.y + both.z)) return {1.0, 1.0};  // nothing is sure of it
+    }
     const CoarseSystem system(residuals, regions, rays_each);
     const std::vector<Rgb> errors[2] = {system.errors(0), system.errors(1)};
     double off = 0.0, all = 0.0, spread = 0.0;
@@ -148,7 +152,7 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t reg
         spread += product * product;
         all += dot(r.irradiance + e[0], r.irradiance + e[1]);
     }
-    if (!(all > 0.0)) return spread > 0.0 ? ErrorEstimate{1.0, 1.0} : ErrorEstimate{};  // light, but nothing sure
+    if (!(all > 0.0)) return spread == 0.0 ? ErrorEstimate{} : ErrorEstimate{1.0, 1.0};  // no light, or nothing sure
     // Products at single surfels are independent but for what is brought to all of them. Below the standard error of
     // their sum nothing is known: that is the least it claims.
     const Rgb variance = 0.5 * (system.variance_of_mean(0) + system.variance_of_mean(1));

@@ -31,7 +31,8 @@ std::vector<Rgb> means_of_scene(const Surfels& s, const Solution& solution) {
         areas[solution.parents[k]] += solution.surfels.areas[k];
         out[solution.parents[k]] += solution.surfels.areas[k] * solution.irradiance[k];
     }
-    for (std::size_t i = 0; i < s.size(); ++i) out[i] *= 1.0 / areas[i];
+    for (std::size_t i = 0; i < s.size(); ++i)
+        if (areas[i] > 0.0) out[i] *= 1.0 / areas[i];
     return out;
 }
 
@@ -54,6 +55,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
                           const SelfCheckOptions& options, const Progress& progress) {
     const Surfels& leaves = solution.surfels;
     const std::vector<std::uint32_t> drawn = drawn_by_area(leaves, options.surfels, options.seed);
+    if (drawn.empty()) return {};
     const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region));
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution);
     const SurfelPoints points(leaves);
