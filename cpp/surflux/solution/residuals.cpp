@@ -58,13 +58,16 @@ public:
         return solved(mean_[half], [&](std::size_t k, std::size_t g) { return from_[k * regions_ + g]; });
     }
 
-    // The variance, of one half, of the mean error of all surfels: each residual counts as often as what it brings goes
+    // By region, how often its mean residual counts in the mean error of all surfels: as often as what it brings goes
     // around (the adjoint system).
-    Rgb variance_of_mean(std::size_t half) const {
+    std::vector<Rgb> weights_of_residuals() const {
         std::vector<Rgb> start(regions_);
         for (std::size_t k = 0; k < regions_; ++k) start[k] = Rgb{share_[k], share_[k], share_[k]};
-        const std::vector<Rgb> weight =
-            solved(start, [&](std::size_t k, std::size_t g) { return from_[g * regions_ + k]; });
+        return solved(start, [&](std::size_t k, std::size_t g) { return from_[g * regions_ + k]; });
+    }
+
+    // The variance, of one half, of the mean error of all surfels, by those weights.
+    Rgb variance_of_mean(std::size_t half, const std::vector<Rgb>& weight) const {
         Rgb variance;
         for (std::size_t k = half; k < residuals_.size(); k += 2) {
             const std::uint32_t g = residuals_[k].region;
@@ -155,7 +158,8 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t reg
     if (!(all > 0.0)) return spread == 0.0 ? ErrorEstimate{} : ErrorEstimate{1.0, 1.0};  // no light, or nothing sure
     // Products at single surfels are independent but for what is brought to all of them. Below the standard error of
     // their sum nothing is known: that is the least it claims.
-    const Rgb variance = 0.5 * (system.variance_of_mean(0) + system.variance_of_mean(1));
+    const std::vector<Rgb> weights = system.weights_of_residuals();
+    const Rgb variance = 0.5 * (system.variance_of_mean(0, weights) + system.variance_of_mean(1, weights));
     const double common = (variance.x + variance.y + variance.z) * static_cast<double>(residuals.size());
     const double deviation = std::sqrt(spread + common * common);
     ErrorEstimate out;
