@@ -7,49 +7,48 @@
 
 from importlib import import_module as _import_module
 
+from surflux._base.installation import VERSION as _VERSION
 from surflux._core import Cancelled as Cancelled
 from surflux._core import DeviceError as DeviceError
 from surflux._core import FileError as FileError
 
-# Named here, not below: the module surflux.info would otherwise hide the function of the same name.
-from surflux.info import info as info
-
 # Where each public name lives. Modules are loaded when they are first asked for: the viewer brings pyvista along.
 _HOME = {
-    "AreaLight": "lights",
-    "AreaShares": "areas",
-    "Camera": "camera",
-    "DirectionalLight": "lights",
-    "Environment": "lights",
-    "Hierarchy": "hierarchy",
-    "Page": "page",
-    "PointLight": "lights",
-    "Scene": "scene",
-    "Solution": "solution",
-    "SpotLight": "lights",
-    "Surfels": "surfels",
-    "area_shares": "areas",
-    "build_hierarchy": "hierarchy",
-    "camera_path": "animation",
-    "effective_areas": "areas",
-    "form_factors": "solver",
-    "inward_patches": "orientation",
-    "load_scene": "scene_file",
-    "load_solution": "solution_file",
-    "read": "files",
-    "read_image": "images",
-    "reference_irradiance": "reference",
-    "save_camera": "camera_file",
-    "solve": "solver",
-    "solve_meshless": "meshless",
-    "tone_map": "images",
-    "turntable": "animation",
-    "view": "viewing",
-    "write_image": "images",
+    "AreaLight": "scenes.lights",
+    "AreaShares": "geometry.areas",
+    "Camera": "pictures.camera",
+    "DirectionalLight": "scenes.lights",
+    "Environment": "scenes.lights",
+    "Hierarchy": "geometry.hierarchy",
+    "Page": "viewing.page",
+    "PointLight": "scenes.lights",
+    "Scene": "scenes.scene",
+    "Solution": "solutions.solution",
+    "SpotLight": "scenes.lights",
+    "Surfels": "points.surfels",
+    "area_shares": "geometry.areas",
+    "build_hierarchy": "geometry.hierarchy",
+    "camera_path": "pictures.animation",
+    "effective_areas": "geometry.areas",
+    "form_factors": "solving.form_factors",
+    "info": "_base.installation",
+    "inward_patches": "geometry.orientation",
+    "load_scene": "scenes.scene_file",
+    "load_solution": "solutions.solution_file",
+    "read": "points.reading",
+    "read_image": "pictures.images",
+    "reference_irradiance": "solving.reference",
+    "save_camera": "scenes.camera_file",
+    "solve": "solving.radiosity",
+    "solve_meshless": "solving.meshless",
+    "tone_map": "pictures.images",
+    "turntable": "pictures.animation",
+    "view": "viewing.viewer",
+    "write_image": "pictures.images",
 }
 
-__all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError", "info"])
-__version__ = "0.1.0"
+__version__ = _VERSION
+__all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError"])
 
 # The core's own exceptions come without words.
 FileError.__doc__ = """A file that cannot be read or written, an OSError: "path (place): reason".

@@ -2,6 +2,6 @@
 
 import sys
 
-from surflux.cli import main
+from surflux.cli.commands import main
 
 sys.exit(main())

@@ -3,7 +3,7 @@
 import numpy as np
 
 import surflux as sf
-from surflux import shapes
+from surflux.scenes import shapes
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 

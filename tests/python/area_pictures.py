@@ -3,7 +3,7 @@
 import numpy as np
 
 import surflux as sf
-from surflux import sharing
+from surflux.drawing import sharing
 
 # Of a picture of 800 x 600 the surfels take 496 x 528 pixels. Looking down, 132 of them make one unit at z = 0.
 ABOVE = {"eye": (0, 0, 4), "target": (0, 0, 0), "up": (0, 1, 0), "fov": 2 * np.degrees(np.arctan(0.5))}

@@ -5,7 +5,7 @@ import argparse
 import numpy as np
 
 import surflux as sf
-from surflux.bench_truth import Truth
+from surflux.bench.truth import Truth
 
 MEASURED = 2000  # surfels
 SHADOWS = {"probes": 64, "shadow_rays": 256}

@@ -10,6 +10,10 @@ FLOORS += ["neighbors", "files", "image", "gl", "scene", "core"]
 # Four rooms on four floors that do not see each other all the same: a caller hands areas in.
 STRANGERS = {"radiosity", "meshless", "reference", "area"}
 
+# The rooms of python/surflux, top to bottom; the face (surflux/__init__.py) finds public names in them when asked.
+ROOMS = ["cli", "bench", "viewing", "solving", "solutions", "scenes", "points", "drawing", "pictures", "geometry"]
+ROOMS += ["_base"]
+
 # Outside libraries by their headers' folder, and where those may be included. Eigen may be used anywhere.
 HOMES = {
     r"embree[34]?/": "cpp/surflux/trace/",
@@ -108,47 +112,62 @@ def leaking_headers(root):
                 yield f"{other}: sees <{header}> through {path}:{line}"
 
 
-def python_imports(root):
-    """{module: {module: line}} of the imports that run when a module of python/surflux is loaded."""
-    files = {path.stem: path for path in sources(root, "python/surflux", suffixes={".py"})}
-    files["surflux"] = files.pop("__init__", Path())
+def python_modules(root):
+    """{module: path} of python/surflux, by dotted names below surflux: "points.surfels"; the face itself is ""."""
     found = {}
-    for module, path in files.items():
-        found[module] = {}
-        tree = ast.parse((root / path).read_text()) if (root / path).is_file() else ast.Module([], [])
-        # Imports inside functions run later: they let Surfels.plot reach up to the viewer without loading it.
-        lazy = {n for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda)) for n in ast.walk(f)}
-        for node in ast.walk(tree):
-            if node in lazy or not isinstance(node, (ast.Import, ast.ImportFrom)):
-                continue
-            names = [alias.name for alias in node.names]
-            if isinstance(node, ast.ImportFrom):
-                base = "surflux." * bool(node.level) + (node.module or "")
-                base = base.rstrip(".")
-                names = [f"{base}.{name}" for name in names] if base == "surflux" else [base]
-            for name in names:
-                package, _, rest = name.partition(".")
-                if package == "surflux":
-                    rest = rest.partition(".")[0]
-                    found[module].setdefault(rest if rest in files or rest == "_core" else "surflux", node.lineno)
+    for path in sources(root, "python/surflux", suffixes={".py"}):
+        parts = path.relative_to("python/surflux").with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
 
 
+def python_imports(root):
+    """(module, imported module or "_core", line, does it run when the module is loaded?) of all imports in surflux."""
+    modules = python_modules(root)
+    for module, path in modules.items():
+        tree = ast.parse((root / path).read_text())
+        lazy = {n for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda)) for n in ast.walk(f)}
+        package = module if path.stem == "__init__" else module.rpartition(".")[0]
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                above = ["surflux", *filter(None, package.split("."))]
+                base = ".".join(above[: len(above) - node.level + 1]) if node.level else ""
+                base = ".".join(filter(None, (base, node.module)))
+                names = [f"{base}.{alias.name}" for alias in node.names]
+            else:
+                continue
+            for name in names:
+                outer, _, inner = name.partition(".")
+                if outer != "surflux":
+                    continue
+                # What is imported from a module is no module; what is imported from the face is its own.
+                while inner and inner != "_core" and inner not in modules:
+                    inner = inner.rpartition(".")[0]
+                yield module, inner, node.lineno, node not in lazy
+
+
 def upward_imports(root):
-    """Python modules that import each other in a circle, or that import a command."""
-    graph = python_imports(root)
-    for module, imported in graph.items():
-        for name, line in imported.items():
-            if name in ("cli", "__main__") and module not in ("cli", "__main__"):
-                yield f"python/surflux/{module}.py:{line}: imports {name}, which stands above everything"
-    floor = {}
-    while True:
-        stands = [m for m in graph if m not in floor and all(n in floor or n not in graph for n in graph[m])]
-        if not stands:
-            break
+    """Modules outside the rooms; imports, also those that run later, of what stands above; circles within a room."""
+    modules = python_modules(root)
+    room = {module: module.partition(".")[0] for module in modules}
+    for module, path in modules.items():
+        if module not in ("", "__main__") and (room[module] not in ROOMS or len(path.parts) != 4):
+            yield f"{path}: not in one of the rooms {', '.join(ROOMS)}"
+    graph = {module: set() for module in modules}
+    for module, there, line, at_once in python_imports(root):
+        where, here = f"{modules[module]}:{line}", room[module]
+        if at_once and there in graph:
+            graph[module].add(there)
+        if there == "" and here not in ("cli", "bench"):
+            yield f"{where}: imports the face, which stands above everything but the commands"
+        elif here in ROOMS and room.get(there) in ROOMS and ROOMS.index(room[there]) < ROOMS.index(here):
+            yield f"{where}: {here} imports {there}, which stands above it"
+    floor = {"": 0}
+    while stands := [m for m in graph if m not in floor and graph[m] <= floor.keys()]:
         floor.update(dict.fromkeys(stands, len(floor)))
-    circle = sorted(set(graph) - set(floor))
-    if circle:
+    if circle := sorted(set(graph) - set(floor)):
         yield f"python/surflux: import each other in a circle, or what is in one: {', '.join(circle)}"
 
 

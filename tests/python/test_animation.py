@@ -1,12 +1,13 @@
 """Turntables, camera paths, and what comes of them: numbered pictures and films."""
 
 import builtins
+import weakref
 
 import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import animation
+from surflux.pictures import animation
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +115,33 @@ def test_films(solution, tmp_path, name):
     with pytest.raises(sf.Cancelled):
         solution.animate(cameras, tmp_path / f"other.{name[-3:]}", (64, 48), progress=lambda done, _: done < 2)
     assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+def test_a_film_is_written_frame_by_frame(solution, tmp_path, monkeypatch):
+    """Whatever its length: what is drawn is not kept."""
+    imageio = pytest.importorskip("imageio.v2", reason="needs surflux[video]")
+    drawn, kept = [], []
+    monkeypatch.setattr(solution, "render", lambda *_, **__: {"radiance": np.full((16, 16, 3), 0.5, np.float32)})
+    real = animation.tone_map
+
+    def tone_map(image, **tone):
+        kept.append(sum(ref() is not None for ref in drawn))
+        drawn.append(weakref.ref(image))
+        return real(image, **tone)
+
+    monkeypatch.setattr(animation, "tone_map", tone_map)
+    solution.animate(sf.turntable(CAMERA, 8), tmp_path / "film.gif", (16, 16))
+    assert len(drawn) == 8
+    assert max(kept) <= 1
+    assert len(imageio.mimread(tmp_path / "film.gif", memtest=False)) >= 1
+
+
+def test_a_callback_that_says_nothing_goes_on_and_one_that_says_zero_stops(solution, tmp_path):
+    """As passes of the core take it."""
+    cameras = sf.turntable(CAMERA, 2)
+    assert len(solution.animate(cameras, tmp_path / "a%d.png", (16, 16), progress=lambda *_: None)) == 2
+    with pytest.raises(sf.Cancelled):
+        solution.animate(cameras, tmp_path / "b%d.png", (16, 16), progress=lambda *_: 0)
 
 
 def test_without_the_extra_films_say_what_to_install(solution, tmp_path, monkeypatch):

@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 import surflux as sf
-from surflux import areas, shapes
-from surflux import bench_clouds as clouds
+from surflux.bench import clouds
+from surflux.geometry import areas
+from surflux.scenes import shapes
 
 
 def relative_total(cloud, **options):
@@ -176,7 +177,7 @@ def test_shares_of_negative_indices_and_refusals():
 @pytest.mark.scans
 @pytest.mark.parametrize(("name", "within"), [("bunny_34834", 0.02), ("armadillo_43k", 0.03)])
 def test_statues(scans, name, within):
-    from surflux.meshes import read_mesh
+    from surflux.geometry.meshes import read_mesh
 
     path = scans / "statues" / f"{name}.ply"
     mesh = read_mesh(path)

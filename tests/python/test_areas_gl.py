@@ -10,8 +10,9 @@ import pytest
 import pyvista
 
 import surflux as sf
-from surflux import _core, shapes
-from surflux.areas import BACKENDS
+from surflux import _core
+from surflux.geometry.areas import BACKENDS
+from surflux.scenes import shapes
 
 
 def apart(s, **options):
@@ -48,7 +49,7 @@ def test_auto_takes_the_cpu_for_small_clouds_and_makes_no_context(monkeypatch):
 
 def test_without_opengl_the_error_tells_what_to_install():
     code = (
-        "import surflux as sf; from surflux import shapes\n"
+        "import surflux as sf; from surflux.scenes import shapes\n"
         "try:\n    sf.effective_areas(shapes.sphere(100, 1.0), backend='gl')\n"
         "except sf.DeviceError as e:\n    print(e)"
     )

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench, bench_areas, bench_factors, bench_scenes, cli
+from surflux.bench import areas, cases, factors, scenes
+from surflux.cli import commands
 
 
 def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
     markdown, rows = tmp_path / "bench.md", tmp_path / "bench.json"
     arguments = ["--case", "furnace in a cube", "--repeats", "1", "--markdown", str(markdown), "--json", str(rows)]
-    assert cli.main(["bench", *arguments]) == 0
+    assert commands.main(["bench", *arguments]) == 0
     printed = capsys.readouterr().out
     assert printed == markdown.read_text()
     found = json.loads(rows.read_text())
@@ -35,13 +36,13 @@ def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
     ],
 )
 def test_errors_are_those_of_the_closed_forms(name, largest):
-    row = bench.measure(name, bench.CASES[name][1], 1, None)
+    row = cases.measure(name, cases.CASES[name][1], 1, None)
     assert 0.0 < row.error < largest
 
 
 def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):
     monkeypatch.delenv("SURFLUX_DATA", raising=False)
-    assert cli.main(["bench", "--case", "two bunnies"]) == 0
+    assert commands.main(["bench", "--case", "two bunnies"]) == 0
     out, err = capsys.readouterr()
     assert "two bunnies left out" in err
     assert "two bunnies" not in out
@@ -60,7 +61,7 @@ def test_view_factors_are_measured_beside_a_peer():
             assert skip_obstruction
             return 0.99 * sf.form_factors(sf.Scene([sf.Surfels.from_mesh((mesh.points, faces))])).T
 
-    surfels, seconds, error, against, stages = bench_factors.cube_factors(None, Peer)
+    surfels, seconds, error, against, stages = factors.cube_factors(None, Peer)
     assert surfels == 864
     assert error < 1e-10
     assert seconds == stages["surflux"]
@@ -70,8 +71,8 @@ def test_view_factors_are_measured_beside_a_peer():
 
 
 def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
-    monkeypatch.setattr(bench_factors.importlib.util, "find_spec", lambda name: None)
-    assert cli.main(["bench", "--case", bench_factors.NAME]) == 0
+    monkeypatch.setattr(factors.importlib.util, "find_spec", lambda name: None)
+    assert commands.main(["bench", "--case", factors.NAME]) == 0
     out, err = capsys.readouterr()
     assert err == "bench: view factors beside pyviewfactor left out: needs pip install 'surflux[bench]'\n"
     assert "pyviewfactor" not in out
@@ -92,41 +93,43 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
         (["--cache", "kept"], "--cache: goes with --scale"),
         (["--scale", "--scene", "statues"], "--scene: there is no 'statues'; --list names them all"),
+        (["--json", "no/a.json"], "no/a.json: cannot be written: there is no folder no"),
+        (["--quick", "--plot", "no/a.png"], "no/a.png: cannot be written: there is no folder no"),
         (["--scale", "--quick"], "--scale: does not go with --quick"),
         (["--full", "--quick"], "--full: does not go with --quick"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):
-    assert cli.main(["bench", *arguments]) == 2
+    assert commands.main(["bench", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
 def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):
-    monkeypatch.setattr(bench_scenes, "data_folder", lambda: None)
-    assert cli.main(["bench", "--case", "statues"]) == 0
+    monkeypatch.setattr(scenes, "data_folder", lambda: None)
+    assert commands.main(["bench", "--case", "statues"]) == 0
     assert "statues left out" in capsys.readouterr().err
 
 
 def test_the_cases_can_be_listed(capsys):
-    assert cli.main(["bench", "--list"]) == 0
-    assert capsys.readouterr().out.split("\n")[:-1] == list(bench.CASES)
-    assert cli.main(["bench", "--quick", "--list"]) == 0
-    assert capsys.readouterr().out.split("\n")[:-1] == list(bench_scenes.NAMES)
+    assert commands.main(["bench", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(cases.CASES)
+    assert commands.main(["bench", "--quick", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(scenes.NAMES)
 
 
 def test_tables_of_areas(monkeypatch, tmp_path, capsys):
     small = {
-        "CLOUDS": {"icosphere 642": bench_areas.CLOUDS["icosphere 642"]},
+        "CLOUDS": {"icosphere 642": areas.CLOUDS["icosphere 642"]},
         "DENSITIES": (100, 400, 1600),
         "SIZES": (300, 600),
         "SPEED_CLOUD": 300,
         "KNOB_CLOUD": 300,
     }
     for name, value in small.items():
-        monkeypatch.setattr(bench_areas, name, value)
+        monkeypatch.setattr(areas, name, value)
     markdown, rows, plot = tmp_path / "areas.md", tmp_path / "areas.json", tmp_path / "knobs.png"
     options = ["--markdown", str(markdown), "--json", str(rows), "--plot", str(plot)]
-    assert cli.main(["bench", "--areas", "--repeats", "1", *options]) == 0
+    assert commands.main(["bench", "--areas", "--repeats", "1", *options]) == 0
     assert markdown.read_text() in capsys.readouterr().out
     clouds, densities, knobs, growth, methods = json.loads(rows.read_text())["tables"].values()
     assert clouds[0]["cloud"] == "icosphere 642"

@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from scenes import cube_inside
-from surflux import bench_mitsuba, bench_reference, bench_scenes, bench_solvers
+from surflux.bench import mitsuba_renderer, reference, scenes, solvers
 
 pytest.importorskip("mitsuba")
 pytest.importorskip("scipy")
@@ -14,14 +14,14 @@ PATHS = 1024
 
 @pytest.fixture(scope="module")
 def mitsuba():
-    return bench_mitsuba.load()
+    return mitsuba_renderer.load()
 
 
 def test_a_closed_form_in_mitsuba(mitsuba):
     """E = 1 - rho makes B = H = 1 whatever rho is, on black walls too."""
     rho = np.linspace(0.0, 0.9, 24)
     cube = cube_inside(2, rho, 1 - rho)
-    renderer = bench_mitsuba.Renderer.of_surfels(mitsuba, sf.Scene([cube]))
+    renderer = mitsuba_renderer.Renderer.of_surfels(mitsuba, sf.Scene([cube]))
     places = np.repeat(cube.points[:, None], 1024, axis=1)
     found = renderer.irradiance(places, cube.normals, cube.reflectance, cube.emission, 0, 32, "independent")
     assert found.shape == (24, 32, 3)
@@ -33,7 +33,7 @@ def test_a_closed_form_in_mitsuba(mitsuba):
 def test_rays_meet_what_they_are_sent_to(mitsuba):
     cube = cube_inside(1)
     shelf = sf.Surfels.from_mesh(([[0, 0, 1e-5], [1, 0, 1e-5], [1, 1, 1e-5], [0, 1, 1e-5]], [[3, 2, 1, 0]]))
-    renderer = bench_mitsuba.Renderer.of_surfels(mitsuba, sf.Scene([cube, shelf]))
+    renderer = mitsuba_renderer.Renderer.of_surfels(mitsuba, sf.Scene([cube, shelf]))
     met = renderer.meets(cube.points, cube.normals)
     assert met.tolist() == [True, True, True, True, False, True]  # the shelf's back is in front of the floor
 
@@ -42,12 +42,12 @@ def test_scenes_that_are_no_polygons(mitsuba):
     disk = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0)
     for scene in (sf.Scene([disk]), sf.Scene([cube_inside(1)], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])):
         with pytest.raises(ValueError, match="scene: wanted polygons alone, and no lights but those that emit"):
-            bench_mitsuba.Renderer.of_surfels(mitsuba, scene)
+            mitsuba_renderer.Renderer.of_surfels(mitsuba, scene)
 
 
 def test_reference_in_a_room_of_spheres(mitsuba):
-    scene, renderer = bench_reference.room_of_spheres(mitsuba)
-    row = bench_reference.compare("room", scene, renderer, PATHS)
+    scene, renderer = reference.room_of_spheres(mitsuba)
+    row = reference.compare("room", scene, renderer, PATHS)
     assert row.points == 200
     assert row.passes, row
     # What the comparison could see: walls that are 5 % darker do not pass.
@@ -55,7 +55,7 @@ def test_reference_in_a_room_of_spheres(mitsuba):
     darker = sf.Surfels.from_mesh((room.triangles.reshape(-1, 3), np.arange(36).reshape(12, 3)))
     assert len(darker) == len(room)
     other = sf.Scene([sf.Surfels.from_mesh(_quads(room), None, 0.95 * room.reflectance), *scene.objects[1:]])
-    assert not bench_reference.compare("darker", other, renderer, PATHS).passes
+    assert not reference.compare("darker", other, renderer, PATHS).passes
 
 
 def _quads(s):
@@ -67,8 +67,8 @@ def _quads(s):
 
 @pytest.mark.scans
 def test_reference_in_the_cornell_box_of_mitsuba(mitsuba, scans):
-    scene, renderer = bench_reference.cornell(mitsuba)
-    row = bench_reference.compare("Cornell box", scene, renderer, PATHS)
+    scene, renderer = reference.cornell(mitsuba)
+    row = reference.compare("Cornell box", scene, renderer, PATHS)
     assert row.points == 200
     assert row.passes, row
     # The same triangles: that wall which is not flat could be cut in two ways.
@@ -93,11 +93,11 @@ def _area(triangles):
 
 
 def test_rows_of_mitsuba(mitsuba):
-    if not bench_mitsuba.is_vectorized(mitsuba):
+    if not mitsuba_renderer.is_vectorized(mitsuba):
         pytest.skip("needs Mitsuba's llvm variant")
-    mode = bench_solvers.Mode(32, 4, {}, {}, False, (16, 256), 4)
-    built = bench_scenes.build("concentric spheres", 0.25)
-    few, many = bench_solvers.of_mitsuba(mitsuba, "concentric spheres", built, mode, 1, None)
+    mode = solvers.Mode(32, 4, {}, {}, False, (16, 256), 4)
+    built = scenes.build("concentric spheres", 0.25)
+    few, many = solvers.of_mitsuba(mitsuba, "concentric spheres", built, mode, 1, None)
     assert (few.surfels, few.solver, few.value, many.value) == (len(built.scene.surfels), "Mitsuba", "16", "256")
     assert few.error > 2.0 * many.error > 0.0  # 16 times the samples, without a bias: a quarter in the mean
     assert many.error < 0.1

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench_mitsuba, bench_plot, bench_scale, bench_scenes, cli
-from surflux.bench_scale_truth import ScaleTruth
-from surflux.bench_truth import PATHS_A_ROUND, PointTruth, Truth
+from surflux.bench import mitsuba_renderer, plot, scale, scenes
+from surflux.bench.scale_truth import ScaleTruth
+from surflux.bench.truth import PATHS_A_ROUND, PointTruth, Truth
+from surflux.cli import commands
 
 # A closed room that is all of one colour and glows: H = E / (1 - rho) = 2 everywhere.
 FURNACE = """
@@ -43,18 +44,18 @@ def folder(tmp_path, monkeypatch):
     """A folder data/ of small scenes, as the rows of the bench."""
     (tmp_path / "furnace.toml").write_text(FURNACE)
     (tmp_path / "lit.toml").write_text(LIT)
-    monkeypatch.setattr(bench_scenes, "data_folder", lambda: tmp_path)
-    monkeypatch.setattr("surflux.bench_scale_truth.data_folder", lambda: tmp_path)
+    monkeypatch.setattr(scenes, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr("surflux.bench.scale_truth.data_folder", lambda: tmp_path)
     monkeypatch.setattr(ScaleTruth.__init__, "__defaults__", (None, None, None, 40))
-    monkeypatch.setattr(bench_scale, "SCENES", {"furnace": ("furnace", None), "denser": ("furnace", 90)})
-    monkeypatch.setattr(bench_scale, "why_not", lambda name: None)
+    monkeypatch.setattr(scale, "SCENES", {"furnace": ("furnace", None), "denser": ("furnace", 90)})
+    monkeypatch.setattr(scale, "why_not", lambda name: None)
     return tmp_path
 
 
 def test_rows_from_a_process_of_their_own(folder, tmp_path, capsys):
     rows, text = tmp_path / "rows.json", tmp_path / "rows.md"
     arguments = ["--repeats", "1", "--cache", str(tmp_path / "kept"), "--paths", "4096"]
-    assert cli.main(["bench", "--scale", *arguments, "--json", str(rows), "--markdown", str(text)]) == 0
+    assert commands.main(["bench", "--scale", *arguments, "--json", str(rows), "--markdown", str(text)]) == 0
     out, err = capsys.readouterr()
     assert out == text.read_text()
     assert "bench: denser, reference" in err
@@ -132,9 +133,7 @@ def test_values_at_points_count_where_a_solution_has_them(folder, monkeypatch):
         return np.full((len(points), 3), 2.2)
 
     monkeypatch.setattr(sf.Solution, "irradiance_at", lambda self, *a, **k: irradiance_at(*a, **k), raising=False)
-    result = bench_scale.solved(
-        str(folder / "furnace.toml"), None, 1, None, (truth.points.points, truth.points.normals)
-    )
+    result = scale.solved(str(folder / "furnace.toml"), None, 1, None, (truth.points.points, truth.points.normals))
     assert seen["direct"] == "interpolated"
     assert result["at_points"].shape == (n, 3)
     assert np.abs(result["total"] - 2.0).max() < 0.1
@@ -152,68 +151,68 @@ def test_values_at_points_count_where_a_solution_has_them(folder, monkeypatch):
         def __exit__(self, *error):
             return None
 
-    monkeypatch.setattr(bench_scale, "ProcessPoolExecutor", Pool)
-    row = bench_scale.of_scene("furnace", truth, 1, None, 1024)
+    monkeypatch.setattr(scale, "ProcessPoolExecutor", Pool)
+    row = scale.of_scene("furnace", truth, 1, None, 1024)
     assert row.at_points == pytest.approx(0.1, rel=0.1)  # 2.2 for 2
-    assert f"| {100 * row.at_points:.2g} |" in bench_scale.table([row])
+    assert f"| {100 * row.at_points:.2g} |" in scale.table([row])
 
 
 def test_when_a_curve_reaches_an_error():
     curve = [[1.0, 0.04], [4.0, 0.02], [16.0, 0.012]]
-    assert bench_scale.seconds_until(0.02, curve) == pytest.approx(4.0)
-    assert bench_scale.seconds_until(0.04 / 2**0.5, curve) == pytest.approx(2.0)
-    assert bench_scale.seconds_until(0.08, curve) == pytest.approx(0.25)  # beyond: by the root
-    assert bench_scale.seconds_until(0.006, curve) == pytest.approx(64.0)
+    assert scale.seconds_until(0.02, curve) == pytest.approx(4.0)
+    assert scale.seconds_until(0.04 / 2**0.5, curve) == pytest.approx(2.0)
+    assert scale.seconds_until(0.08, curve) == pytest.approx(0.25)  # beyond: by the root
+    assert scale.seconds_until(0.006, curve) == pytest.approx(64.0)
     worse = [[1.0, 0.04], [2.0, 0.041], [4.0, 0.02]]
-    assert 2.0 <= bench_scale.seconds_until(0.03, worse) <= 4.0
+    assert 2.0 <= scale.seconds_until(0.03, worse) <= 4.0
 
 
 def test_mitsuba_beside_it(folder, monkeypatch):
-    monkeypatch.setattr(bench_mitsuba, "load", lambda threads: None)
-    row = bench_scale.Row("furnace", 66, 66, 1.0, 0.1, error=0.01)
-    bench_scale.beside_mitsuba(row, None, 1, None)
+    monkeypatch.setattr(mitsuba_renderer, "load", lambda threads: None)
+    row = scale.Row("furnace", 66, 66, 1.0, 0.1, error=0.01)
+    scale.beside_mitsuba(row, None, 1, None)
     assert row.mitsuba_seconds is None
     row.mitsuba_seconds = 8.0
-    assert "error of 1 % at as many places of the same polygons after 8.00 s, 8.0 times" in bench_scale.table([row])
+    assert "error of 1 % at as many places of the same polygons after 8.00 s, 8.0 times" in scale.table([row])
 
 
 def test_seconds_until_mitsuba_is_as_good(monkeypatch):
     pytest.importorskip("mitsuba")
-    monkeypatch.setattr(bench_scale, "MITSUBA_SAMPLES", (4, 64))
-    row = bench_scale.Row("three spheres", 4326, 4326, 1.0, 0.1, error=0.01)
+    monkeypatch.setattr(scale, "MITSUBA_SAMPLES", (4, 64))
+    row = scale.Row("three spheres", 4326, 4326, 1.0, 0.1, error=0.01)
     truth = SimpleNamespace(surfels=SimpleNamespace(index=np.arange(60), rounds=4))
-    bench_scale.beside_mitsuba(row, truth, 1, None)
+    scale.beside_mitsuba(row, truth, 1, None)
     (_, rough), (_, fine) = row.mitsuba
     assert 0.0 < fine < rough
     assert row.mitsuba_seconds > 0.0
 
 
 def test_growth_is_told_and_drawn(tmp_path):
-    rows = [bench_scale.Row(f"gallery of {n}", n, n, 1e-5 * n**1.5, 1e-6 * n, 0.02, 0.03) for n in (100, 10_000)]
-    rows.append(bench_scale.Row("three spheres", 1, 1, 1.0, 0.1))
+    rows = [scale.Row(f"gallery of {n}", n, n, 1e-5 * n**1.5, 1e-6 * n, 0.02, 0.03) for n in (100, 10_000)]
+    rows.append(scale.Row("three spheres", 1, 1, 1.0, 0.1))
     for row in rows:
         row.stages = {"direct": 0.6 * row.seconds, "solve": 0.01 * row.seconds}
-    text = bench_scale.table(rows)
+    text = scale.table(rows)
     assert "From 100 to 10000 surfels of the gallery seconds grow as n^1.50, from row to row as n^1.50." in text
-    bench_plot.draw_growth(rows, tmp_path / "growth.png")
+    plot.draw_growth(rows, tmp_path / "growth.png")
     assert sf.read_image(tmp_path / "growth.png").std() > 0.05
     with pytest.raises(ValueError, match="--plot: wanted galleries among the scenes, got none"):
-        bench_plot.draw_growth(rows[-1:], tmp_path / "none.png")
+        plot.draw_growth(rows[-1:], tmp_path / "none.png")
 
 
 def test_errors_that_the_reference_is_not_sure_of_are_marked():
-    row = bench_scale.Row("x", 1, 1, 1.0, None, error=0.02, reference=0.004, indirect=0.02, reference_indirect=0.006)
-    text = bench_scale.table([row])
+    row = scale.Row("x", 1, 1, 1.0, None, error=0.02, reference=0.004, indirect=0.02, reference_indirect=0.006)
+    text = scale.table([row])
     assert "| 2 ± 0 | ~ 2 |" in text
     assert row.is_claimed("at_points", "reference_at_points")  # there is none
 
 
 def test_scenes_that_cannot_be_had_are_left_out_aloud(monkeypatch, capsys):
     monkeypatch.delenv("SURFLUX_DATA", raising=False)
-    assert bench_scale.measure(["gallery"], 1, None) == []
+    assert scale.measure(["gallery"], 1, None) == []
     assert "bench: gallery left out: SURFLUX_DATA names no folder of scans" in capsys.readouterr().err
-    monkeypatch.setattr(bench_scenes, "data_folder", lambda: None)
-    assert bench_scale.measure(["three spheres"], 1, None) == []
-    assert "three spheres left out: no data/three_spheres.toml here" in capsys.readouterr().err
-    assert cli.main(["bench", "--scale", "--list"]) == 0
-    assert capsys.readouterr().out.split("\n")[:-1] == list(bench_scale.SCENES)
+    monkeypatch.setattr(scenes, "data_folder", lambda: None)
+    assert scale.measure(["three spheres"], 1, None) == []
+    assert "three spheres left out: three_spheres.toml is missing" in capsys.readouterr().err
+    assert commands.main(["bench", "--scale", "--list"]) == 0
+    assert capsys.readouterr().out.split("\n")[:-1] == list(scale.SCENES)

@@ -11,10 +11,11 @@ import pytest
 
 import surflux as sf
 from scenes import cube_inside, patch
-from surflux import bench_mitsuba, bench_plot, bench_scenes, bench_solvers, cli
-from surflux.bench_truth import Truth, area_sample, errors_against, even_squares, places_on
+from surflux.bench import mitsuba_renderer, plot, scenes, solvers
+from surflux.bench.truth import Truth, area_sample, errors_against, even_squares, places_on
+from surflux.cli import commands
 
-SMALL = replace(bench_solvers.QUICK, surfels=12, rounds=4, samples=(1, 4))
+SMALL = replace(solvers.QUICK, surfels=12, rounds=4, samples=(1, 4))
 
 
 def test_the_truth_of_a_patch_is_its_mean():
@@ -92,14 +93,14 @@ def test_errors_are_relative_by_area_and_without_the_noise_of_the_reference():
 def test_leaves_of_a_solution_are_taken_together():
     leaves = SimpleNamespace(surfels=SimpleNamespace(areas=np.array([1.0, 3.0, 2.0])), parents=np.array([0, 0, 1]))
     values = np.array([[1.0, 0, 0], [5.0, 0, 4], [7.0, 7, 7]])
-    np.testing.assert_allclose(bench_solvers.by_scene_surfel(leaves, values, 2), [[4, 0, 3], [7, 7, 7]])
+    np.testing.assert_allclose(solvers.by_scene_surfel(leaves, values, 2), [[4, 0, 3], [7, 7, 7]])
 
 
 @pytest.mark.parametrize(("name", "surfels"), [("three spheres", 4326), ("Cornell box", 2504)])
 def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
-    built = bench_scenes.build(name)
+    built = scenes.build(name)
     assert len(built.scene.surfels) == surfels
-    coarse = bench_scenes.build(name, 0.5)
+    coarse = scenes.build(name, 0.5)
     assert surfels / 4.2 < len(coarse.scene.surfels) < surfels / 3.8
     polygons = coarse.polygons()
     assert not polygons.lights
@@ -109,14 +110,14 @@ def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
         np.linalg.norm(np.cross(light.edge_u, light.edge_v)) * light.exitance[0] for light in built.scene.lights
     )
     assert np.sum(lamps.areas * lamps.emission[:, 0]) == pytest.approx(power)
-    targets = bench_scenes.targets_on(polygons, coarse.scene)
+    targets = scenes.targets_on(polygons, coarse.scene)
     assert len(targets) == len(coarse.scene.surfels)
     assert np.sum(targets.areas) == pytest.approx(np.sum(polygons.surfels.areas) - np.sum(lamps.areas))
 
 
 @pytest.mark.scans
 def test_two_bunnies_as_polygons(scans):
-    built = bench_scenes.build("two bunnies", 0.1)
+    built = scenes.build("two bunnies", 0.1)
     assert len(built.polygons().surfels) > 137_000  # the bunnies' own faces
     assert len(built.scene.surfels) == 6 * 4 + 2 * 348  # of 34 834 each
 
@@ -124,21 +125,21 @@ def test_two_bunnies_as_polygons(scans):
 def test_scenes_with_other_lights_have_no_polygons():
     scene = sf.Scene([cube_inside(1)], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
     with pytest.raises(ValueError, match="scene: wanted area lights alone, got a PointLight"):
-        bench_scenes.with_solid_lamps(scene)
+        scenes.with_solid_lamps(scene)
 
 
 def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     small = replace(SMALL, densities={"concentric spheres": (0.25, 0.5), "three spheres": (0.25,)})
-    small = replace(small, every_setting=True, knobs_at=dict.fromkeys(bench_scenes.NAMES, 0.25))
-    monkeypatch.setattr(bench_solvers, "QUICK", small)
-    monkeypatch.setattr(bench_mitsuba, "load", lambda threads: None)
-    usual = bench_solvers.SOLVERS["meshless"]
+    small = replace(small, every_setting=True, knobs_at=dict.fromkeys(scenes.NAMES, 0.25))
+    monkeypatch.setattr(solvers, "QUICK", small)
+    monkeypatch.setattr(mitsuba_renderer, "load", lambda threads: None)
+    usual = solvers.SOLVERS["meshless"]
     quick = replace(usual, run=functools.partial(usual.run, levels=1))  # what it takes is no test
-    monkeypatch.setitem(bench_solvers.SOLVERS, "meshless", quick)
+    monkeypatch.setitem(solvers.SOLVERS, "meshless", quick)
     text, rows, plot = tmp_path / "bench.md", tmp_path / "bench.json", tmp_path / "bench.png"
     chosen = ["--scene", "concentric spheres", "--scene", "three spheres", "--repeats", "1"]
     paths = ["--markdown", str(text), "--json", str(rows), "--plot", str(plot)]
-    assert cli.main(["bench", "--quick", *chosen, *paths]) == 0
+    assert commands.main(["bench", "--quick", *chosen, *paths]) == 0
     assert capsys.readouterr().out == text.read_text()
     found = json.loads(rows.read_text())["rows"]
     closed = [row for row in found if row["scene"] == "concentric spheres"]
@@ -172,40 +173,40 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
 
 def test_of_knobs_the_first_and_the_last_value_are_quick(monkeypatch):
     """One that has one value has it once."""
-    solvers = {"rays": replace(bench_solvers.SOLVERS["rays"], knobs={})}
+    chosen = {"rays": replace(solvers.SOLVERS["rays"], knobs={})}
     knobs = {"insert": [{"insert": False}], "zeta": [{"zeta": z} for z in (0.1, 0.04, 0.02)]}
-    monkeypatch.setitem(solvers, "rays", replace(solvers["rays"], knobs=knobs))
-    monkeypatch.setattr(bench_solvers, "SOLVERS", solvers)
-    built = bench_scenes.build("concentric spheres", 0.25)
-    rows = bench_solvers.of_solvers("concentric spheres", built, SMALL, True, 1, None)
+    monkeypatch.setitem(chosen, "rays", replace(chosen["rays"], knobs=knobs))
+    monkeypatch.setattr(solvers, "SOLVERS", chosen)
+    built = scenes.build("concentric spheres", 0.25)
+    rows = solvers.of_solvers("concentric spheres", built, SMALL, True, 1, None)
     assert [row.options for row in rows] == [{}, {"insert": False}, {"zeta": 0.1}, {"zeta": 0.02}]
 
 
 def test_no_two_curves_have_one_color():
-    curves = sum(1 + len(solver.knobs) for solver in bench_solvers.SOLVERS.values())
-    assert len(set(bench_plot.COLORS)) == len(bench_plot.COLORS) >= curves
+    curves = sum(1 + len(solver.knobs) for solver in solvers.SOLVERS.values())
+    assert len(set(plot.COLORS)) == len(plot.COLORS) >= curves
 
 
 def test_curves_of_knobs_go_through_the_defaults():
     def row(knob, surfels, options, seconds):
-        return bench_solvers.Row("a", "pairs", knob, "", surfels, seconds, *6 * (0.1,), options=options)
+        return solvers.Row("a", "pairs", knob, "", surfels, seconds, *6 * (0.1,), options=options)
 
     rows = [row("surfels", 10, {}, 1), row("rays", 10, {"rays": 16}, 2), row("rays", 10, {"rays": 1024}, 3)]
     rows.append(row("surfels", 40, {}, 4))
-    found = bench_plot.curves(rows)
+    found = plot.curves(rows)
     assert [r.seconds for r in found["pairs", "surfels"]] == [1, 4]
     assert [r.seconds for r in found["pairs", "rays"]] == [2, 1, 3]  # 256 rays lie between
 
 
 def test_an_error_is_claimed_if_the_reference_is_four_times_as_sure():
-    row = bench_solvers.Row("a", "solve", "rays", "16", 10, 1.0, 0.04, 0.03, 0.5, 0.001, 0.01, 0.01)
+    row = solvers.Row("a", "solve", "rays", "16", 10, 1.0, 0.04, 0.03, 0.5, 0.001, 0.01, 0.01)
     assert (row.is_claimed("error"), row.is_claimed("indirect")) == (True, False)
-    assert "| 4 ± 0.1 | ~ 3 | 50 |" in bench_solvers.table([row])
+    assert "| 4 ± 0.1 | ~ 3 | 50 |" in solvers.table([row])
 
 
 def test_mitsuba_is_left_out_aloud_where_it_is_not_installed(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "mitsuba", None)
-    assert bench_mitsuba.load() is None
+    assert mitsuba_renderer.load() is None
     assert capsys.readouterr().err == "bench: Mitsuba left out: it is not installed (pip install surflux[bench])\n"
-    assert cli.main(["bench", "--reference"]) == 0
+    assert commands.main(["bench", "--reference"]) == 0
     assert "Mitsuba left out" in capsys.readouterr().err

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surflux as sf
-from surflux.camera import Camera, framing
+from surflux.pictures.camera import Camera, framing
 
 
 def test_projection_follows_the_conventions():

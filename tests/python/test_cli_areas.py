@@ -5,7 +5,8 @@ import pytest
 
 import surflux as sf
 from area_pictures import PICKED, read
-from surflux import cli, shapes
+from surflux.cli import commands
+from surflux.scenes import shapes
 
 ROOM = '[[object]]\nshape = "room"\npatches = 6\n[camera]\neye = [0.5, -1.4, 0.5]\ntarget = [0.5, 0.5, 0.5]\n'
 
@@ -18,7 +19,7 @@ def run(tmp_path, monkeypatch, capfd):
     (tmp_path / "room.toml").write_text(ROOM)
 
     def call(*arguments):
-        return cli.main(["view", *arguments]), *capfd.readouterr()
+        return commands.main(["view", *arguments]), *capfd.readouterr()
 
     return call
 
@@ -90,14 +91,14 @@ def test_up_without_a_camera(run):
 
 def test_knobs_and_a_viewpoint(run, capfd):
     for arguments in (["--resolution", "64"], ["--kappa", "6"], ["--epsilon", "0.99"]):
-        assert cli.main(["area", "ball.ply", *arguments]) == 0
-    assert cli.main(["area", "ball.ply", "--resolution", "3"]) == 2
+        assert commands.main(["area", "ball.ply", *arguments]) == 0
+    assert commands.main(["area", "ball.ply", "--resolution", "3"]) == 2
     assert "resolution: wanted" in capfd.readouterr().err
     rows = "".join(f"{x} {y} 0\n" for x, y in np.random.default_rng(0).uniform(size=(99, 2)))
     properties = "property float x\nproperty float y\nproperty float z\n"
     with open("sheet.ply", "w") as file:  # without normals
         file.write(f"ply\nformat ascii 1.0\nelement vertex 99\n{properties}end_header\n{rows}")
-    assert cli.main(["area", "sheet.ply", "-o", "seen.ply", "--viewpoint", "0,0,-9"]) == 0
+    assert commands.main(["area", "sheet.ply", "-o", "seen.ply", "--viewpoint", "0,0,-9"]) == 0
     assert (sf.read("seen.ply").normals[:, 2] < -0.99).all()
-    assert cli.main(["area", "room.toml", "--viewpoint", "0,0,9"]) == 2
+    assert commands.main(["area", "room.toml", "--viewpoint", "0,0,9"]) == 2
     assert "--viewpoint: is for a cloud" in capfd.readouterr().err

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import surflux as sf
-from surflux import cli
+from surflux.cli import commands
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def solved(tmp_path, monkeypatch):
 @pytest.fixture
 def run(capfd):
     def call(*arguments):
-        status = cli.main([str(a) for a in arguments])
+        status = commands.main([str(a) for a in arguments])
         return status, *capfd.readouterr()
 
     return call

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import cli
+from surflux.cli import commands
 
 SCENE = """
 [[object]]
@@ -36,7 +36,7 @@ def run(tmp_path, monkeypatch, capfd):
     sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, radii=[0.3, 0.5]).save("cloud.ply")
 
     def call(*arguments):
-        return cli.main(["view", *arguments]), *capfd.readouterr()
+        return commands.main(["view", *arguments]), *capfd.readouterr()
 
     return call
 

@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 from scenes import patch
-from surflux import cli
+from surflux.cli import commands
 
 SQUARE = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
 CARPET = [[-0.43, -0.5, 0], [0.57, -0.5, 0], [0.57, 0.5, 0], [-0.43, 0.5, 0]]
@@ -112,15 +112,15 @@ def test_check_names_what_coincides(tmp_path, capsys):
     (tmp_path / "floor.obj").write_text(corners + "f 1 2 3 4\nf 5 6 7 8\n")
     path = tmp_path / "scene.toml"
     path.write_text('[[object]]\nfile = "floor.obj"\nkind = "mesh"\npatch_area = 0.02\n')
-    assert cli.main(["check", str(path)]) == 0
+    assert commands.main(["check", str(path)]) == 0
     out = capsys.readouterr().out
     # Patches of the floor, .1414 wide at most, that the carpet of 1 x 1 touches; centred as it is but for their size.
     assert "patches coincide with later ones that face the same way (1 of area), around (" in out
-    assert cli.main(["check", str(path), "--json"]) == 0
+    assert commands.main(["check", str(path), "--json"]) == 0
     covered = json.loads(capsys.readouterr().out)["covered"]
     inner, outer = (1 - 2 * 0.15) ** 2 / 0.02, (1 + 2 * 0.15) ** 2 / 0.018
     assert inner < covered < outer
-    assert cli.main(["check", str(path), "-o", str(tmp_path / "out.ply")]) == 2
+    assert commands.main(["check", str(path), "-o", str(tmp_path / "out.ply")]) == 2
     assert "--output: is for a cloud" in capsys.readouterr().err
 
 
@@ -222,9 +222,9 @@ def test_check_names_a_scan_over_a_mesh_and_the_area_of_it(tmp_path, capsys):
         '[[object]]\nshape = "rectangle"\ncorner = [-1, -1, 0]\nedge_u = [3, 0, 0]\nedge_v = [0, 3, 0]\n'
         'patch_area = 0.04\n[[object]]\nfile = "scan.ply"\nkind = "surfels"\n'
     )
-    assert cli.main(["check", str(path)]) == 0
+    assert commands.main(["check", str(path)]) == 0
     assert "objects 0 and 1: 576 points of object 1 lie some" in capsys.readouterr().out
-    assert cli.main(["check", str(path), "--json"]) == 0
+    assert commands.main(["check", str(path), "--json"]) == 0
     (sheet,) = json.loads(capsys.readouterr().out)["close_sheets"]
     assert (sheet["mesh"], sheet["other"], sheet["points"]) == (0, 1, 576)
     # What its points reach: the square, less a strip of up to .8 cells on each side.

@@ -8,7 +8,7 @@ import pytest
 import surflux as sf
 from cases.builders import cube_inside
 from scenes import surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 SOLVERS = {
     "pairs": lambda scene, **knobs: sf.solve(scene, transport="pairs", insert=False, **knobs),

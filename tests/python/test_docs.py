@@ -13,7 +13,7 @@ import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
 GUIDE = sorted((README.parent / "python" / "guide").glob("*.md"))
-MODULES = ["surflux", *(f"surflux.{m.name}" for m in pkgutil.iter_modules(sf.__path__) if m.name != "__main__")]
+MODULES = ["surflux", *(m.name for m in pkgutil.walk_packages(sf.__path__, "surflux.") if m.name != "surflux.__main__")]
 
 
 def examples(module):
@@ -39,6 +39,10 @@ def test_docstring(example, elsewhere):
 
 
 FUNCTIONS = [name for name in sf.__all__ if inspect.isfunction(getattr(sf, name))]
+
+
+def test_every_room_is_read():
+    assert {"surflux._core", "surflux.points.surfels", "surflux.viewing.page"} <= set(MODULES)
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -8,7 +8,7 @@ import pytest
 import surflux as sf
 from fresh_rays import unaccounted
 from scenes import patch, solve_own, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 UP, DOWN = [0, 0, 1], [0, 0, -1]
 

@@ -7,7 +7,8 @@ import pytest
 
 from ply_samples import core_surfels, write
 from surflux import _core
-from surflux.files import load_arrays, save_surfels
+from surflux.points.reading import load_arrays
+from surflux.points.writing import save_surfels
 
 FileError = _core.FileError
 

@@ -8,14 +8,15 @@ import pytest
 
 import surflux as sf
 from ray_casting import psnr, ray_cast
-from surflux import _core, bench_scenes
-from surflux.images import resolved_exposure
+from surflux import _core
+from surflux.bench import scenes
+from surflux.pictures.images import resolved_exposure
 
 
 @pytest.mark.parametrize("name", ["three_spheres", "statues", "cornell"])
 def test_splats_agree_with_ray_casting(name):
     """At least 35 dB where the solution is cast through Embree: no OpenGL, no splats, another interpolation."""
-    scene = sf.load_scene(bench_scenes.data_folder() / f"{name}.toml")
+    scene = sf.load_scene(scenes.data_folder() / f"{name}.toml")
     solution = sf.solve(scene, **scene.solve_options)
     exact, white = ray_cast(solution, scene.camera, (160, 120), 2)
     assert np.mean((exact > 0.02 * white) & (exact < white)) > 0.3
@@ -201,11 +202,11 @@ def test_ctrl_c_stops_a_picture(solution):
 
 
 def test_a_meshless_picture_is_drawn_in_bands(solution, monkeypatch):
-    from surflux import meshless_render
+    from surflux.solutions import basis_rendering
 
     meshless = sf.solve_meshless(solution._scene, levels=3, rays=64)
     whole = meshless.render(size=(48, 36), layers=True)
-    monkeypatch.setattr(meshless_render, "SUBPIXELS_AT_ONCE", 48 * 4 * 10)
+    monkeypatch.setattr(basis_rendering, "SUBPIXELS_AT_ONCE", 48 * 4 * 10)
     seen = []
     bands = meshless.render(size=(48, 36), layers=True, progress=lambda done, total: seen.append((done, total)) or True)
     assert seen == [(0, 36), (10, 36), (20, 36), (30, 36), (36, 36)]

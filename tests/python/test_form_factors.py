@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from scenes import ball_inside, cube_inside, patch, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 
 def areas_of(scene):

@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from scenes import ball_inside, cloud_room, cube_inside, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 
 def two_rooms(slit, rho, emission=0.0, of_wall=0.0):

@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from scenes import cloud_room, patch, solve_own, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 UP = [0, 0, 1]
 THIN = 1e-3

@@ -17,7 +17,8 @@ def test_the_house_is_in_order(rule):
 def test_the_rules_see_the_house():
     assert {house.room_of(path) for path in house.sources(ROOT, "cpp/surflux")} <= set(house.FLOORS)
     assert len(list(house.sources(ROOT, "cpp/surflux"))) > 10
-    assert len(house.python_imports(ROOT)) > 5
+    assert {m.partition(".")[0] for m in house.python_modules(ROOT)} == {"", "__main__", *house.ROOMS}
+    assert len(list(house.python_imports(ROOT))) > 100
 
 
 # A small house in order; every breach below is one file more, or one file otherwise.
@@ -33,13 +34,17 @@ SOUND = {
     "cpp/surflux/radiosity/solver.cpp": '#include "surflux/trace/tracer.h"\n',
     "bindings/convert.h": '#include <pybind11/numpy.h>\n#include "surflux/core/vec.h"\n',
     "bindings/area.cpp": '#include "convert.h"\n#include "surflux/area/atlas.h"\n',
-    "python/surflux/__init__.py": "from surflux._check import number\nfrom .surfels import Surfels\n",
-    "python/surflux/_check.py": "import math\n",
-    "python/surflux/surfels.py": (
-        "from surflux import _check, _core\n\ndef plot(s):\n    from surflux.viewer import plot\n    return plot(s)\n"
+    "python/surflux/__init__.py": "from surflux._base.check import number\n",
+    "python/surflux/__main__.py": "from surflux.cli.commands import main\n",
+    "python/surflux/_base/__init__.py": "",
+    "python/surflux/_base/check.py": "import math\nfrom surflux import _core\n",
+    "python/surflux/_base/passes.py": "from . import check\n",
+    "python/surflux/drawing/plots.py": "from surflux._base.check import number\n",
+    "python/surflux/points/surfels.py": (
+        "from surflux import _core\nfrom surflux._base import check\n\n"
+        "def plot(s):\n    from surflux.drawing import plots\n    return plots.plot(s)\n"
     ),
-    "python/surflux/viewer.py": "import surflux.surfels\n",
-    "python/surflux/cli.py": "import surflux\n",
+    "python/surflux/cli/commands.py": "import surflux as sf\n",
 }
 
 
@@ -92,16 +97,33 @@ def test_a_breach_in_the_core_is_seen(tmp_path, name, text, complaint):
 @pytest.mark.parametrize(
     ("name", "text", "complaint"),
     [
-        ("_check", "from surflux.surfels import Surfels", "in a circle, or what is in one: _check, cli, surfels, surf"),
-        ("_check", "import surflux", "in a circle, or what is in one: _check, cli, surfels, surflux, viewer"),
-        ("_check", "from . import viewer", "in a circle"),
-        ("_check", "from surflux import number", "in a circle"),
+        ("_base/check", "from surflux.points.surfels import S", "check.py:1: _base imports points.surfels, which stan"),
         (
-            "surfels",
-            "try:\n    from .viewer import plot\nexcept ImportError:\n    pass",
-            "circle, or what is in one: cli",
+            "_base/check",
+            "def f():\n    from surflux.points import surfels",
+            "check.py:2: _base imports points.surfels, w",
         ),
-        ("viewer", "from surflux.cli import main", "viewer.py:1: imports cli, which stands above everything"),
+        (
+            "_base/check",
+            "from ..points.surfels import Surfels",
+            "check.py:1: _base imports points.surfels, which stands",
+        ),
+        ("_base/check", "from .. import Surfels", "check.py:1: imports the face, which stands above everything but"),
+        ("_base/check", "def f():\n    import surflux", "check.py:2: imports the face, which stands above everything"),
+        (
+            "_base/check",
+            "from surflux._base import passes",
+            "in a circle, or what is in one: _base.check, _base.passes",
+        ),
+        ("_base/check", "try:\n    from .passes import stop\nexcept ImportError:\n    pass", "in a circle, or what is"),
+        (
+            "points/surfels",
+            "from surflux.cli.commands import main",
+            "surfels.py:1: points imports cli.commands, which st",
+        ),
+        ("attic/box", "", "python/surflux/attic/box.py: not in one of the rooms cli, "),
+        ("box", "", "python/surflux/box.py: not in one of the rooms cli, "),
+        ("points/deep/box", "", "python/surflux/points/deep/box.py: not in one of the rooms cli, "),
     ],
 )
 def test_a_breach_in_python_is_seen(tmp_path, name, text, complaint):

@@ -3,7 +3,7 @@ import pytest
 from PIL import Image
 
 from surflux import _core
-from surflux.images import read_image, tone_map, write_image
+from surflux.pictures.images import read_image, tone_map, write_image
 
 
 @pytest.fixture

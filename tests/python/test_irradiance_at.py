@@ -6,7 +6,7 @@ import pytest
 import surflux as sf
 from cases.closed_forms import element_to_polygon
 from scenes import cube_inside, patch, rms, solve_own, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 SUN = sf.DirectionalLight([0.3, 0.2, -1.0], 3.0)
 

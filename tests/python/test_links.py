@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import sharing, view_controls, view_words, viewer
-from surflux.links import LinkFinder
-from surflux.subject import Subject
+from surflux.drawing import plots, sharing
+from surflux.viewing import controls, words
+from surflux.viewing.links import LinkFinder
+from surflux.viewing.subject import Subject
 from test_view import RED, SQUARE, at, grid, is_color, lit, pair, shot, window
 
 __all__ = ["lit", "window"]  # fixtures
@@ -115,28 +116,28 @@ def test_the_words(lit):
     i = int(np.argmin(np.linalg.norm(lit.surfels.points - [0.7, 0.05, 0], axis=1)))
     subject = Subject(lit, {"mistake": np.arange(len(lit.surfels)) / 4})
     links = LinkFinder(subject)(i)
-    lines = view_words.values_of(subject, sharing.pick(lit.surfels, i, "curved"), links)
-    words = {line.split()[0]: line.split()[1:] for line in lines if line.split()}
+    lines = words.values_of(subject, sharing.pick(lit.surfels, i, "curved"), links)
+    said = {line.split()[0]: line.split()[1:] for line in lines if line.split()}
     assert lines[0] == f"surfel {i} of object 0"
     for name in ("direct", "irradiance", "radiosity"):
-        assert [float(v) for v in words[name][:3]] == pytest.approx(getattr(lit, name)[i], rel=1e-3)
-    assert [float(v) for v in words["position"]] == pytest.approx(lit.surfels.points[i], rel=1e-4)
-    assert words["mistake"] == [f"{i / 4:.4g}"]
-    assert words["cut"][1].rstrip(",") == str(lit.cut[i])
+        assert [float(v) for v in said[name][:3]] == pytest.approx(getattr(lit, name)[i], rel=1e-3)
+    assert [float(v) for v in said["position"]] == pytest.approx(lit.surfels.points[i], rel=1e-4)
+    assert said["mistake"] == [f"{i / 4:.4g}"]
+    assert said["cut"][1].rstrip(",") == str(lit.cut[i])
     percent = [float(line.split()[-1].rstrip("%")) for line in lines if line.startswith("  ")]
     assert sum(percent) == pytest.approx(100, abs=3)
     assert any(line.startswith("  object 1") for line in lines)
     dark = sf.solve(sf.Scene([sf.Surfels.from_mesh(SQUARE), pair()], [sf.PointLight([0, 0, -1], 1)]))
     subject = Subject(dark)
-    assert "no light comes here" in view_words.values_of(
+    assert "no light comes here" in words.values_of(
         subject, sharing.pick(dark.surfels, 0, "curved"), LinkFinder(subject)(0)
     )
 
 
 def test_a_click_picks_and_a_drag_turns(window, lit):
     view = window(lit)
-    with viewer.quiet_vtk():
-        view_controls.listen(view)
+    with plots.quiet_vtk():
+        controls.listen(view)
     shot(view)  # until it is drawn it takes no events
     mouse = view.plotter.iren.interactor
 

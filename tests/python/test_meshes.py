@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from surflux import _core
-from surflux.files import read_mesh
+from surflux.geometry.meshes import read_mesh
 
 FileError = _core.FileError
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1]])
@@ -82,6 +82,23 @@ def test_ply_keeps_polygons_and_colors(tmp_path):
     assert polygons(mesh) == [[0, 1, 2, 3], [2, 1, 0]]
     np.testing.assert_array_equal(mesh.vertices, SQUARE)
     np.testing.assert_allclose(mesh.reflectance, [[0.98, 0.49, 0.0]] * 4, atol=0.004)
+
+
+@pytest.mark.parametrize(
+    ("kind", "white"), [("ushort", 65535), ("uchar", 255), ("float", 1.0), ("float", 1.0000001), ("double", 255.0)]
+)
+def test_white_is_white_in_every_type_of_color(tmp_path, kind, white):
+    path = tmp_path / "a.ply"
+    columns = [(axis, "double", SQUARE[:, i]) for i, axis in enumerate("xyz")]
+    columns += [(name, kind, np.full(4, value)) for name, value in (("red", white), ("green", white / 3), ("blue", 0))]
+    _core.write_ply(path, [("vertex", 4, columns), ("face", 1, [])], ([0, 4], [0, 1, 2, 3]), [])
+    np.testing.assert_allclose(read_mesh(path).reflectance, [[0.98, 0.98 * 0.0908, 0.0]] * 4, atol=0.005)
+
+
+def test_colors_brighter_than_any_white_are_refused(tmp_path):
+    path = text_file(tmp_path / "a.obj", SQUARE_OBJ.replace("\n", " 1 70000 0\n") + "f 1 2 3\n")
+    with pytest.raises(_core.FileError, match=r"a\.obj: vertex 0: colour is 70000; wanted at most 1, 255 or 65535"):
+        read_mesh(path)
 
 
 def test_obj_keeps_polygons_and_colors(tmp_path):

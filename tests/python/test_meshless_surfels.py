@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 from scenes import rms
-from surflux import shapes
+from surflux.scenes import shapes
 
 
 def slotted_plate(slots=8, depth=0.06):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import viewer
+from surflux.drawing import plots
 
 CELLS = [
     """
@@ -68,7 +68,7 @@ def test_a_plot_is_a_picture(outputs):
 
 
 def test_elsewhere_it_is_no_notebook(tmp_path, monkeypatch):
-    assert not viewer.in_notebook()
+    assert not plots.in_notebook()
     page = sf.Page(sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=1), title="<b>&")
     frame = page._repr_html_()
     assert frame.startswith("<iframe")

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import bench_clouds, cli, shapes
-from surflux.meshes import read_mesh
+from surflux.bench import clouds
+from surflux.cli import commands
+from surflux.geometry.meshes import read_mesh
+from surflux.scenes import shapes
 
 
 def right(found, truth):
@@ -18,7 +20,7 @@ def right(found, truth):
 def vertex_normals(path):
     mesh = read_mesh(path)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.indices).reshape(-1, 3)
-    normals = bench_clouds.vertex_normals(vertices, faces)
+    normals = clouds.vertex_normals(vertices, faces)
     used = normals.any(axis=1)
     return vertices[used], normals[used]
 
@@ -100,16 +102,16 @@ def test_the_command_reports_and_turns(tmp_path, capsys):
     cap = ball.points[:, 2] > 0.8
     before, after = tmp_path / "a.ply", tmp_path / "b.ply"
     ball.flipped(cap).save(before)
-    assert cli.main(["check", str(before), "-o", str(after)]) == 0
+    assert commands.main(["check", str(before), "-o", str(after)]) == 0
     out = capsys.readouterr().out
     assert f"2000 surfels, {cap.sum()} of them point inwards, in 1 patch\n  {cap.sum()} around (" in out
     assert np.allclose(sf.read(after).normals, ball.normals, atol=1e-6)
-    assert cli.main(["check", str(after)]) == 0
+    assert commands.main(["check", str(after)]) == 0
     assert capsys.readouterr().out == "2000 surfels, none in a patch that points inwards\n"
-    assert cli.main(["check", str(before), "--json"]) == 0
+    assert commands.main(["check", str(before), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["inward"], found["patches"], found["largest"][0]["surfels"]) == (cap.sum(), 1, cap.sum())
-    assert cli.main(["check", str(before), "--smallest", "0"]) == 2
+    assert commands.main(["check", str(before), "--smallest", "0"]) == 2
     assert "--smallest: wanted a whole number from 1" in capsys.readouterr().err
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.page import folded, packed_light
-from surflux.view_colors import member_colors
+from surflux.drawing.colors import member_colors
+from surflux.viewing.page import folded, packed_light
 
 SIZE = (480, 360)
 # Looking down from 4: 90 pixels make one unit at z = 0.

@@ -19,7 +19,7 @@ from area_pictures import (
     picture,
     share_at,
 )
-from surflux import inspection, sharing, viewer
+from surflux.drawing import area_window, plots, sharing
 
 
 def test_a_picked_surfel_and_its_neighbours_have_their_colours(tmp_path):
@@ -179,9 +179,9 @@ def window(monkeypatch):
     views = []
 
     def make(s, **camera):
-        with viewer.quiet_vtk():
+        with plots.quiet_vtk():
             areas = sf.effective_areas(s) if s.areas is None else s.areas
-            view = inspection.AreaView(s, areas, "curved", (800, 600), off_screen=True)
+            view = area_window.AreaView(s, areas, "curved", (800, 600), off_screen=True)
             views.append(view)
             view.show_color("coverage")
             view.frame(sf.Camera(**(ABOVE | camera)))
@@ -194,7 +194,7 @@ def window(monkeypatch):
 
 
 def seen(view):
-    with viewer.quiet_vtk():
+    with plots.quiet_vtk():
         return view.plotter.screenshot(return_img=True).astype(int)
 
 
@@ -267,7 +267,7 @@ def test_keys(window):
     assert seen(view)[263, 247].tolist() == PICKED
     grey = (np.abs(seen(view)[:45, :300] - 89).max(axis=2) < 25).sum()
     assert grey > 100  # what the keys are for
-    assert all(f"{key}: {color}" in inspection.KEYS for key, color in inspection.COLORS.items())
+    assert all(f"{key}: {color}" in area_window.KEYS for key, color in area_window.COLORS.items())
 
 
 def test_which_surfel_a_ray_meets():

@@ -8,7 +8,7 @@ import pytest
 
 import surflux as sf
 from surflux import _core
-from surflux.files import load_arrays
+from surflux.points.reading import load_arrays
 
 FileError = _core.FileError
 

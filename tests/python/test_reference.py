@@ -11,7 +11,7 @@ import surflux as sf
 from cases import chance
 from cases.closed_forms import element_to_parallel_rectangle
 from scenes import ball_inside, cube_inside, patch, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 UP = (0.0, 0.0, 1.0)
 

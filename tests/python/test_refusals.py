@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import viewer
+from surflux.drawing import plots
 
 POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 UP = [[0, 0, 1]] * 4
@@ -73,7 +73,7 @@ def scene(objects=None, lights=(), **options):
 
 
 def plotted(color="radius", **options):
-    return viewer.plot(surfels(), color=color, **options)
+    return plots.plot(surfels(), color=color, **options)
 
 
 # What no array of numbers may be, whatever its name.

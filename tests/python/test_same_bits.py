@@ -8,8 +8,8 @@ import pytest
 
 import surflux as sf
 from scenes import cube_inside, surfels_of
-from surflux import shapes
-from surflux._passes import thread_limit
+from surflux._base.passes import thread_limit
+from surflux.scenes import shapes
 
 
 def noisy_sphere(n=1500):

@@ -10,8 +10,9 @@ from hypothesis.extra.numpy import arrays
 
 from ply_samples import core_surfels
 from surflux import _core
-from surflux._color import linear_to_srgb, srgb_to_linear
-from surflux.files import load_arrays, pack_comments, save_surfels, unpack_comments
+from surflux._base.color import linear_to_srgb, srgb_to_linear
+from surflux.points.reading import load_arrays
+from surflux.points.writing import pack_comments, save_surfels, unpack_comments
 
 FileError = _core.FileError
 

@@ -107,6 +107,14 @@ def test_repr_counts():
     assert repr(scene) == "Scene('room', 2 objects, 7 surfels, 1 light)"
 
 
+def test_a_camera_that_is_set_is_checked():
+    scene = sf.Scene([sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0)])
+    scene.camera = sf.Camera([0, 0, 1], [0, 0, 0], [0, 1, 0])
+    with pytest.raises(ValueError, match="camera: wanted a Camera or None, got str"):
+        scene.camera = "above"
+    scene.camera = None
+
+
 def test_solve_options_are_a_copy():
     options = {"tolerance": 1e-3}
     scene = sf.Scene([floor()], solve_options=options)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import shapes
-from surflux.scene_file import Table, read_toml
-from surflux.scene_object import open_object
+from surflux.scenes import shapes
+from surflux.scenes.scene_file import Table, read_toml
+from surflux.scenes.scene_object import open_object
 
 DATA = Path(__file__).parents[2] / "data"
 ROOM = '[[object]]\nshape = "room"\npatches = 2\n'  # 24 patches

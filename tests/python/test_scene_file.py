@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import scene_file, shapes
-from surflux.patterns import PATTERNS
-from surflux.scene_object import SHAPES
-from surflux.solve_options import OPTIONS
+from surflux.scenes import scene_file, shapes
+from surflux.scenes.options import OPTIONS
+from surflux.scenes.patterns import PATTERNS
+from surflux.scenes.scene_object import SHAPES
 
 DATA = Path(__file__).parents[2] / "data"
 FLOOR = '[[object]]\nshape = "rectangle"\npatches = 4\n'
@@ -138,7 +138,9 @@ def test_camera_and_solve(load):
 
 def test_files_come_from_the_environment_and_beside_the_scene(tmp_path, monkeypatch, load):
     seen = []
-    monkeypatch.setattr("surflux.files.read", lambda path: seen.append(Path(path)) or shapes.sphere(42), raising=False)
+    monkeypatch.setattr(
+        "surflux.scenes.scene_object.read", lambda path: seen.append(Path(path)) or shapes.sphere(42), raising=True
+    )
     (tmp_path / "a").mkdir()
     for name in ("cloud.ply", "a/cloud.ply"):
         (tmp_path / name).touch()

@@ -8,7 +8,7 @@ import surflux as sf
 from estimates import DEFAULT, Estimated
 from fresh_rays import starts
 from scenes import patch, solve_own, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 SUN = sf.DirectionalLight([0.3, 0.2, -1.0], 3.0)
 SIDE = 1e-3  # of a lamp at height 1 over the middle of a floor

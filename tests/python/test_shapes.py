@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import patterns, shapes
-from surflux.transform import make_transform
+from surflux.scenes import patterns, shapes
+from surflux.scenes.transform import make_transform
 
 
 @pytest.mark.parametrize("inward", [False, True])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import shapes
-from surflux.files import read_mesh
-from surflux.sheets import sheet_faces
+from surflux.geometry.meshes import read_mesh
+from surflux.geometry.sheets import sheet_faces
+from surflux.scenes import shapes
 
 
 def together(*meshes):

@@ -52,7 +52,7 @@ def test_all_of_it_comes_back(solved, tmp_path):
 def test_an_error_that_was_not_estimated_comes_back(solved, tmp_path):
     s = solved.surfels
     indices = {"parents": solved.parents, "objects": solved.objects}
-    bare = sf.solution.Solution(s, **indices, **{name: getattr(solved, name) for name in ARRAYS})
+    bare = sf.Solution(s, **indices, **{name: getattr(solved, name) for name in ARRAYS})
     bare.save(tmp_path / "bare.ply")
     back = sf.load_solution(tmp_path / "bare.ply")
     assert math.isnan(back.error)

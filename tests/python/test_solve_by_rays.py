@@ -6,7 +6,7 @@ import pytest
 import surflux as sf
 from cases.builders import cloud_room
 from scenes import ball_inside, cube_inside, patch, rms, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 PER_ITERATION = {
     *("iteration", "surfels", "cut", "refined", "inserted", "links", "rays", "channels", "applications", "residual"),

@@ -6,7 +6,7 @@ import pytest
 import surflux as sf
 from cases.builders import ball
 from scenes import ball_inside, cube_inside, rms, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 UP = [0.0, 0.0, 1.0]
 LAMP = sf.AreaLight([0.35, 0.35, 0.99], [0, 0.3, 0], [0.3, 0, 0], [6.0, 5.0, 4.0])

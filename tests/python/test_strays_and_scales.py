@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from scenes import rms, surfels_of
-from surflux import shapes
+from surflux.scenes import shapes
 
 # Powers of 2 scale float64 without rounding, so that the same computation is done: 1.4e-20, 9.1e-13, 1.8e13, 7.0e13.
 SCALES = [2.0**-66, 2.0**-40, 2.0**44, 2.0**46]

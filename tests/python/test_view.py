@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import view_window, viewer
-from surflux.subject import Subject
-from surflux.view_colors import member_colors, names_of
+from surflux.drawing import plots
+from surflux.drawing.colors import member_colors
+from surflux.viewing.properties import names_of
+from surflux.viewing.subject import Subject
+from surflux.viewing.window import INSERTED, SceneView
 
 SIZE = (600, 600)
 # Looking down from 4: 150 pixels make one unit at z = 0.
@@ -18,7 +20,7 @@ STYLES = ("disks", "splats", "points")
 
 
 def shot(view):
-    with viewer.quiet_vtk():
+    with plots.quiet_vtk():
         view.plotter.render()
         return view.plotter.screenshot(return_img=True).astype(int)
 
@@ -29,8 +31,8 @@ def window():
     views = []
 
     def make(thing, camera=ABOVE, values=None, **options):
-        with viewer.quiet_vtk():
-            view = view_window.SceneView(Subject(thing, values), **({"size": SIZE, "off_screen": True} | options))
+        with plots.quiet_vtk():
+            view = SceneView(Subject(thing, values), **({"size": SIZE, "off_screen": True} | options))
             views.append(view)
             view.frame(camera)
         return view
@@ -189,7 +191,7 @@ def test_inserted_surfels_are_marked(window):
     )
     solution = sf.solve(sf.Scene([floor, blocker], [sf.PointLight([0, 0, 1.5], 10)]))
     view = window(solution)
-    orange = view_window.INSERTED
+    orange = INSERTED
     assert not is_color(shot(view), orange).any()
     view.mark_inserted(True)
     image = shot(view)

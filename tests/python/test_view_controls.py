@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import view_controls, viewer, viewing
+from surflux.drawing import plots
+from surflux.viewing import controls, viewer
 from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, shot, window
 
 __all__ = ["lit", "window"]  # fixtures
@@ -15,10 +16,10 @@ def listening(window):
     def make(thing, **options):
         given = {name: options.pop(name, None) for name in ("start", "write", "export")}
         view = window(thing, **options)
-        with viewer.quiet_vtk():
-            controls = view_controls.listen(view, **given)
+        with plots.quiet_vtk():
+            heard = controls.listen(view, **given)
         shot(view)  # until it is drawn it takes no events
-        return view, controls
+        return view, heard
 
     return make
 
@@ -44,14 +45,14 @@ def test_every_key_changes_the_picture_or_says_why_not(listening, lit):
 
 
 def test_keys_are_listed(listening, lit):
-    view, controls = listening(lit)
+    view, heard = listening(lit)
     before = shot(view)
     press(view, "h")
     assert (np.abs(shot(view) - before).max(axis=2) > 60).sum() > 2000
     press(view, "h")
     assert np.abs(shot(view) - before).max() <= 1
-    named = set(view_controls.KEYS) | {"C", "-", "["}
-    assert named == set(controls.keys) | {"q"}
+    named = set(controls.KEYS) | {"C", "-", "["}
+    assert named == set(heard.keys) | {"q"}
 
 
 def test_keys_go_through_colours_styles_and_light(listening, lit):
@@ -79,13 +80,13 @@ def test_keys_go_through_colours_styles_and_light(listening, lit):
 
 
 def test_without_a_solution_keys_of_light_say_so(listening):
-    view, controls = listening(pair())
+    view, heard = listening(pair())
     before = shot(view)
     for key in "dk":
         press(view, key)
         assert (np.abs(shot(view) - before).max(axis=2) > 60)[480:540].sum() > 50  # words
-    assert "exposure" not in controls.sliders
-    assert "zeta" not in controls.sliders
+    assert "exposure" not in heard.sliders
+    assert "zeta" not in heard.sliders
 
 
 def drag_slider(view, slider, value):
@@ -108,17 +109,17 @@ def drag_slider(view, slider, value):
 
 
 def test_sliders_are_dragged(listening, lit):
-    view, controls = listening(lit)
-    drag_slider(view, controls.sliders["exposure"], -3.0)
+    view, heard = listening(lit)
+    drag_slider(view, heard.sliders["exposure"], -3.0)
     assert view.stops == pytest.approx(-3.0, abs=0.8)  # its knob has a width
     dark = shot(view)[250:350, 250:350].mean()
     press(view, "+")
     assert shot(view)[250:350, 250:350].mean() > dark + 5
-    drag_slider(view, controls.sliders["level"], 2)
+    drag_slider(view, heard.sliders["level"], 2)
     assert (view.color, view.level) == ("group", 2)
     view.set_color("cut")
     cut = view.subject.solution.history[-1]["cut"]
-    drag_slider(view, controls.sliders["zeta"], -1.0)
+    drag_slider(view, heard.sliders["zeta"], -1.0)
     assert view.zeta == pytest.approx(0.1, rel=0.7)
     assert view.note.startswith("solved with zeta 0.")
     assert view.subject.solution.history[-1]["cut"] <= cut
@@ -130,7 +131,7 @@ def test_the_camera_is_written_into_the_scene(listening, tmp_path):
     text = '# A room.\n[[object]]\nshape = "room"  # six walls\n\n[[light]]\ntype = "environment"\nradiance = 1.0\n'
     path.write_text(text)
     scene = sf.load_scene(path)
-    view, _ = listening(scene, write=viewing.camera_writer(None, path))
+    view, _ = listening(scene, write=viewer.camera_writer(None, path))
     view.frame(sf.Camera([0.5, -2.0, 0.5], [0.5, 0.5, 0.5], fov=40))
     press(view, "w")
     assert path.read_text().startswith(text)
@@ -144,18 +145,18 @@ def test_the_camera_is_written_into_a_solution(listening, lit, tmp_path):
     solution = sf.load_solution(tmp_path / "a.ply")
     view, _ = listening(solution)
     view.frame(sf.Camera([1, 2, 3], [0, 0, 0], fov=33))
-    said = viewing.camera_writer(view, tmp_path / "a.ply")(view.camera())
+    said = viewer.camera_writer(view, tmp_path / "a.ply")(view.camera())
     assert said == f"the camera is in {tmp_path / 'a.ply'} now"
     back = sf.load_solution(tmp_path / "a.ply")
     assert back.camera.eye == pytest.approx([1, 2, 3])
     assert np.array_equal(back.radiosity, solution.radiosity)
     view, _ = listening(pair())
-    assert "holds neither a scene nor a solution" in viewing.camera_writer(view, "b.ply")(ABOVE)
-    assert viewing.camera_writer(view, None) is None
+    assert "holds neither a scene nor a solution" in viewer.camera_writer(view, "b.ply")(ABOVE)
+    assert viewer.camera_writer(view, None) is None
 
 
 def test_a_camera_that_cannot_be_written_is_said(listening, tmp_path):
-    view, _ = listening(pair(), write=viewing.camera_writer(None, tmp_path / "none.toml"))
+    view, _ = listening(pair(), write=viewer.camera_writer(None, tmp_path / "none.toml"))
     before = shot(view)
     press(view, "w")
     assert (np.abs(shot(view) - before).max(axis=2) > 60)[480:540].sum() > 50
@@ -164,10 +165,13 @@ def test_a_camera_that_cannot_be_written_is_said(listening, tmp_path):
 def test_x_exports_what_is_shown(listening, lit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     view, _ = listening(lit)
-    said = viewing.page_writer(view, "room.toml")(view.camera())
+    said = viewer.page_writer(view, "room.toml")(view.camera())
     assert (tmp_path / "room.html").is_file()
     assert said.startswith(f"{tmp_path}/room.html: ")
     assert '"radiosity"' in (tmp_path / "room.html").read_text()
+    (tmp_path / "room.html").write_text("kept")
+    assert "room-2.html" in viewer.page_writer(view, "room.toml")(view.camera())
+    assert (tmp_path / "room.html").read_text() == "kept"
 
 
 def test_the_size_of_the_window_is_the_picture(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import viewer
+from surflux.drawing import plots
 
 SQUARE = ([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]])
 RED, GREEN = [0.8, 0.0, 0.0], [0.0, 0.8, 0.0]
@@ -16,7 +16,7 @@ BELOW = ABOVE | {"eye": (0, 0, -4)}
 def picture(tmp_path, s, view=ABOVE, color="reflectance", **options):
     from PIL import Image
 
-    path = viewer.plot(
+    path = plots.plot(
         s, color=color, screenshot=tmp_path / "a.png", camera=sf.Camera(**view), size=(200, 200), **options
     )
     return np.asarray(Image.open(path).convert("RGB")).astype(int)
@@ -101,10 +101,12 @@ def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeyp
     path = pair().plot()
     assert path.read_bytes()[:4] == b"\x89PNG"
     said = capfd.readouterr()
-    assert said.err == f"surflux: there is no display, so the picture goes to {tmp_path}/surflux_view.png\n"
+    assert said.err == f"surflux: there is no display, so the picture goes to {path}\n"
     assert said.out == ""
+    assert pair().plot() != path
+    assert list(tmp_path.iterdir()) == []  # the working folder is the user's
     monkeypatch.setenv("DISPLAY", ":0")
-    assert viewer.has_display()
+    assert plots.has_display()
 
 
 def test_a_picture_without_a_folder(tmp_path):
@@ -114,7 +116,7 @@ def test_a_picture_without_a_folder(tmp_path):
 
 def test_values_must_fit(tmp_path):
     with pytest.raises(ValueError, match=r"^level: wanted shape \(2,\) or \(2, 3\) for 2 surfels, got \(3,\)"):
-        viewer.plot(pair(), color="level", values={"level": [1, 2, 3]}, screenshot=tmp_path / "a.png")
+        plots.plot(pair(), color="level", values={"level": [1, 2, 3]}, screenshot=tmp_path / "a.png")
     with pytest.raises(
         ValueError, match=r"^color: wanted one of area, coverage, emission, normal, radius, reflectance, .*got 'level'"
     ):
@@ -124,7 +126,7 @@ def test_values_must_fit(tmp_path):
 def test_the_polygons_of_disks_face_along_the_normals():
     normals = np.random.default_rng(0).normal(size=(50, 3))
     s = sf.Surfels(np.zeros((50, 3)), normals, radii=np.linspace(1, 2, 50))
-    mesh = viewer.disks(s)
+    mesh = plots.disks(s)
     rims = mesh.points.reshape(50, 16, 3)
     assert np.linalg.norm(rims, axis=2) == pytest.approx(np.repeat(s.radii[:, None], 16, axis=1), rel=1e-6)
     turn = np.cross(rims[:, 0], rims[:, 1])
@@ -135,4 +137,4 @@ def test_the_polygons_of_disks_face_along_the_normals():
 def test_very_many_disks_have_fewer_corners():
     n = 100_001
     s = sf.Surfels(np.zeros((n, 3)), np.tile([0.0, 0, 1], (n, 1)), radii=1)
-    assert viewer.disks(s).n_points == 6 * n
+    assert plots.disks(s).n_points == 6 * n

@@ -1,0 +1,44 @@
+"""Files that appear whole or not at all."""
+
+import os
+from pathlib import Path
+
+from surflux._core import FileError
+
+
+def file_error(path, reason):
+    """The FileError of a whole file."""
+    return FileError(f"{os.fsdecode(path)}: {reason}")
+
+
+def require_folder(path, folder):
+    """Refuses a path whose folder is not there."""
+    if not folder.is_dir():
+        raise FileError(f"{path}: cannot be written: there is no folder {folder}")
+
+
+def write_whole(path, data):
+    """Writes bytes beside `path` and renames: a file that is there is replaced whole or not at all, and keeps its mode.
+
+    Raises FileError.
+    """
+    real = Path(os.path.realpath(path))
+    require_folder(path, real.parent)
+    beside = real.with_name(unfinished_name(real))
+    try:
+        with open(beside, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # some file systems say only here that there is no room
+        if real.exists():
+            os.chmod(beside, real.stat().st_mode & 0o7777)
+        os.replace(beside, real)
+    except OSError as error:
+        raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def unfinished_name(path):
+    """The name of a file beside `path` until it is whole; the same suffix, and no longer than names may be."""
+    return f".{path.stem[:40]}-{os.getpid()}.part{path.suffix[:40]}"

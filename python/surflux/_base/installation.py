@@ -1,0 +1,48 @@
+"""What this installation is made of."""
+
+import os
+import platform
+
+import numpy as np
+
+from surflux import _core
+
+VERSION = "0.1.0"
+
+
+class Info(dict):
+    """A dict that prints as a table."""
+
+    def __str__(self):
+        width = max(len(key) for key in self)
+        return "\n".join(f"{key:<{width}}  {value}" for key, value in self.items())
+
+    __repr__ = __str__
+
+
+def info():
+    """Versions, GL device and driver, instruction set and threads, as a dict that prints as a table.
+
+    Keys: "surflux", "python", "numpy", one per library of the core, "GL" (the device and driver, or the reason why
+    there is none), "instruction set", "threads".
+
+    >>> import surflux as sf
+    >>> sf.info()["surflux"] == sf.__version__
+    True
+    """
+    found = Info({"surflux": VERSION, "python": platform.python_version(), "numpy": np.__version__})
+    found.update(_core.versions())
+    found["GL"] = _gl()
+    found["instruction set"] = _core.instruction_set()
+    found["threads"] = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return found
+
+
+def _gl():
+    try:
+        gl = _core.gl_info()
+    except _core.DeviceError as error:
+        return f"none ({error})"
+    if isinstance(gl, dict):
+        return ", ".join(f"{key} {value}" for key, value in gl.items())
+    return str(gl)

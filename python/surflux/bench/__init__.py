@@ -1,0 +1,1 @@
+"""Measuring: seconds beside errors."""

@@ -1,0 +1,173 @@
+"""`surflux bench`: seconds and errors of every pass on the machine at hand, in one table.
+
+Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
+against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
+what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to a million (`scale`),
+with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`).
+"""
+
+import argparse
+import json
+import math
+import os
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import surflux as sf
+from surflux._base import check
+from surflux._base.files import require_folder
+from surflux.bench import cases, factors, scenes
+
+
+def main(arguments=None):
+    """Measures what is asked for, prints the table, and returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="surflux bench",
+        description="Seconds and errors on this machine: of every pass, one case after another; or, with one of the "
+        "options below, one thing in detail.",
+    )
+    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
+    parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
+    parser.add_argument("--scale", action="store_true", help="from 4000 surfels to a million: seconds, memory, errors")
+    parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
+    parser.add_argument("--areas", action="store_true", help="effective areas alone")
+    parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick, --full or --scale: only this")
+    parser.add_argument(
+        "--paths",
+        type=int,
+        metavar="N",
+        help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
+        "(default: 8192), --full (default: 65536) and --scale (default: 16384)",
+    )
+    parser.add_argument("--cache", metavar="FOLDER", help="with --scale: keep reference values there")
+    parser.add_argument("--list", action="store_true", help="print the names of the cases, or of the scenes")
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
+    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
+    parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
+    parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full, --scale or --areas: the curves")
+    options = parser.parse_args(arguments)
+    kind = _kind(options)
+    _check_options(options, kind)
+    if options.list:
+        print("\n".join(_scenes(kind) or cases.CASES))
+        return 0
+    if kind == "areas":
+        from surflux.bench import areas
+
+        areas.main(options.repeats, options.threads, options.markdown, options.json, options.plot, heading())
+        return 0
+    run = {"quick": _solvers, "full": _solvers, "scale": _scale, "reference": _reference, "cases": _cases}[kind]
+    rows, text = run(options)
+    text = heading() + text
+    print(text)
+    if options.markdown:
+        Path(options.markdown).write_text(text + "\n")
+    if options.json:
+        found = {"machine": dict(sf.info()), "rows": [asdict(row) for row in rows]}
+        Path(options.json).write_text(json.dumps(found, indent=2) + "\n")
+    return 0 if all(getattr(row, "passes", True) for row in rows) else 1
+
+
+def _kind(options):
+    """What is asked for: "quick", "full", "scale", "reference", "areas", or "cases" where none of these is."""
+    chosen = [kind for kind in ("quick", "full", "scale", "reference", "areas") if getattr(options, kind)]
+    if len(chosen) > 1:
+        raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
+    return chosen[0] if chosen else "cases"
+
+
+def _check_options(options, kind):
+    if options.repeats < 1:
+        raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
+    if options.plot and kind not in ("quick", "full", "scale", "areas"):
+        raise ValueError("--plot: goes with --quick, --full, --scale or --areas")
+    if options.case and kind != "cases":
+        raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
+    if options.paths is not None:
+        if kind not in ("quick", "full", "scale", "reference"):
+            raise ValueError("--paths: goes with --quick, --full, --scale or --reference")
+        check.count("--paths", options.paths, 1024)
+    for name in filter(None, (options.markdown, options.json, options.plot)):
+        require_folder(name, Path(name).parent)
+    if options.cache and kind != "scale":
+        raise ValueError("--cache: goes with --scale")
+    if options.scene and not _scenes(kind):
+        raise ValueError("--scene: goes with --quick, --full or --scale")
+    for option, names in (("case", cases.CASES), ("scene", _scenes(kind))):
+        for name in getattr(options, option) or ():
+            if name not in names:
+                raise ValueError(f"--{option}: there is no {name!r}; --list names them all")
+
+
+def _scenes(kind):
+    """The names of the scenes of a kind of table that has scenes."""
+    if kind == "scale":
+        from surflux.bench import scale
+
+        return tuple(scale.SCENES)
+    return scenes.NAMES if kind in ("quick", "full") else ()
+
+
+def _cases(options):
+    rows = []
+    for name in options.case or cases.CASES:
+        needs_data, run = cases.CASES[name]
+        reason = scenes.why_not(name)
+        if needs_data and not os.environ.get("SURFLUX_DATA"):
+            reason = scenes.NO_SCANS
+        if name == factors.NAME:
+            reason = factors.why_not()
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+            continue
+        print(f"bench: {name}", file=sys.stderr)
+        rows.append(cases.measure(name, run, options.repeats, options.threads))
+    return rows, cases.table(rows)
+
+
+def _solvers(options):
+    """Scenes x solvers x knobs."""
+    from surflux.bench import solvers
+    from surflux.bench.truth import PATHS_A_ROUND
+
+    names = []
+    for name in options.scene or scenes.NAMES:
+        reason = scenes.why_not(name)
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+        else:
+            names.append(name)
+    mode = solvers.QUICK if options.quick else solvers.FULL
+    if options.paths is not None:
+        mode = replace(mode, rounds=math.ceil(options.paths / PATHS_A_ROUND))
+    rows = solvers.measure(mode, names, options.repeats, options.threads)
+    if options.plot:
+        from surflux.bench import plot
+
+        plot.draw(rows, options.plot)
+    return rows, solvers.table(rows)
+
+
+def _scale(options):
+    from surflux.bench import plot, scale
+
+    names = options.scene or scale.SCENES
+    rows = scale.measure(names, options.repeats, options.threads, options.cache, options.paths)
+    if options.plot:
+        plot.draw_growth(rows, options.plot)
+    return rows, scale.table(rows)
+
+
+def _reference(options):
+    from surflux.bench import reference
+
+    rows = reference.measure(options.threads, options.paths or 4096)
+    return rows, reference.table(rows)
+
+
+def heading():
+    found = sf.info()
+    return f"{found['threads']} threads, {found['instruction set']}, Embree {found['Embree']}, GL: {found['GL']}\n\n"

@@ -1,0 +1,365 @@
+"""The command line, `surflux`."""
+
+import argparse
+import json
+import math
+import os
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import surflux as sf
+from surflux._base import check
+from surflux._base.files import require_folder
+from surflux.cli.options import command_line
+from surflux.pictures.animation import check_target
+from surflux.pictures.camera import framing
+from surflux.scenes.coincidence import coincidence_of
+from surflux.scenes.options import TRANSPORTS
+from surflux.solutions.solution_file import holds_solution
+
+# A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
+CLOUD_LIMIT = 1_000_000
+
+
+def main(arguments=None):
+    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments[:1] == ["bench"]:  # has options of its own
+        options = argparse.Namespace(run=_bench, arguments=arguments[1:])
+    else:
+        options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+            _check_options(options)
+            status = options.run(options) or 0
+        sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
+        return status
+    except BrokenPipeError:
+        # Whoever read our output has gone; nothing is left to say, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (OSError, ValueError) as error:  # FileError is an OSError
+        return _fail(error, 2)
+    except (KeyboardInterrupt, sf.Cancelled):
+        return _fail("interrupted", 130)
+    except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
+        return _fail(str(error) or type(error).__name__, 1)
+
+
+def _fail(error, status):
+    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
+    return status
+
+
+def _say(text):
+    print(f"surflux: {text}", file=sys.stderr)
+
+
+def _check_options(options):
+    """Refuses, before any work, what would only be found out after it."""
+    given = {name: value for name, value in vars(options).items() if value is not None}
+    checks = {
+        "thin": lambda name, value: check.count(name, value, 2),
+        "threads": check.count,
+        "samples": lambda name, value: check.count(name, value, 1, 8),
+        "turntable": check.count,
+        "fps": lambda name, value: check.number(name, value, 0.0, 1000.0, low_open=True),
+        "stops": lambda name, value: check.number(name, value, -100.0, 100.0),
+        "smallest": check.count,
+        "seed": check.seed,
+        "tolerance": lambda name, value: check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
+        "pick": lambda name, value: check.count(name, value, 0),
+        "zeta": lambda name, value: check.number(name, value, 0.0, low_open=True),
+        "transport": lambda name, value: check.choice(name, value, TRANSPORTS),
+    }
+    for name, checked in checks.items():
+        if name in given:
+            checked(f"--{name}", given[name])
+    if "viewpoint" in given and _is_scene(options.input):
+        raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
+    if given.get("exposure", "auto") == "auto":
+        options.exposure = None
+    else:
+        try:
+            options.exposure = check.number("--exposure", float(options.exposure), 0.0, low_open=True)
+        except ValueError:
+            raise ValueError(f"--exposure: wanted a number above 0 or auto, got {options.exposure!r}") from None
+    for side in given.get("size", ()):
+        check.count("--size", side, 1, 16384)
+    if "output" in given:
+        output = Path(given["output"])
+        if output.suffix.lower() != ".ply":
+            raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
+        require_folder(output, output.parent)
+
+
+def _solve(options):
+    if options.no_image and options.image:
+        raise ValueError("--no-image: does not go with --image")
+    images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
+    _check_images(images)
+    scene = _scene_to_solve(options)
+    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "transport", "seed", "threads")}
+    if options.no_insert:
+        given["insert"] = False
+    settings = scene.solve_options | {name: value for name, value in given.items() if value is not None}
+    camera = _camera(options, scene.surfels, scene.camera)
+    solution = sf.solve(scene, **settings, progress=True)
+    output = _solve_output(options)
+    solution.save(output)
+    undrawn = _draw(solution, camera, options, images)
+    if undrawn is not None:
+        images = []
+    result = {
+        "input": options.input,
+        "surfels": len(solution.surfels),
+        "area": float(solution.surfels.areas.sum()),
+        "mean_radiosity": [float(v) for v in np.average(solution.radiosity, axis=0, weights=solution.surfels.areas)],
+        "timings": solution.timings,
+        "history": solution.history,
+        "error": solution.error,
+        "output": str(output),
+        "images": [str(image) for image in images],
+    }
+    # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
+    status = 1 if undrawn is not None and options.image else 0
+    if options.json:
+        return _print_json(result) or status
+    rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
+    print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
+    if math.isfinite(solution.error):
+        print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
+    for stage, seconds in solution.timings.items():
+        print(f"  {stage:<16} {seconds:8.3f} s")
+    print(f"solved surfels: {output}")
+    for image in images:
+        print(f"picture: {image}")
+    return status
+
+
+def _draw(solution, camera, options, images):
+    """Writes the pictures of `surflux solve`; where there is no OpenGL, says so and returns why."""
+    try:
+        if images:
+            _write_images(solution, camera, options, images)
+    except sf.DeviceError as error:
+        _say(f"warning: no picture, for {error} (--no-image asks for none)")
+        return error
+    return None
+
+
+def _solve_output(options):
+    return Path(options.output or f"{Path(options.input).stem}_solved.ply")
+
+
+def _scene_to_solve(options):
+    if _is_scene(options.input):
+        if options.thin is not None:
+            raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
+        scene = sf.load_scene(options.input)
+        return scene
+    cloud = _cloud(options)
+    if holds_solution(options.input):
+        raise sf.FileError(
+            f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
+        )
+    limit = CLOUD_LIMIT if options.thin is None else options.thin
+    if len(cloud) > limit:
+        _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
+        cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed)
+    _say("a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides")
+    return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
+
+
+def _cloud(options):
+    return sf.read(options.input, viewpoint=options.viewpoint)
+
+
+def _is_scene(path):
+    return Path(path).suffix.lower() == ".toml"
+
+
+def _area(options):
+    cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else _cloud(options)
+    knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
+    areas = sf.effective_areas(
+        cloud,
+        method=options.method,
+        backend=options.backend,
+        threads=options.threads,
+        progress=True,
+        **{name: value for name, value in knobs.items() if value is not None},
+    )
+    if options.output:
+        cloud.areas = areas
+        cloud.save(options.output)
+    result = {
+        "input": options.input,
+        "surfels": len(cloud),
+        "area": float(areas.sum()),
+        "smallest": float(areas.min()),
+        "largest": float(areas.max()),
+        "method": options.method,
+        "output": options.output,
+    }
+    if options.json:
+        return _print_json(result)
+    print(f"{check.counted(len(cloud), 'surfel')}, area {result['area']:.6g}")
+    print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
+    if options.output:
+        print(f"surfels with areas: {options.output}")
+    return 0
+
+
+def _check_cloud(options):
+    if _is_scene(options.input):
+        if options.output:
+            raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
+        scene = sf.load_scene(options.input)
+    else:
+        scene = sf.Scene([_cloud(options)])
+    cloud = scene.surfels
+    patches = np.zeros(0, np.int64)
+    for one in scene.objects:
+        inward = sf.inward_patches(one, smallest=options.smallest, threads=options.threads, progress=True)
+        patches = np.concatenate([patches, np.where(inward > 0, inward + patches.max(initial=0), 0)])
+    coincident, lines = coincidence_of(scene)
+    sizes = np.bincount(patches)[1:]
+    if options.output:
+        cloud.flipped(patches > 0).save(options.output)
+    largest = [(int(size), cloud.points[patches == k].mean(axis=0)) for k, size in enumerate(sizes[:10], 1)]
+    result = {"input": options.input, "surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
+    if options.json:
+        largest = [{"surfels": size, "center": center} for size, center in largest]
+        return _print_json(result | coincident | {"largest": largest, "output": options.output})
+    for line in lines:
+        print(line)
+    if not len(sizes):
+        print(f"{check.counted(len(cloud), 'surfel')}, none in a patch that points inwards")
+        return 0
+    many = "1 patch" if len(sizes) == 1 else f"{len(sizes)} patches"
+    print(f"{check.counted(len(cloud), 'surfel')}, {sizes.sum()} of them point inwards, in {many}")
+    for size, center in largest:
+        print(f"  {size} around ({', '.join(f'{x:.6g}' for x in center)})")
+    if options.output:
+        print(f"surfels turned round: {options.output}")
+    return 0
+
+
+def _render(options):
+    images = options.image or [_default_image(Path(options.input))]
+    if options.turntable is None:
+        _check_images(images)
+    elif not options.image:
+        raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
+    else:
+        for image in images:
+            check_target(image, "--image")
+    solution = sf.load_solution(options.input)
+    camera = _camera(options, solution.surfels, solution.camera)
+    settings = {
+        "samples": options.samples,
+        "background": options.background,
+        "culling": not options.both_sides,
+        "threads": options.threads,
+    }
+    if options.turntable is None:
+        _write_images(solution, camera, options, images, **settings)
+    else:
+        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+        cameras = sf.turntable(camera, options.turntable)
+        images = [
+            path
+            for image in images
+            for path in solution.animate(
+                cameras, image, options.size, fps=options.fps, progress=True, **tone, **settings
+            )
+        ]
+    if options.json:
+        return _print_json({"input": options.input, "images": [str(image) for image in images]})
+    print("\n".join(f"picture: {image}" for image in images))
+    return 0
+
+
+def _default_image(output):
+    return output.with_suffix(".png")
+
+
+def _check_images(images):
+    for image in map(Path, images):
+        if image.suffix.lower() not in (".exr", ".png", ".hdr"):
+            raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
+        require_folder(image, image.parent)
+
+
+def _write_images(solution, camera, options, images, **settings):
+    """Each picture in the format of its name; only EXR has room for what the light is made of."""
+    all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
+    layers = solution.render(camera, size=options.size, layers=all_of_it or ["radiance"], progress=True, **settings)
+    for image in images:
+        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+        sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
+
+
+def _camera(options, surfels, default):
+    """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
+    if default is None:
+        default = framing(surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
+    chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
+    return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
+
+
+def _view(options):
+    from surflux.cli import view
+
+    return view.run(options, _camera)
+
+
+def _bench(options):
+    from surflux.bench import command
+
+    return command.main(options.arguments)
+
+
+def _info(options):
+    found = sf.info()
+    if options.json:
+        return _print_json(found)
+    print(found)
+    return 0
+
+
+def _print_json(result):
+    print(json.dumps(_plain(result), indent=2, allow_nan=False))
+    return 0
+
+
+def _plain(value):
+    """value in the types that JSON has, which do not include NaN."""
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
+
+
+RUNS = {
+    "solve": _solve,
+    "area": _area,
+    "check": _check_cloud,
+    "render": _render,
+    "view": _view,
+    "bench": _bench,
+    "info": _info,
+}
+
+if __name__ == "__main__":
+    sys.exit(main())

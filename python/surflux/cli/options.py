@@ -1,0 +1,144 @@
+"""What the commands of `surflux` take."""
+
+import argparse
+
+import surflux as sf
+
+
+def command_line(runs, cloud_limit):
+    """The parser of all commands; `runs` says by name which function runs one: it becomes `run` of the options."""
+    parser = argparse.ArgumentParser(prog="surflux", description="Diffuse global illumination directly on points.")
+    parser.add_argument("--version", action="version", version=f"surflux {sf.__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(name, text):
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=runs[name])
+        return sub
+
+    solve = command("solve", "Solve a scene file, or a point cloud under a plain sky.")
+    solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
+    solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
+    solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {cloud_limit})")
+    solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
+    solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
+    solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
+    solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
+    solve.add_argument("--seed", type=int, help="of everything random")
+    _viewpoint_option(solve)
+    _image_options(solve)
+    solve.add_argument("--no-image", action="store_true", help="draw no picture")
+    _common_options(solve)
+
+    area = command("area", "Effective areas of a point cloud.")
+    area.add_argument("input", metavar="CLOUD")
+    area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
+    area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
+    area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
+    area.add_argument("--kappa", type=float, help="how fast a surfel's share falls with distance (default: 3)")
+    area.add_argument("--resolution", type=int, metavar="N", help="samples across a disk (default: 32)")
+    area.add_argument("--epsilon", type=float, help="cosine between normals of one surface (default: 0.8)")
+    _viewpoint_option(area)
+    _common_options(area)
+
+    check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
+    check.add_argument("input", metavar="SCENE|CLOUD")
+    check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
+    check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
+    _viewpoint_option(check)
+    _common_options(check)
+
+    render = command("render", "Pictures of a solved file.")
+    render.add_argument("input", metavar="OUT.ply")
+    _image_options(render)
+    render.add_argument(
+        "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
+    )
+    render.add_argument("--background", type=_color, default=0.0, metavar="R,G,B", help="radiance where nothing is")
+    render.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
+    text = "N cameras around what it looks at: --image is a film (.mp4, .gif) then, or a pattern, frames/%%04d.png"
+    render.add_argument("--turntable", type=int, metavar="N", help=text)
+    render.add_argument("--fps", type=float, default=25.0, help="frames of a film in a second (default: 25)")
+    _common_options(render)
+
+    view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
+    view.add_argument("input", metavar="FILE", help="a scene (.toml), points or a solution (.ply), or a mesh")
+    view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
+    view.add_argument("--export", metavar="OUT.html", help="write a page that any browser shows by itself")
+    view.add_argument(
+        "--color",
+        help="radiosity, irradiance, direct, indirect, emission, reflectance, normal, radius, area, "
+        "coverage, level, object, parent, group, cut: those that there are; c goes on",
+    )
+    view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on")
+    view.add_argument("--light", default="all", help="of radiosity and irradiance: all (default), direct or indirect")
+    view.add_argument("--stops", type=float, default=0.0, metavar="N", help="0 shows the brightest percent white")
+    view.add_argument("--level", type=int, default=0, help="of the hierarchy, for --color group: 0 is the finest")
+    view.add_argument("--inserted", action="store_true", help="mark inserted surfels")
+    view.add_argument("--pick", type=int, metavar="INDEX", help="the surfel to pick")
+    view.add_argument("--no-solve", action="store_true", help="show a scene as it is")
+    view.add_argument("--zeta", type=float, help="solve a scene with this zeta (default: the scene's)")
+    view.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
+    view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
+    view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
+    view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    _viewpoint_option(view)
+    _camera_options(view)
+
+    command("bench", "Seconds and errors of every stage on this machine.")
+
+    info = command("info", "What this installation is made of.")
+    info.add_argument("--json", action="store_true", help="print results for programs")
+    return parser
+
+
+def _viewpoint_option(parser):
+    text = "where a cloud was scanned from: estimated normals point there"
+    parser.add_argument("--viewpoint", type=_vector, metavar="X,Y,Z", help=text)
+
+
+def _common_options(parser):
+    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
+    parser.add_argument("--json", action="store_true", help="print results for programs; progress goes to stderr")
+
+
+def _image_options(parser):
+    text = "write a picture; again for more (default: next to the output, .png)"
+    parser.add_argument("--image", action="append", metavar="OUT.exr|OUT.png", help=text)
+    parser.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
+    parser.add_argument("--exposure", metavar="FACTOR|auto", help="of .png: factor on radiance (default: auto)")
+    parser.add_argument("--stops", type=float, default=0.0, help="of .png: so many times twice as bright")
+    parser.add_argument("--linear", action="store_true", help="of .png: cut highlights off instead of bending them")
+    _camera_options(parser)
+
+
+def _camera_options(parser):
+    parser.add_argument("--eye", type=_vector, metavar="X,Y,Z", help="where the camera stands")
+    parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
+    parser.add_argument(
+        "--up",
+        type=_vector,
+        metavar="X,Y,Z",
+        help="what is up in the picture; the default camera turns with it (default: 0,0,1)",
+    )
+    parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
+
+
+def _vector(text):
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
+    return (x, y, z)
+
+
+def _color(text):
+    return float(text) if "," not in text else _vector(text)
+
+
+def _size(text):
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"wanted WIDTHxHEIGHT, such as 800x600, got {text!r}") from None
+    return (width, height)

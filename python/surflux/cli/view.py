@@ -1,0 +1,107 @@
+"""What `surflux view` does."""
+
+import sys
+from pathlib import Path
+
+import surflux as sf
+from surflux._base import check
+from surflux._base.files import require_folder
+from surflux.solutions.solution_file import NO_SOLUTION
+from surflux.viewing.page import page_path
+
+
+def thing_of(options):
+    """(what a file holds, as Surfels, Scene or Solution; whether w may write a camera into it).
+
+    A scene is solved, unless --no-solve says otherwise.
+    """
+    path = Path(options.input)
+    if path.suffix.lower() == ".toml":
+        scene = sf.load_scene(path)
+        if options.no_solve or options.areas:
+            return scene, True
+        zeta = {} if options.zeta is None else {"zeta": options.zeta}
+        return sf.solve(scene, **(scene.solve_options | zeta), progress=True), True
+    if options.mesh or path.suffix.lower() != ".ply":
+        return sf.Surfels.from_mesh(path, reflectance=None), False
+    try:
+        return sf.load_solution(path), True
+    except sf.FileError as error:
+        if NO_SOLUTION not in str(error):
+            raise
+    return sf.read(path, viewpoint=options.viewpoint), False
+
+
+def refuse_options(options):
+    """Refuses, before any work, options that do not go together."""
+    scene = Path(options.input).suffix.lower() == ".toml"
+    if options.zeta is not None and (not scene or options.no_solve):
+        raise ValueError("--zeta: goes with a scene that is solved")
+    if options.method is not None and not options.areas:
+        raise ValueError("--method: goes with --areas")
+    if options.export is not None:
+        if options.screenshot is not None:
+            raise ValueError("--export: wanted without --screenshot")
+        require_folder(options.export, page_path("--export", options.export).parent)
+
+
+def run(options, camera_of):
+    """One `surflux view`; camera_of(options, surfels, default) makes the camera of the command line."""
+    refuse_options(options)
+    thing, keeps_camera = thing_of(options)
+    surfels = thing if isinstance(thing, sf.Surfels) else thing.surfels
+    camera = None if isinstance(thing, sf.Surfels) else thing.camera
+    chosen = (options.eye, options.target, *(() if options.areas else (options.up, options.fov)))
+    if options.pick is not None and options.areas:
+        camera = None  # close to the surfel, unless told otherwise
+    if camera is not None or any(v is not None for v in chosen):
+        camera = camera_of(options, surfels, camera)
+    if options.areas:
+        path = surfels.plot_areas(
+            options.pick,
+            color=options.color or "coverage",
+            method=options.method,
+            progress=True,
+            screenshot=options.screenshot,
+            camera=camera,
+            up=options.up,
+            size=options.size,
+        )
+    elif options.export is not None:
+        title = getattr(thing, "name", "") or Path(options.input).stem
+        page = sf.Page(thing, colors=colors_of_page(options.color, thing), camera=camera, title=title)
+        path = page.save(options.export)
+        print(f"page: {path} ({path.stat().st_size / 1e6:.1f} MB, {check.counted(len(surfels), 'surfel')})")
+        return 0
+    else:
+        path = sf.view(
+            thing,
+            color=options.color,
+            style=options.style,
+            light=options.light,
+            stops=options.stops,
+            level=options.level,
+            inserted=options.inserted,
+            pick=options.pick,
+            camera=camera,
+            size=options.size,
+            screenshot=options.screenshot,
+            file=options.input if keeps_camera else None,
+        )
+    if path is not None:
+        print(f"picture: {path}")
+    sys.stdout.flush()
+    return 0
+
+
+def colors_of_page(color, thing):
+    """The usual colours of a page, the one that was asked for first."""
+    from surflux.viewing.page import USUAL
+    from surflux.viewing.properties import names_of
+    from surflux.viewing.subject import Subject
+
+    if color is None:
+        return None
+    there = names_of(Subject(thing))
+    check.choice("color", color, there)
+    return [color, *(name for name in USUAL if name in there and name != color)]

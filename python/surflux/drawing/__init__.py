@@ -1,0 +1,1 @@
+"""Surfels on the screen: colours, glyphs, plots, the window that inspects areas."""

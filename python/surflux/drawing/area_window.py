@@ -1,0 +1,282 @@
+"""Looking at effective areas: disks in colours, a histogram, and who shares the disk of a picked surfel."""
+
+import numpy as np
+
+from surflux._base import check
+from surflux.drawing import sharing
+from surflux.drawing.area_panel import MAIN, Panel, closed_line
+from surflux.drawing.colors import screen_bytes, surface_property
+from surflux.drawing.glyphs import disk_corners, polygons, rings
+from surflux.drawing.plots import camera_or_none, destination, quiet_vtk, window_size
+from surflux.geometry.areas import METHODS, effective_areas
+
+COLORS = {"c": "coverage", "a": "area", "d": "radius", "n": "normal"}  # by key: VTK itself takes r
+TITLES = {
+    "coverage": "area / disk area",
+    "area": "effective area",
+    "radius": "disk radius",
+    "normal": "normal n as red, green, blue: (n + 1) / 2",
+}
+KEYS = "click or p: pick   f: fly there\n" + "   ".join(f"{key}: {color}" for key, color in COLORS.items())
+_SLOPE = 0.4  # of the cones
+_MANY = 100
+_LEAST = 0.015  # part of the disk that is worth a number
+
+
+def plot_areas(
+    s,
+    pick=None,
+    *,
+    color="coverage",
+    method=None,
+    progress=False,
+    screenshot=None,
+    camera=None,
+    up=None,
+    size=(800, 600),
+):
+    """See Surfels.plot_areas.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[x, y, 0] for y in range(9) for x in range(9)], normals=[[0, 0, 1]] * 81)
+    >>> s.plot_areas(pick=40, screenshot="areas.png", size=(400, 300)).name
+    'areas.png'
+    """
+    size = window_size(size)
+    check.choice("color", color, tuple(COLORS.values()))
+    if method is not None:
+        check.choice("method", method, METHODS)
+    if pick is not None:
+        pick = check.count("pick", pick, 0, len(s) - 1)
+    camera_or_none(camera)
+    path = destination(screenshot)
+    areas = s.areas if method is None else None
+    method = method or "curved"
+    if areas is None:
+        areas = effective_areas(s, method=method, progress=progress)
+    with quiet_vtk():
+        view = AreaView(s, areas, method, size, off_screen=path is not None)
+        try:
+            view.show_color(color)
+            view.pick(pick)
+            view.frame(camera, (0.0, 0.0, 1.0) if up is None else check.direction("up", up))
+            if path is None:
+                view.listen()
+                view.plotter.show()
+            else:
+                view.plotter.screenshot(path)
+        finally:
+            view.plotter.close()
+    return path
+
+
+class AreaView:
+    """The window of plot_areas.
+
+    Args:
+        s: Surfels.
+        areas: (n,) of theirs, in the square of the unit of the points.
+        method: how the shares of a picked surfel are made, as effective_areas takes it.
+        size: (width, height) in pixels.
+        off_screen: True to draw without a window.
+    """
+
+    def __init__(self, s, areas, method, size, off_screen):
+        self.surfels, self.areas, self.method = s, areas, method
+        self.picked = None
+        # As in viewer.plot: around the origin single precision serves survey coordinates too.
+        self.origin = (s.points.min(axis=0) + s.points.max(axis=0)) / 2
+        self._centers = s.points - self.origin
+        self._mesh = self._cones(np.arange(len(s)))
+        self._panel = Panel(s, areas, size, off_screen)
+        self.plotter = self._panel.plotter
+        self._renderer = self.plotter.renderers[MAIN]
+        self._close_up = None
+        self._up = np.array([0.0, 0.0, 1.0])
+        self._renderer.AddObserver("ResetCameraClippingRangeEvent", self._cut)
+
+    def show_color(self, color):
+        """Colours the disks by "coverage", "area", "radius" or "normal"."""
+        shown = surface_property(self.surfels, color, {"area": self.areas})
+        is_number, value = shown.kind == "number", shown.values
+        title, look = TITLES[color], {"rgb": True}
+        if is_number:
+            disks = sharing.disks_of(self.surfels)
+            if color == "coverage" and len(disks) < len(value):
+                title, value = f"{title}, patches grey", np.where(np.isin(np.arange(len(value)), disks), value, np.nan)
+            low, high = np.nanpercentile(value, (1, 99))
+            # Where they are many, a few outliers would leave no colours for the others.
+            if len(disks) >= _MANY and low < high:
+                title = f"{title} (colours: 1st to 99th percentile)"
+            else:
+                low, high = np.nanmin(value), np.nanmax(value)
+            look = {"cmap": "viridis", "clim": (low, high), "nan_color": "lightgrey"}
+        else:
+            value = screen_bytes(shown)
+        self._mesh.cell_data["shown"] = value[self._mesh.cell_data["surfel"]]
+        actor = self._panel.draw(MAIN, self._mesh, "surfels", scalars="shown", culling="back", **look)
+        self._panel.show_scale(title, actor.mapper if is_number else None)
+
+    def frame(self, camera, up=(0.0, 0.0, 1.0)):
+        """Looks through camera; without one, at the picked surfel, or at everything, with `up` up where it can be."""
+        self._up = np.array(up)
+        view = self._renderer.camera
+        if camera is None and self.picked is not None:
+            self.fly_to_picked()
+        elif camera is None:
+            mean = self.surfels.normals.mean(axis=0)
+            # A sheet is looked at from its front, for from behind nothing is drawn.
+            aside = np.roll(self._up, 1) - self._up * np.dot(np.roll(self._up, 1), self._up)
+            towards = mean if np.linalg.norm(mean) > 0.5 else self._up + aside + np.cross(self._up, aside)
+            reach = np.max(np.linalg.norm(self._centers, axis=1) + self.surfels.radii)
+            self._look(np.zeros(3), towards / np.linalg.norm(towards), reach)
+        else:
+            view.position, view.focal_point = np.array(camera.eye) - self.origin, np.array(camera.target) - self.origin
+            view.up, view.view_angle = camera.up, camera.fov
+            self._renderer.ResetCameraClippingRange()
+            self._panel.show(self.picked)
+
+    def fly_to_picked(self):
+        """Looks at the picked surfel from its front, so close that its neighbours fill much of the picture."""
+        if self.picked is None:
+            return
+        index, radii = self.picked.index, self.surfels.radii
+        center, members = self._centers[index], self.picked.members
+        reach = np.max(np.linalg.norm(self._centers[members] - center, axis=1) + radii[members])
+        reach = max(reach, 3 * radii[index])
+        self._close_up = (center, reach)
+        self._look(center, self.surfels.normals[index], 1.5 * reach)
+        self._panel.show(self.picked)
+
+    def pick(self, index):
+        """Shows who shares the disk of surfel `index`; None shows all surfels together."""
+        for name in ("members", "dot", "rim", "labels"):
+            self._renderer.remove_actor(name, render=False)
+        self.picked = None if index is None else sharing.pick(self.surfels, index, self.method)
+        if self.picked is not None:
+            self._highlight()
+        self._panel.show(self.picked)
+
+    def pick_at(self, x, y):
+        """Picks what is seen at pixel (x, y), counted from the lower left corner; where nothing is, nothing."""
+        ends = []
+        for depth in (0.0, 1.0):
+            self._renderer.SetDisplayPoint(x, y, depth)
+            self._renderer.DisplayToWorld()
+            point = np.array(self._renderer.GetWorldPoint())
+            ends.append(point[:3] / point[3])
+        self.pick(sharing.surfel_under(self.surfels, ends[0] + self.origin, ends[1] - ends[0]))
+
+    def listen(self):
+        """Takes keys and clicks from now on, and says which."""
+        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
+
+        self._panel.write(MAIN, "keys", KEYS, (0.02, 0.98), top=True, grey=0.35)
+        for key, color in COLORS.items():
+            self.plotter.add_key_event(key, lambda color=color: (self.show_color(color), self.plotter.render()))
+        self.plotter.add_key_event("p", lambda: self._clicked(self.plotter.iren.get_event_position()))
+        self.plotter.add_key_event("f", lambda: (self.fly_to_picked(), self.plotter.render()))
+        style = vtkInteractorStyleTrackballCamera()
+        pressed = [(-9, -9)]
+
+        def press(*_):
+            pressed[0] = self.plotter.iren.get_event_position()
+            if self._renderer.IsInViewport(*pressed[0]):
+                style.OnLeftButtonDown()
+
+        def release(*_):
+            style.OnLeftButtonUp()
+            at = self.plotter.iren.get_event_position()
+            if np.max(np.abs(np.subtract(at, pressed[0]))) <= 3:  # a click; a drag has turned the view
+                self._clicked(at)
+
+        style.AddObserver("LeftButtonPressEvent", press)
+        style.AddObserver("LeftButtonReleaseEvent", release)
+        self.plotter.iren.style = style
+
+    def _clicked(self, at):
+        if self._renderer.IsInViewport(*at):
+            self.pick_at(*at)
+            self.plotter.render()
+
+    def _look(self, target, towards, reach):
+        """Looks at target from the direction towards, so far away that a ball of radius reach is in view."""
+        view = self._renderer.camera
+        width, height = self._renderer.GetSize()
+        half = np.arctan(np.tan(np.radians(view.view_angle / 2)) * min(1.0, width / height))
+        view.position, view.focal_point = target + reach / np.sin(half) * towards, target
+        view.up = self._up if abs(np.dot(towards, self._up)) < 0.9 else np.roll(self._up, -1)
+        self._renderer.ResetCameraClippingRange()
+
+    def _cut(self, *_):
+        """As long as the view turns around the surfel that it flew to, what stands before that is cut away."""
+        if self._close_up is None:
+            return
+        target, reach = self._close_up
+        view = self._renderer.camera
+        if np.linalg.norm(np.subtract(view.focal_point, target)) < 1e-3 * reach:
+            near, far = view.clipping_range
+            view.clipping_range = (max(near, view.distance - reach), far)
+
+    def _cones(self, members, lift=0.0):
+        """The surfels as shallow cones, whose tips stand where the disks do: each is seen where it is the nearest.
+
+        Flat disks overlap, and would hide each other at random. Patches are drawn as they are. Cell array "surfel" is
+        the place in members of the surfel that a cell belongs to. lift: how far to stand out, in radii.
+        """
+        s = self.surfels
+        out = lift * s.radii[members, None] * s.normals[members]
+        place = np.full(len(s), -1)
+        place[members] = np.arange(len(members))
+        ours = place[s.triangle_surfel] >= 0
+        patch = place[s.triangle_surfel][ours]
+        flat = (s.triangles - self.origin)[ours] + out[patch][:, None]
+        disk = np.setdiff1d(np.arange(len(members)), patch)
+        corners = disk_corners(len(disk))
+        tip, n, r = (self._centers[members] + out)[disk], s.normals[members][disk], s.radii[members][disk]
+        rim = rings(tip, n, r, corners) - _SLOPE * (r[:, None] * n)[:, None]
+        fan = np.stack([np.broadcast_to(tip[:, None], rim.shape), rim, np.roll(rim, -1, axis=1)], axis=2)
+        mesh = polygons(np.concatenate([fan.reshape(-1, 3, 3), flat]))
+        mesh.cell_data["surfel"] = np.concatenate([np.repeat(disk, corners), patch])
+        return mesh
+
+    def _highlight(self):
+        """The picked surfel and its neighbours in their colours, the parts of its disk that fall to them, its rim."""
+        picked, s = self.picked, self.surfels
+        members = picked.members
+        mesh = self._cones(members, lift=0.02)
+        mesh.cell_data["color"] = picked.colors[mesh.cell_data["surfel"]]
+        self._panel.draw(MAIN, mesh, "members", scalars="color", rgb=True, culling="back")
+        if picked.shares is None:
+            return
+        center, n, r = self._centers[members], s.normals[members], s.radii[members]
+        dot, rim = (rings(center[:1], n[:1], size * r[:1], 64)[0] for size in (0.1, 1.0))
+        self._panel.draw(MAIN, polygons(self._risen(dot)[None]), "dot", color=sharing.PICKED)
+        line = closed_line(self._risen(rim))
+        self._panel.draw(MAIN, line, "rim", color=sharing.PICKED, line_width=self._panel.line)
+        named = np.flatnonzero((picked.parts >= _LEAST) & (np.arange(len(members)) > 0))
+        if len(named):
+            self.plotter.add_point_labels(
+                center[named] + 0.1 * r[0] * n[named],
+                [f"{100 * part:.0f}%" for part in picked.parts[named]],
+                font_size=self._panel.font,
+                text_color="black",
+                shape=None,
+                show_points=False,
+                always_visible=True,
+                justification_horizontal="center",
+                justification_vertical="center",
+                reset_camera=False,
+                pickable=False,
+                name="labels",
+            )
+
+    def _risen(self, points):
+        """Points of the picked surfel's disk, on top of the disks of neighbours that stand above them there."""
+        members = self.picked.members
+        center, n, r = self._centers[members], self.surfels.normals[members], self.surfels.radii[members]
+        away = points[:, None] - center
+        above = -np.einsum("ijk,jk->ij", away, n) / (n @ n[0])
+        over = np.linalg.norm(away + above[..., None] * n[0], axis=2) <= r
+        rise = np.max(np.where(over, above, 0.0), axis=1, initial=0.0) + 0.05 * r[0]
+        return points + rise[:, None] * n[0]

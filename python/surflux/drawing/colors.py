@@ -1,0 +1,122 @@
+"""What surfels have of themselves, and how it is coloured: as light, as it is, as numbers, or as members of groups."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from surflux._base import check
+from surflux._base.color import display_bytes
+from surflux.geometry.areas import effective_areas
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# What surfels have of themselves; name: (kind, title), with kind as of Shown.
+SURFACE = {
+    "emission": ("light", "emission E, W/m2"),
+    "reflectance": ("surface", "reflectance"),
+    "normal": ("surface", "normal n as red, green, blue: (n + 1) / 2"),
+    "radius": ("number", "radius R, units of length"),
+    "area": ("number", "effective area S, units of length squared"),
+    "coverage": ("number", "area / disk area"),
+}
+_MANY = 100
+_GOLDEN = 0.6180339887
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One property of n surfels.
+
+    kind: "light": values (n, 3) linear. "surface": values (n, 3) linear, or what stands for it on the screen as it is.
+    "number": values (n,). "members": values (n,) integers.
+    """
+
+    name: str
+    kind: str
+    title: str
+    values: np.ndarray
+
+
+def surface_property(s, name, values=None):
+    """Shown: a property that Surfels have of themselves, one of SURFACE, or one of further arrays by name.
+
+    Areas left open are computed.
+
+    Raises:
+        ValueError: "color", a name that is not there; an array of another shape, by its name.
+    """
+    values = {key: check.per_row(key, value, len(s)) for key, value in (values or {}).items() if value is not None}
+    names = {*SURFACE, *values}
+    if not isinstance(name, str) or name not in names:
+        raise ValueError(f"color: wanted one of {', '.join(sorted(names))}, which these surfels have, got {name!r}")
+    if name in values:
+        value = values[name]
+        kind = "light" if value.ndim == 2 and value.shape[1] == 3 else "number"
+        return Shown(name, *SURFACE.get(name, (kind, name)), value)
+    if name in ("area", "coverage"):
+        areas = values.get("area", s.areas)
+        areas = effective_areas(s) if areas is None else areas
+        return Shown(name, *SURFACE[name], coverage(s, areas) if name == "coverage" else areas)
+    own = {"emission": s.emission, "reflectance": s.reflectance, "normal": s.normals, "radius": s.radii}
+    return Shown(name, *SURFACE[name], own[name])
+
+
+def coverage(s, areas):
+    """(n,) the share of its disk that each surfel keeps: area / (pi R^2)."""
+    return areas / (np.pi * s.radii**2)
+
+
+def white_of(values):
+    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all."""
+    brightest = values.max(axis=1, initial=0.0)
+    white = np.percentile(brightest, 99) if len(values) else 0.0
+    white = white if white > 0 else brightest.max(initial=0.0)
+    return float(white) if white > 0 else 1.0
+
+
+def range_of(values):
+    """(low, high) of the colours of numbers: where they are many, a few outliers leave colours for the others."""
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return 0.0, 1.0
+    low, high = np.percentile(finite, (1, 99)) if len(finite) >= _MANY else (finite.min(), finite.max())
+    return (low, high) if low < high else (finite.min(), finite.max())
+
+
+def screen_bytes(shown, exposure=1.0, white=None):
+    """(n, 3) uint8: the colours of a Shown on the screen.
+
+    exposure: factor on light, of which `white` (None: white_of) becomes 255.
+    """
+    if shown.kind == "light":
+        return display_bytes(exposure * shown.values / (white_of(shown.values) if white is None else white)).astype(
+            np.uint8
+        )
+    if shown.name == "normal":
+        return np.round(127.5 * (shown.values + 1)).astype(np.uint8)
+    if shown.kind == "surface":
+        return display_bytes(shown.values).astype(np.uint8)
+    if shown.kind == "members":
+        return member_colors(shown.values)
+    low, high = range_of(shown.values)
+    return viridis((shown.values - low) / (high - low if high > low else 1.0))
+
+
+def member_colors(members):
+    """(n, 3) uint8: a colour for each number, the same ever again; numbers beside each other are far apart in hue."""
+    members = np.asarray(members, np.int64)
+    hue, which = (members * _GOLDEN) % 1.0, members % 5
+    saturation, value = 0.45 + 0.1 * which, 0.95 - 0.09 * ((members // 5) % 4)
+    sector = np.abs((hue[:, None] * 6 + [0, 4, 2]) % 6 - 3) - 1  # of the hexagon of full colours
+    rgb = value[:, None] * (1 - saturation[:, None] * (1 - np.clip(sector, 0, 1)))
+    return np.round(255 * rgb).astype(np.uint8)
+
+
+def viridis(fraction):
+    """(n, 3) uint8 of numbers from 0 to 1; what is not finite is light grey."""
+    import pyvista
+
+    table = np.array(pyvista.LookupTable("viridis").values)[:, :3]
+    fraction = np.asarray(fraction, np.float64)
+    known = np.isfinite(fraction)
+    place = np.rint((len(table) - 1) * np.clip(np.where(known, fraction, 0.0), 0.0, 1.0)).astype(np.int64)
+    return np.where(known[:, None], table[place], 211).astype(np.uint8)

@@ -1,0 +1,141 @@
+"""What windows are drawn of: surfels as points, disks, and splats that run into each other; polygons; words."""
+
+import numpy as np
+
+from surflux import _core
+
+STYLES = ("disks", "splats", "points")
+# Corners of a drawn disk; fewer where there are so many that nobody can see their outline.
+_CORNERS, _FEW_CORNERS, _MANY = 16, 6, 100_000
+_SLOPE = 0.4  # of the cones that stand for disks
+_NEIGHBORS = 9
+
+
+def disk_corners(count):
+    """How many corners each of count disks is drawn with."""
+    return _CORNERS if count <= _MANY else _FEW_CORNERS
+
+
+def disks_among(s):
+    """(m,) indices of the surfels that are disks, and no patches."""
+    return np.setdiff1d(np.arange(len(s)), s.triangle_surfel)
+
+
+def text_actor(text, size, place, *, side="left", top=False, fixed=False, grey=0.0):
+    """Text at a place of what it is added to, in fractions of that.
+
+    side: "left", "centered" or "right": which part of the text stands there. top: its upper end, else its lower.
+    fixed: letters of one width.
+    """
+    import pyvista
+
+    actor = pyvista.Text(text)
+    look = actor.GetTextProperty()
+    look.SetFontSize(size)
+    look.SetColor(grey, grey, grey)
+    look.SetBackgroundColor(1.0, 1.0, 1.0)
+    look.SetBackgroundOpacity(0.8)
+    look.SetFontFamilyToCourier() if fixed else look.SetFontFamilyToArial()
+    look.SetVerticalJustificationToTop() if top else look.SetVerticalJustificationToBottom()
+    {
+        "left": look.SetJustificationToLeft,
+        "centered": look.SetJustificationToCentered,
+        "right": look.SetJustificationToRight,
+    }[side]()
+    where = actor.GetPositionCoordinate()
+    where.SetCoordinateSystemToNormalizedViewport()
+    where.SetValue(*place)
+    return actor
+
+
+def rings(centers, normals, radii, corners):
+    """Points (n, corners, 3) around n centres, counterclockwise as seen against the normals."""
+    helper = np.where(np.abs(normals[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = np.cross(normals, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(normals, u)
+    angle = 2 * np.pi * np.arange(corners) / corners
+    ring = np.cos(angle)[None, :, None] * u[:, None] + np.sin(angle)[None, :, None] * v[:, None]
+    return centers[:, None] + radii[:, None, None] * ring
+
+
+def polygons(corners):
+    """pyvista.PolyData of n polygons with corners (n, k, 3)."""
+    import pyvista
+
+    return pyvista.PolyData(corners.reshape(-1, 3), faces=polygon_cells(*corners.shape[:2], 0))
+
+
+def polygon_cells(count, corners, first):
+    """VTK's list of `count` polygons with consecutive corners from `first` on."""
+    corner = first + np.arange(count * corners).reshape(count, corners)
+    return np.hstack([np.full((count, 1), corners), corner]).ravel()
+
+
+class Shape:
+    """A mesh that stands for surfels, and which of its parts show which surfel.
+
+    "disks": shallow cones whose tips stand where the disks do: of disks that overlap each is seen where it is the
+    nearest. "splats": the same, with every corner in the mean of the colours around it, weighed as the splats of a page
+    are, by Gaussians of the distance, of those that face alike. "points": one point each. Patches of meshes are drawn
+    as their triangles; points have none.
+
+    Args:
+        s: Surfels.
+        style: one of STYLES.
+        origin: (3,) that the mesh is drawn around.
+        radii, triangles: (n,) and (t, 3, 3), as they are drawn: without gaps where surfels were inserted.
+
+    Attributes:
+        mesh: pyvista.PolyData around the origin.
+        by_point: whether colours belong to its points, not its cells.
+    """
+
+    def __init__(self, s, style, origin, radii, triangles):
+        import pyvista
+
+        centers = s.points - origin
+        self.by_point = style != "disks"
+        self._weights = self._neighbors = None
+        if style == "points":
+            self.mesh = pyvista.PolyData(centers)
+            self._owner = np.arange(len(s))
+            return
+        disk = disks_among(s)
+        corners = disk_corners(len(disk))
+        tips, n, r = centers[disk], s.normals[disk], radii[disk]
+        rims = rings(tips, n, r, corners) - _SLOPE * (r[:, None] * n)[:, None]
+        points = np.concatenate([tips[:, None], rims], axis=1).reshape(-1, 3)
+        first = (corners + 1) * np.arange(len(disk))[:, None]
+        rim = np.arange(corners)[None, :]
+        fans = np.stack(np.broadcast_arrays(first, first + 1 + rim, first + 1 + (rim + 1) % corners), axis=-1)
+        flat = len(points) + np.arange(3 * len(triangles)).reshape(-1, 3)
+        self.mesh = pyvista.PolyData.from_regular_faces(
+            np.concatenate([points, (triangles - origin).reshape(-1, 3)]), np.concatenate([fans.reshape(-1, 3), flat])
+        )
+        of_points = np.concatenate([np.repeat(disk, corners + 1), np.repeat(s.triangle_surfel, 3)])
+        self._owner = of_points if self.by_point else np.concatenate([np.repeat(disk, corners), s.triangle_surfel])
+        if style == "splats":
+            flat_rims = np.concatenate([tips[:, None], rings(tips, n, r, corners)], axis=1).reshape(-1, 3)
+            self._weigh(s, centers, radii, np.concatenate([flat_rims, (triangles - origin).reshape(-1, 3)]), of_points)
+
+    def spread(self, values):
+        """Values (n,) or (n, k) of surfels as those of the mesh's points or cells."""
+        if self._weights is None:
+            return values[self._owner]
+        out = np.zeros((len(self._owner), *values.shape[1:]))
+        for k in range(self._weights.shape[1]):
+            weight = self._weights[:, k]
+            out += (weight if values.ndim == 1 else weight[:, None]) * values[self._neighbors[self._owner, k]]
+        return out
+
+    def _weigh(self, s, centers, radii, at, owner):
+        self._neighbors = _core.nearest_points(centers, min(_NEIGHBORS, len(s)))
+        self._weights = np.zeros((len(owner), self._neighbors.shape[1]), np.float32)
+        for k in range(self._neighbors.shape[1]):
+            other = self._neighbors[owner, k]
+            away = np.linalg.norm(at - centers[other], axis=1) / radii[other]
+            alike = np.einsum("ij,ij->i", s.normals[owner], s.normals[other]) > 0.5
+            fresh = alike if k == 0 else alike & (other != owner)  # short rows repeat the surfel itself
+            self._weights[:, k] = np.where(fresh | (k == 0), np.exp(-2.0 * np.minimum(away, 6.0) ** 2), 0.0)
+        self._weights /= self._weights.sum(axis=1, keepdims=True)

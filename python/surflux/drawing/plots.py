@@ -1,0 +1,199 @@
+"""Looking at surfels with pyvista: each disk as an oriented polygon, each mesh patch as its triangles."""
+
+import contextlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from surflux._base import check
+from surflux._base.files import require_folder
+from surflux.drawing.colors import screen_bytes, surface_property
+from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
+from surflux.pictures.camera import Camera
+
+_DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
+
+
+def to_polydata(s, **values):
+    """The points as pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+
+    Further arrays, (n,) or (n, k), go along as point arrays by name.
+    """
+    import pyvista
+
+    cloud = pyvista.PolyData(s.points)
+    cloud.point_data["normals"] = s.normals
+    cloud.point_data["radius"] = s.radii
+    if s.areas is not None:
+        cloud.point_data["area"] = s.areas
+    cloud.point_data["reflectance"] = s.reflectance
+    cloud.point_data["emission"] = s.emission
+    for name, value in values.items():
+        cloud.point_data[name] = check.per_row(name, value, len(s))
+    return cloud
+
+
+def disks(s, corners=None):
+    """What the surfels look like, as pyvista.PolyData: polygons for disks, triangles for patches of a mesh.
+
+    Cell array "surfel" says which surfel each cell belongs to. corners: of a disk; None for 16, or 6 where there are
+    more than 100 000.
+    """
+    import pyvista
+
+    round_ones = disks_among(s)
+    if corners is None:
+        corners = disk_corners(len(round_ones))
+    rims = rings(s.points[round_ones], s.normals[round_ones], s.radii[round_ones], corners).reshape(-1, 3)
+    triangles = s.triangles.reshape(-1, 3)
+    cells = polygon_cells(len(round_ones), corners, 0), polygon_cells(len(s.triangles), 3, len(rims))
+    mesh = pyvista.PolyData(np.concatenate([rims, triangles]), faces=np.concatenate(cells))
+    mesh.cell_data["surfel"] = np.concatenate([round_ones, s.triangle_surfel.astype(np.int64)])
+    return mesh
+
+
+def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, camera=None, size=(800, 600), **options):
+    """Shows surfels in a window; without a display, or with screenshot, saves a picture instead and says where.
+
+    Surfels and patches have one side here as they do in the light: from behind they are not drawn, so that a room
+    can be looked into through its walls. culling=False draws both sides.
+
+    Args:
+        s: Surfels.
+        color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / disk area) or a name in
+            values. Areas that nobody has given are computed for the picture.
+        values: dict of further arrays (n,) or (n, 3); those with three columns are taken as linear RGB.
+        marks: (points, normals) of black dots on the surfaces, or None.
+        screenshot: path of a PNG or JPEG to write; None for a window; where there is no display, one in a new
+            temporary folder.
+        camera: Camera to look from; None to frame everything.
+        size: (width, height) in pixels.
+        options: go to pyvista.Plotter.add_mesh.
+
+    Returns:
+        The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+        which the notebook shows.
+
+    Raises:
+        ValueError: an argument, by name.
+        FileError: a picture that cannot be written.
+    """
+    width, height = window_size(size)
+    shown = surface_property(s, color, values)
+    camera_or_none(camera)
+    if screenshot is None and in_notebook():
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "plot.png"
+            plot(s, color=color, values=values, marks=marks, screenshot=file, camera=camera, size=size, **options)
+            return Picture(file.read_bytes())
+    path = destination(screenshot)
+
+    import pyvista
+
+    mesh = disks(s)
+    # The display works in single precision: around the origin it draws survey coordinates as well as any other.
+    origin = np.array(mesh.center)
+    mesh.points -= origin
+    value = shown.values if shown.kind == "number" else screen_bytes(shown)
+    mesh.cell_data[color] = value[mesh.cell_data["surfel"]]
+    settings = {"scalars": color, "rgb": shown.kind != "number", "lighting": False, "culling": "back"}
+    if shown.kind == "number":
+        settings |= {"cmap": "viridis", "scalar_bar_args": {"title": color}}
+    settings |= options
+    if not settings["culling"]:
+        settings["culling"] = None
+    with quiet_vtk():
+        plotter = pyvista.Plotter(off_screen=path is not None, window_size=(width, height))
+        try:
+            plotter.set_background("white")
+            plotter.add_mesh(mesh, **settings)
+            if marks is not None:
+                plotter.add_mesh(_dots(*marks, origin, mesh.length), color="black", lighting=False, culling="back")
+            if camera is not None:
+                plotter.camera.position = np.array(camera.eye) - origin
+                plotter.camera.focal_point = np.array(camera.target) - origin
+                plotter.camera.up, plotter.camera.view_angle = camera.up, camera.fov
+                plotter.renderer.ResetCameraClippingRange()
+            if path is None:
+                plotter.show()
+            else:
+                plotter.screenshot(path)
+        finally:
+            plotter.close()
+    return path
+
+
+def _dots(points, normals, origin, extent):
+    """Small disks a little above a surface: from behind they are hidden, as it is."""
+    radii = np.full(len(points), _DOT * extent)
+    return polygons(rings(points - origin + _LIFT * extent * normals, normals, radii, disk_corners(len(points))))
+
+
+def camera_or_none(camera):
+    """Refuses what is neither."""
+    if not isinstance(camera, (Camera, type(None))):
+        raise ValueError(f"camera: wanted a Camera or None, got {camera!r}")
+
+
+def destination(screenshot):
+    """The path of the picture to write, checked; None for a window, where there is a display."""
+    if screenshot is None and not has_display():
+        screenshot = Path(tempfile.mkdtemp(prefix="surflux-")) / "surflux_view.png"
+        print(f"surflux: there is no display, so the picture goes to {screenshot}", file=sys.stderr)
+    return None if screenshot is None else _picture(screenshot)
+
+
+def has_display():
+    """Whether a window can be opened."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def in_notebook():
+    """Whether this runs in a Jupyter kernel, without a display of its own."""
+    shell = sys.modules.get("IPython")
+    shell = shell and shell.get_ipython()
+    return shell is not None and hasattr(shell, "kernel") and not has_display()
+
+
+class Picture:
+    """A picture in a cell of a notebook; `png` has its bytes."""
+
+    def __init__(self, png):
+        self.png = png
+
+    def _repr_png_(self):
+        return self.png
+
+
+@contextlib.contextmanager
+def quiet_vtk():
+    """Without VTK's warning that it found no X server before it took EGL."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    if not has_display():
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
+
+
+def window_size(size):
+    """(width, height), checked."""
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise ValueError(f"size: wanted (width, height), got {size!r}")
+    return tuple(check.count("size", side, 1, 16384) for side in size)
+
+
+def _picture(path):
+    path = Path(check.path("screenshot", path))
+    if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
+    require_folder(path, path.parent)
+    return path

@@ -1,0 +1,42 @@
+"""Surfels, compiled, of a mesh that has been read and checked: one per patch, or points spread over it."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.passes import stop_callback
+from surflux.geometry.cores import make_core
+from surflux.geometry.estimates import estimated_radii
+from surflux.geometry.patches import make_patches
+from surflux.geometry.sheets import sheet_faces, with_backs
+
+
+def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=False):
+    """_core.Surfels of a Mesh with reflectance and emission (f, 3) per face, and the face of each surfel."""
+    patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]))
+    core = _core.Surfels(
+        patches.centroids,
+        patches.normals,
+        patches.radii,
+        patches.areas,
+        reflectance[patches.faces],
+        emission[patches.faces],
+        patches.triangles,
+        patches.triangle_patch,
+    )
+    if not back_of_sheets:
+        return core, patches.faces
+    sheet = sheet_faces(mesh)[patches.faces]
+    return with_backs(core, sheet), np.concatenate([patches.faces, patches.faces[sheet]])
+
+
+def sampled_surfels(mesh, n, seed, reflectance, emission):
+    """_core.Surfels: n blue-noise ones on a Mesh, with reflectance, None for the mesh's own, and emission (n, 3)."""
+    patches = make_patches(*mesh[:3], paired=False)
+    points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
+    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stop_callback())
+    points = np.ascontiguousarray(points[kept])
+    patch = patches.triangle_patch[triangle[kept]]
+    normals = patches.normals[patch]
+    if reflectance is None:
+        reflectance = mesh.face_reflectance()[patches.faces[patch]]
+    return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission)

@@ -1,0 +1,244 @@
+"""Meshes from files and from other libraries, as vertices and polygons."""
+
+import os
+import sys
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.color import reflectance_of_colors, white_of_colors
+
+
+class Mesh(NamedTuple):
+    """Vertices and polygons.
+
+    The corners of face i are indices[offsets[i]:offsets[i + 1]]. The reflectance is linear, of the vertices' colours,
+    sRGB with white at .98; None where there are none.
+    """
+
+    vertices: np.ndarray  # (v, 3) float64
+    offsets: np.ndarray  # (f + 1,) int64
+    indices: np.ndarray  # (k,) int64
+    reflectance: np.ndarray | None  # (v, 3) float64
+
+    def face_reflectance(self):
+        """(f, 3): for each face the mean of what its corners have; 0.5 where the mesh has no colours."""
+        if self.reflectance is None:
+            return np.full((len(self.offsets) - 1, 3), 0.5)
+        corners = np.diff(self.offsets)[:, None]
+        return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+
+
+@contextmanager
+def file_named(mesh):
+    """What is wrong with a mesh that came from a file is a FileError that names it."""
+    try:
+        yield
+    except ValueError as error:
+        if not isinstance(mesh, str | bytes | os.PathLike) or not str(error).startswith("mesh: "):
+            raise
+        raise _core.FileError(f"{os.fsdecode(mesh)}: {str(error).removeprefix('mesh: ')}") from error
+
+
+def read_mesh(mesh):
+    """Vertices and polygons of a mesh.
+
+    PLY and OBJ are read by surflux itself: quads and larger polygons stay whole, OBJ's relative indices work,
+    positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes three vertices
+    of one where texture coordinates or normals differ, so that neighbouring faces no longer share edges.)
+    VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
+
+    Args:
+        mesh: path, trimesh.Trimesh, pyvista.PolyData or (vertices (v, 3), faces), where faces are an (f, k) array of
+            indices or a sequence of sequences of them.
+
+    Returns:
+        Mesh: at least one face; every face has 3 corners or more, each an existing vertex; all vertices finite.
+
+    Raises:
+        FileError: the file cannot be read as a mesh.
+        ValueError: what was handed over is no mesh.
+    """
+    if isinstance(mesh, str | bytes | os.PathLike):
+        return _read_file(os.fsdecode(mesh))
+    result = _convert(mesh)
+    problem = _problem(result)
+    if problem:
+        raise ValueError(f"mesh {problem}")
+    return result
+
+
+PYVISTA_SUFFIXES = (".vtp", ".vtk")
+TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no further package for
+
+
+def _read_file(path):
+    suffix = Path(path).suffix.lower()
+    if suffix == ".ply":
+        mesh = _read_ply(path)
+    elif suffix == ".obj":
+        vertices, offsets, indices, colors = _core.read_obj(path)
+        mesh = Mesh(vertices, offsets, indices.astype(np.int64), _reflectance(path, colors, "float"))
+    elif suffix in PYVISTA_SUFFIXES:
+        mesh = _read_outside(path, "pyvista", _read_with_pyvista)
+    elif suffix in TRIMESH_SUFFIXES:
+        mesh = _read_outside(path, "trimesh", _read_with_trimesh)
+    else:
+        supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
+        raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
+    problem = _problem(mesh)
+    if problem:
+        raise _core.FileError(f"{path}: {problem}")
+    return mesh
+
+
+def _read_ply(path):
+    ply = _core.read_ply(path)
+    vertex = ply["columns"].get("vertex", {})
+    if not all(axis in vertex for axis in "xyz"):
+        raise _core.FileError(f"{path}: no vertices with x, y and z")
+    if len(ply["face_offsets"]) == 1 and "tristrips" in ply["elements"]:
+        raise _core.FileError(
+            f"{path}: its triangles stand in strips (tristrips), which are not supported; wanted faces"
+        )
+    colors = None
+    if all(name in vertex for name in ("red", "green", "blue")):
+        colors = np.stack([vertex[name] for name in ("red", "green", "blue")], axis=-1)
+    points = np.stack([vertex[axis] for axis in "xyz"], axis=-1)
+    return Mesh(
+        points,
+        ply["face_offsets"],
+        ply["face_indices"].astype(np.int64),
+        _reflectance(path, colors, ply["types"]["vertex"].get("red")),
+    )
+
+
+def _reflectance(path, colors, type_name):
+    if colors is None or len(colors) == 0:
+        return None
+    if not np.all(np.isfinite(colors)):
+        row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
+        warnings.warn(f"{path}: vertex {row} has a colour that is not finite; the colours are ignored", stacklevel=4)
+        return None
+    white = white_of_colors(colors, type_name)
+    if white is None:
+        row = int(np.argmax(colors.max(axis=1)))
+        raise _core.FileError(f"{path}: vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
+    return reflectance_of_colors(colors, white)
+
+
+def _read_outside(path, library, reader):
+    """What an outside reader makes of a file; whatever it raises becomes a FileError."""
+    if not Path(path).is_file():
+        raise _core.FileError(f"{path}: no such file")
+    try:
+        return reader(path)
+    except ImportError as error:
+        raise _core.FileError(
+            f"{path}: needs {error.name or library}, which is not installed: pip install 'surflux[meshes]'"
+        ) from error
+    except Exception as error:
+        raise _core.FileError(f"{path}: {library} cannot read it ({type(error).__name__}: {error})") from error
+
+
+def _read_with_pyvista(path):
+    import pyvista
+
+    return _convert(pyvista.read(path))
+
+
+def _read_with_trimesh(path):
+    import trimesh
+
+    return _convert(trimesh.load_mesh(path))
+
+
+def _convert(mesh):
+    pyvista = sys.modules.get("pyvista")
+    if pyvista is not None and isinstance(mesh, pyvista.PolyData):
+        return _from_pyvista(mesh)
+    if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+        return _from_trimesh(mesh)
+    if hasattr(mesh, "to_mesh"):  # trimesh.Scene
+        return _from_trimesh(mesh.to_mesh())
+    if hasattr(mesh, "dump"):  # the same, in older versions
+        return _from_trimesh(mesh.dump(concatenate=True))
+    if isinstance(mesh, tuple | list) and len(mesh) == 2:
+        return _from_arrays(*mesh)
+    raise ValueError(
+        f"mesh: wanted a path, a trimesh.Trimesh, a pyvista.PolyData or (vertices, faces), got {type(mesh).__name__}"
+    )
+
+
+def _from_trimesh(mesh):
+    faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
+    reflectance = None
+    visual = getattr(mesh, "visual", None)
+    if getattr(visual, "kind", None) == "vertex":
+        reflectance = reflectance_of_colors(np.asarray(visual.vertex_colors)[:, :3], 255.0)
+    vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    return Mesh(vertices, 3 * np.arange(len(faces) + 1), faces.ravel(), reflectance)
+
+
+def _from_pyvista(mesh):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    if mesh.n_strips:
+        mesh = mesh.triangulate()
+    polygons = mesh.GetPolys()
+    offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
+    indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
+    reflectance = None
+    for name in ("RGB", "RGBA"):
+        colors = mesh.point_data.get(name)
+        if colors is not None and colors.dtype == np.uint8:
+            reflectance = reflectance_of_colors(np.asarray(colors)[:, :3], 255.0)
+    return Mesh(np.array(mesh.points, dtype=np.float64), offsets, indices, reflectance)
+
+
+def _from_arrays(vertices, faces):
+    try:
+        vertices = np.array(vertices, dtype=np.float64)
+        faces = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else [np.asarray(face) for face in faces]
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"mesh: wanted vertices (v, 3) and faces of indices, got {error}") from error
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise ValueError(f"mesh vertices: wanted shape (v, 3), got {vertices.shape}")
+    if isinstance(faces, np.ndarray):
+        if not np.issubdtype(faces.dtype, np.integer):
+            raise ValueError(f"mesh faces: wanted whole numbers, got {faces.dtype}")
+        return Mesh(vertices, faces.shape[1] * np.arange(len(faces) + 1), faces.ravel().astype(np.int64), None)
+    for i, face in enumerate(faces):
+        if face.ndim != 1 or (face.size and not np.issubdtype(face.dtype, np.integer)):
+            raise ValueError(f"mesh faces: wanted sequences of whole numbers, got {face!r} at index {i}")
+    offsets = np.cumsum([0] + [len(face) for face in faces])
+    indices = np.concatenate(faces).astype(np.int64) if faces else np.zeros(0, dtype=np.int64)
+    return Mesh(vertices, offsets, indices, None)
+
+
+def _problem(mesh):
+    """What is wrong with a mesh, in words; None if nothing."""
+    if len(mesh.offsets) <= 1:
+        return "faces: wanted at least one, got none"
+    corners = np.diff(mesh.offsets)
+    if corners.min() < 3:
+        face = int(np.argmax(corners < 3))
+        return f"faces: wanted 3 corners or more, got {corners[face]} in face {face}"
+    finite = np.all(np.isfinite(mesh.vertices), axis=1)
+    if not np.all(finite):
+        return f"vertices: wanted finite numbers, got {mesh.vertices[np.argmin(finite)]} in vertex {np.argmin(finite)}"
+    large = np.any(np.abs(mesh.vertices) > check.LARGEST, axis=1)
+    if np.any(large):
+        row = int(np.argmax(large))
+        return f"vertices: wanted coordinates up to {check.LARGEST:g}, got {mesh.vertices[row]} in vertex {row}"
+    bad = (mesh.indices < 0) | (mesh.indices >= len(mesh.vertices))
+    if np.any(bad):
+        at = int(np.argmax(bad))
+        face = int(np.searchsorted(mesh.offsets, at, side="right")) - 1
+        return f"faces: wanted indices of the {len(mesh.vertices)} vertices, got {mesh.indices[at]} in face {face}"
+    return None

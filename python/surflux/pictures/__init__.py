@@ -1,0 +1,1 @@
+"""Cameras, image files and animations."""

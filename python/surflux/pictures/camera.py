@@ -1,0 +1,143 @@
+"""A pinhole camera for pictures of surfels."""
+
+import numpy as np
+
+from surflux._base.check import finite_array, number, positions, unit_vectors, vector3
+
+
+class Camera:
+    """A pinhole camera.
+
+    Row 0 of its images is on top, columns go to the right; depth is measured along the view axis, not along the ray.
+
+    Args:
+        eye, target: (3,) each: where the camera is, and a point in the middle of its picture.
+        up: (3,), a direction that is vertical in the picture; not parallel to the view.
+        fov: vertical field of view, full angle in degrees, between 0 and 180.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite, target at the eye, up along the
+            view.
+
+    >>> import surflux as sf
+    >>> camera = sf.Camera([0, -4, 1], [0, 0, 1], fov=40)
+    >>> camera
+    Camera(eye=[0.0, -4.0, 1.0], target=[0.0, 0.0, 1.0], up=[0.0, 0.0, 1.0], fov=40)
+    >>> camera.project([[0, 0, 1]], (800, 600))  # the target, 4 away, is in the middle of the picture
+    array([[400., 300.,   4.]])
+    """
+
+    __slots__ = ("_eye", "_fov", "_target", "_up")
+
+    def __init__(self, eye, target, up=(0, 0, 1), fov=45.0):
+        self._eye = positions("eye", eye).copy()
+        self._target = positions("target", target).copy()
+        self._up = positions("up", up).copy()
+        self._fov = number("fov", fov, 0.0, 180.0)
+        if not 0.0 < self._fov < 180.0:
+            raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")
+        view = self._target - self._eye
+        distance = np.linalg.norm(view)
+        if distance == 0.0:
+            raise ValueError("target: wanted a point other than the eye")
+        size = np.linalg.norm(self._up)
+        if size == 0.0:
+            raise ValueError("up: wanted a direction, got zero")
+        if np.linalg.norm(np.cross(view / distance, self._up / size)) <= 1e-6:
+            raise ValueError("up: wanted a direction not parallel to the view")
+
+    eye = property(lambda self: self._eye.copy(), doc="(3,) float64.")
+    target = property(lambda self: self._target.copy(), doc="(3,) float64.")
+    up = property(lambda self: self._up.copy(), doc="(3,) float64.")
+    fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
+
+    @classmethod
+    def fit(cls, points, direction=None, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0):
+        """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
+
+        Args:
+            points: (n, 3), n >= 1; for bounds, give their corners.
+            direction: (3,), from the camera towards the points; None for three quarters from slightly above: for
+                up = +z that is (-0.6, 1, -0.45), for any other `up` the same, turned by the shortest rotation that
+                takes +z to `up` (for -z by 180 degrees about x).
+            up, fov: as of the camera.
+            aspect: width of the picture over its height.
+
+        Raises:
+            ValueError: an argument, by name.
+        """
+        points = finite_array("points", points, (None, 3))
+        if len(points) == 0:
+            raise ValueError("points: wanted at least one")
+        direction = _from_above(up) if direction is None else vector3("direction", direction)
+        size = np.linalg.norm(direction)
+        if size == 0.0:
+            raise ValueError("direction: wanted a direction, got zero")
+        aspect = number("aspect", aspect, 1e-3, 1e3)
+        center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        forward = direction / size
+        right, down, forward = cls(center - forward, center, up, fov)._axes()  # checks up and fov
+        p = points - center
+        tan_y = np.tan(np.radians(fov) / 2.0) / 1.05  # the margin
+        # The eye at center - distance * forward sees p where |p . axis| <= tan (p . forward + distance).
+        distance = max(
+            (np.abs(p @ right) / (tan_y * aspect) - p @ forward).max(), (np.abs(p @ down) / tan_y - p @ forward).max()
+        )
+        extent = np.linalg.norm(p, axis=1).max()
+        return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov)
+
+    def project(self, points, size):
+        """Where points appear in a picture of `size` (width, height): (n, 3) of column, row, depth.
+
+        Pixel (0, 0) covers columns and rows 0 to 1. Depth is negative behind the camera, where columns and rows mean
+        nothing.
+
+        Raises:
+            ValueError: points of another shape, or not finite.
+        """
+        points = finite_array("points", points, (None, 3))
+        width, height = size
+        right, down, forward = self._axes()
+        p = points - self._eye
+        depth = p @ forward
+        scale = 0.5 * height / np.tan(np.radians(self._fov) / 2.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            column, row = (0.5 * n + scale * (p @ axis) / depth for n, axis in ((width, right), (height, down)))
+        return np.stack([column, row, depth], axis=1)
+
+    def _axes(self):
+        forward = self._target - self._eye
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, self._up)
+        right /= np.linalg.norm(right)
+        return right, np.cross(forward, right), forward
+
+    def to_dict(self):
+        """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
+        return {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
+
+    def __eq__(self, other):
+        return isinstance(other, Camera) and self.to_dict() == other.to_dict()
+
+    def __hash__(self):
+        return hash((*self._eye, *self._target, *self._up, self._fov))
+
+    def __repr__(self):
+        eye, target, up, fov = (v for v in self.to_dict().values())
+        return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"
+
+
+def _from_above(up):
+    """The direction to look in by default, for that up."""
+    x, y, z = unit_vectors("up", vector3("up", up)[None, :])[0]
+    seen = np.array([-0.6, 1.0, -0.45])
+    if z < -1.0 + 1e-9:
+        return seen * [1.0, -1.0, -1.0]
+    axis = np.array([-y, x, 0.0])  # +z cross up, of length sine; Rodrigues' formula, free of the sine's division
+    return z * seen + np.cross(axis, seen) + axis * (axis @ seen) / (1.0 + z)
+
+
+def framing(surfels, size, up=(0, 0, 1)):
+    """A Camera that has all surfels, whole disks, in a picture of size (width, height), from slightly above."""
+    reach = surfels.radii[:, None]
+    return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), up=up, aspect=size[0] / size[1])

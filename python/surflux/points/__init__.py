@@ -1,0 +1,1 @@
+"""Surfels, read and written."""

@@ -1,0 +1,382 @@
+"""Surfels: points that know their normal, the reach of their disk and their material."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.passes import stop_callback
+from surflux.drawing.area_window import plot_areas
+from surflux.drawing.plots import plot, to_polydata
+from surflux.geometry.areas import surface_area
+from surflux.geometry.cores import make_core, replaced
+from surflux.geometry.estimates import estimated_normals, estimated_radii
+from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
+from surflux.geometry.meshes import file_named, read_mesh
+from surflux.points.writing import ply_path, save_surfels
+
+
+class Surfels:
+    """Oriented disks that sample a surface, as arrays of one length (D04 section 4).
+
+    A surfel receives and emits on the side its normal points to; its back occludes and absorbs.
+
+    Args:
+        points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
+        normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
+            line, and to orient them outwards, sheet by sheet (needs 3 points).
+        radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
+        areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
+        reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
+            Where n is 3, three numbers are one RGB.
+        emission: exitance of the surfel itself, at least 0; the same shapes.
+        viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
+            Given normals stay as they are.
+        two_sided: True appends a copy of every surfel that faces the other way.
+
+    Estimated radii are 1.1 times the least with which disks cover every triangle of the local Delaunay triangulation,
+    each its nearest part: in an acute one the circumradius, as in the covering radius of a lattice (Conway and Sloane
+    1999, Sphere Packings, Lattices and Groups, chapter 2). The triangulation is that of the points' Voronoi cells in
+    their tangent planes (Boissonnat and Ghosh 2010, tangential Delaunay complexes). Each side of a thin sheet covers
+    itself. On borders disks reach half way to their neighbours; no radius is more than 2.5 times what is
+    usual around, the third smallest of the six nearest neighbours'.
+
+    Raises:
+        ValueError: names the argument, what came and what was wanted.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 2], [0, 0, 1]], radii=0.6, reflectance=[0.8, 0.4, 0.4])
+    >>> s
+    Surfels(2 surfels, no areas)
+    >>> s.normals
+    array([[0., 0., 1.],
+           [0., 0., 1.]])
+    >>> s[s.points[:, 0] > 0.5].points
+    array([[1., 0., 0.]])
+    """
+
+    def __init__(
+        self,
+        points,
+        normals=None,
+        *,
+        radii=None,
+        areas=None,
+        reflectance=0.5,
+        emission=0.0,
+        viewpoint=None,
+        two_sided=False,
+    ):
+        points = check.positions("points", points, (None, 3))
+        n = len(points)
+        if viewpoint is not None:
+            viewpoint = check.vector3("viewpoint", viewpoint)
+        if normals is not None:
+            normals = check.unit_vectors("normals", check.finite_array("normals", normals, (n, 3)))
+        if radii is not None:
+            radii = check.per_surfel("radii", radii, n, low_open=True)
+        if areas is not None:
+            areas = check.per_surfel("areas", areas, n)
+        reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        emission = check.per_surfel_rgb("emission", emission, n)
+        two_sided = check.flag("two_sided", two_sided)
+        if normals is None:
+            normals = estimated_normals(points, viewpoint)
+        if radii is None:
+            radii = estimated_radii(points, normals)
+        core = make_core(points, normals, radii, areas, reflectance, emission)
+        self._core = core.two_sided() if two_sided else core
+        self._arrays = {}
+
+    @classmethod
+    def _from_core(cls, core):
+        surfels = cls.__new__(cls)
+        surfels._core = core
+        surfels._arrays = {}
+        return surfels
+
+    @classmethod
+    def from_mesh(cls, mesh, patch_area=None, reflectance=0.5, emission=0.0, *, two_sided=False):
+        """One surfel per patch of a polygonal model (D04 section 7.3), with exact areas.
+
+        The surfel stands at the patch's centroid with a radius that reaches its farthest corner. The patch's
+        triangles stay with it, through s[mask] and save, and occlude in place of the disk.
+
+        Args:
+            mesh: path of a mesh file, trimesh.Trimesh, pyvista.PolyData, or (vertices (v, 3), faces), where faces
+                are an integer array (f, k) or a list of corner lists.
+            patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
+                make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
+                cells, triangles into k^2 congruent ones.
+            reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
+                mesh's own colours, sRGB at its vertices, made linear (white at .98), the mean of a face's; else 0.5.
+            emission: exitance, at least 0; the same shapes.
+            two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
+                belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
+                areas add up to more than half their area (0 where a piece is closed, all of it where it is flat).
+
+        Faces without area are dropped, with a warning that says how many.
+
+        Returns:
+            Surfels, in the order of the faces.
+
+        Raises:
+            ValueError: an argument, by name; a mesh without any face that has an area; a patch_area that makes more
+                than 20 million patches.
+            FileError: a mesh file that cannot be read.
+
+        >>> import surflux as sf
+        >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2], [0, 2, 3]]
+        >>> sf.Surfels.from_mesh(square)
+        Surfels(1 surfel, 1 of them a patch, area 4)
+        >>> sf.Surfels.from_mesh(square, patch_area=0.01)
+        Surfels(400 surfels, 400 of them patches, area 4)
+        """
+        if patch_area is not None:
+            patch_area = check.number("patch_area", patch_area, 0.0, low_open=True)
+        two_sided = check.sides("two_sided", two_sided)
+        polygons = read_mesh(mesh)
+        faces = len(polygons.offsets) - 1
+        reflectance = polygons.face_reflectance() if reflectance is None else reflectance
+        reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
+        emission = check.per_surfel_rgb("emission", emission, faces, what="face")
+        with file_named(mesh):
+            core, _ = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
+        return cls._from_core(core.two_sided() if two_sided is True else core)
+
+    @classmethod
+    def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0):
+        """n blue-noise surfels on a mesh, with the normals of its faces; their areas stay open.
+
+        5 n uniform points on the triangles, reduced to n by weighted sample elimination (Yuksel 2015).
+
+        Args:
+            mesh: as from_mesh takes it.
+            n: number of surfels, at least 2.
+            seed: the same seed gives the same points.
+            reflectance, emission: as Surfels takes them, for n surfels; reflectance may be None, as for from_mesh.
+
+        Returns:
+            Surfels, n of them, with estimated radii, no areas and no triangles.
+
+        Raises:
+            ValueError: an argument, by name; a mesh without any face that has an area.
+            FileError: a mesh file that cannot be read.
+        """
+        n = check.count("n", n, 2)
+        seed = check.seed("seed", seed)
+        if reflectance is not None:
+            reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        emission = check.per_surfel_rgb("emission", emission, n)
+        with file_named(mesh):
+            return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission))
+
+    @property
+    def points(self):
+        """(n, 3) float64, read-only like every array here."""
+        return self._array("points", lambda: self._core.positions)
+
+    @property
+    def normals(self):
+        """(n, 3) unit normals."""
+        return self._array("normals", lambda: self._core.normals)
+
+    @property
+    def radii(self):
+        """(n,) radii R of the tangent disks, in the unit of points."""
+        return self._array("radii", lambda: self._core.radii)
+
+    @property
+    def areas(self):
+        """(n,) effective areas S in the unit of points squared, or None where nobody has given any.
+
+        Can be set, to (n,), one number or None.
+        """
+        return self._array("areas", lambda: self._core.areas)
+
+    @areas.setter
+    def areas(self, values):
+        areas = np.zeros(0) if values is None else check.per_surfel("areas", values, len(self))
+        self._core = self._core.with_areas(areas)
+        self._arrays.pop("areas", None)
+
+    @property
+    def reflectance(self):
+        """(n, 3) linear RGB reflectance, 0 <= rho < 1."""
+        return self._array("reflectance", lambda: self._core.reflectance)
+
+    @property
+    def emission(self):
+        """(n, 3) RGB exitance of the surfels themselves, in the unit of the lights (W/m2)."""
+        return self._array("emission", lambda: self._core.emission)
+
+    @property
+    def triangles(self):
+        """(t, 3, 3) corners of the triangles of mesh patches; (0, 3, 3) where there are none."""
+        return self._array("triangles", lambda: self._core.triangles)
+
+    @property
+    def triangle_surfel(self):
+        """(t,) the surfel that each triangle belongs to, ascending."""
+        return self._array("triangle_surfel", lambda: self._core.triangle_surfel)
+
+    def _array(self, name, get):
+        if name not in self._arrays:
+            array = get()
+            if array is not None:
+                array.setflags(write=False)
+            self._arrays[name] = array
+        return self._arrays[name]
+
+    def __len__(self):
+        return len(self._core)
+
+    def __repr__(self):
+        patches = len(np.unique(self.triangle_surfel))
+        of_patches = f", {patches} of them {'a patch' if patches == 1 else 'patches'}" if patches else ""
+        area = "no areas" if self.areas is None else f"area {self.areas.sum():.6g}"
+        return f"Surfels({check.counted(len(self), 'surfel')}{of_patches}, {area})"
+
+    def __getitem__(self, selection):
+        """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
+
+        Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
+        """
+        return Surfels._from_core(self._core.select(check.selection("selection", selection, len(self))))
+
+    def flipped(self, mask):
+        """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
+
+        For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
+
+        Raises:
+            ValueError: not a mask of that shape.
+        """
+        mask = np.asarray(mask)
+        if mask.dtype != bool or mask.shape != (len(self),):
+            raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
+        normals = np.where(mask[:, None], -self.normals, self.normals)
+        of_turned = mask[self.triangle_surfel]
+        triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
+        return Surfels._from_core(replaced(self._core, normals=normals, triangles=triangles))
+
+    def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
+        """The same surfels with other radii, areas, reflectance or emission, as Surfels takes them; None keeps them.
+
+        Raises:
+            ValueError: an argument, by name.
+
+        >>> import surflux as sf
+        >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6)
+        >>> s.replace(reflectance=[0.8, 0.4, 0.4]).reflectance
+        array([[0.8, 0.4, 0.4],
+               [0.8, 0.4, 0.4]])
+        """
+        n, given = len(self), {}
+        if radii is not None:
+            given["radii"] = check.per_surfel("radii", radii, n, low_open=True)
+        if areas is not None:
+            given["areas"] = check.per_surfel("areas", areas, n)
+        if reflectance is not None:
+            given["reflectance"] = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+        if emission is not None:
+            given["emission"] = check.per_surfel_rgb("emission", emission, n)
+        return Surfels._from_core(replaced(self._core, **given))
+
+    def thinned(self, n, seed=0):
+        """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
+
+        Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
+        a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
+        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
+        Patches of a mesh lose their triangles and become disks.
+
+        Args:
+            n: number of surfels to keep, from 2 to len(self).
+            seed: the same seed gives the same subset.
+
+        Raises:
+            ValueError: n out of range.
+        """
+        n = check.count("n", n, 2, 2**63 - 1)
+        seed = check.seed("seed", seed)
+        if n > len(self):
+            raise ValueError(f"n: {only_so_many(len(self), n)}")
+        area = surface_area(self)
+        kept = np.arange(n)
+        if n < len(self):
+            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stop_callback()))
+        points = np.ascontiguousarray(self.points[kept])
+        largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
+        normals = np.ascontiguousarray(self.normals[kept])
+        radii = np.minimum(estimated_radii(points, normals), largest)
+        core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
+        return Surfels._from_core(core)
+
+    def save(self, path):
+        """Writes a binary PLY from which read() gives the surfels back, triangles included.
+
+        Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance and emission to
+        the precision of float32, about 7 digits.
+
+        Args:
+            path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
+
+        Raises:
+            ValueError: a path with another suffix.
+            FileError: a path that cannot be written.
+        """
+        save_surfels(ply_path(path), self._core)
+
+    def to_pyvista(self):
+        """The points as pyvista.PolyData with normals, radius, area, reflectance and emission as point arrays."""
+        return to_polydata(self)
+
+    def plot(self, color="reflectance", **options):
+        """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.
+
+        Surfels have one side here as they do in the light: from behind they are not drawn, so that a room can be
+        looked into through its walls.
+
+        Args:
+            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2); above 1 where
+                few points stand far apart) or a name in values. Areas left open are computed for the picture.
+            values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
+            screenshot: path of a PNG or JPEG to write; None for a window; where there is no display, for one in
+                a new temporary folder (stderr says which).
+            camera: Camera to look from; None to frame everything.
+            size: (width, height) in pixels, (800, 600) unless given.
+            culling: False draws both sides.
+            options: all else goes to pyvista.Plotter.add_mesh.
+
+        Returns:
+            The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+            which the notebook shows.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: a picture that cannot be written.
+        """
+        return plot(self, color=color, **options)
+
+    def plot_areas(self, pick=None, **options):
+        """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
+
+        Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
+        share xi over that disk (D04 eq. 5) and who has the largest where, and its numbers. Of overlapping disks each
+        is drawn where it is nearest. Patches of a mesh share nothing.
+
+        Args:
+            pick: index of a surfel to pick, and to look at.
+            color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
+            method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
+            progress: of the areas, as effective_areas takes it.
+            screenshot, camera, size: as plot takes them; so are what is returned and raised.
+            up: (3,) what is up in the picture where no camera is given; None for z.
+        """
+        return plot_areas(self, pick, **options)
+
+
+def only_so_many(there, n):
+    """Why n surfels cannot be kept of those that are there."""
+    verb = "is" if there == 1 else "are"
+    return f"wanted at most {there}, for there {verb} only {check.counted(there, 'surfel')}; got {n}"

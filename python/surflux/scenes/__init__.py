@@ -1,0 +1,1 @@
+"""Scenes: objects, lights, options of a solve, shapes, and the files that say all this."""

@@ -1,0 +1,77 @@
+"""Surfaces that lie in one place: what of them counts once, in words."""
+
+import warnings
+
+import numpy as np
+
+from surflux._base.check import counted
+
+# Of the smaller object's points, and points: where fewer lie closely over another object, the two touch.
+_LAYERED, _LEAST = 0.2, 10
+# The same where all that is out of the ordinary is asked for.
+_LEAST_CHECKED = 1e-3
+# Of a patch: what less of it is covered by is where edges meet.
+_COVERED = 1e-3
+
+
+def warn_of_layers(scene, stacklevel):
+    """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
+    for text in (*_layers(scene), *_coarse(scene)):
+        warnings.warn(text, UserWarning, stacklevel=stacklevel + 1)
+
+
+def coincidence_of(scene):
+    """What of a scene coincides: a dict for programs, and lines of text."""
+    found = scene._find_coincidence()
+    covered = np.flatnonzero(found.uncovered < 1.0 - _COVERED)
+    surfels, lines = scene.surfels, []
+    if len(covered):
+        center = ", ".join(f"{x:.6g}" for x in surfels.points[covered].mean(axis=0))
+        area = float((surfels.areas * (1.0 - found.uncovered)).sum()) if surfels.areas is not None else None
+        size = "" if area is None else f" ({area:.6g} of area)"
+        many = "1 patch coincides" if len(covered) == 1 else f"{len(covered)} patches coincide"
+        lines.append(f"{many} with later ones that face the same way{size}, around ({center}): counted once")
+    for one, other, joined, _, _ in found.overlaps:
+        if joined:
+            lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
+    lines += [*_layers(scene, _LEAST_CHECKED), *_coarse(scene)]
+    overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
+    names = ("mesh", "other", "points", "area", "share", "height")
+    sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
+    coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
+    return {"covered": len(covered), "overlaps": overlaps, "close_sheets": sheets, "coarse": coarse}, lines
+
+
+def _layers(scene, least=_LAYERED):
+    yield from _close_sheets(scene, least)
+    for one, other, _, layered, height in scene._find_coincidence().overlaps:
+        if layered >= max(_LEAST, least * min(len(scene.objects[one]), len(scene.objects[other]))):
+            yield (
+                f"objects {one} and {other}: {layered} points of them lie some {height:.2g} over or under "
+                "the other's, facing the same way, which is more than their noise: taken as two sheets, of which the "
+                "lower gets no light. If they are scans of one surface, register them more closely"
+            )
+
+
+def _close_sheets(scene, least):
+    for mesh, other, points, area, share, height in scene._find_coincidence().close_sheets:
+        if points and points < _LEAST:
+            continue
+        if max(share, points / len(scene.objects[other])) < least:
+            continue
+        what = f"{points} points" if points else "faces"
+        who = f"object {mesh}: {what}" if mesh == other else f"objects {mesh} and {other}: {what} of object {other}"
+        yield (
+            f"{who} lie some {height:.2g} {'over or under' if points else 'over'} the mesh of object {mesh}, facing "
+            f"the same way, on {area:.3g} of its area: taken as two sheets, of which the lower gets no light. If they "
+            "are one surface, leave one of them out"
+        )
+
+
+def _coarse(scene):
+    for which, surfels, contact in scene._find_coincidence().coarse:
+        yield (
+            f"object {which}: {counted(surfels, 'surfel')} so far from the middle of the scene, or so small, that "
+            f"rays take all within up to {contact:.2g} of them for touching, more than their radius: they exchange no "
+            "light with what is as close. Leave out what is far away, or make a scene of it"
+        )

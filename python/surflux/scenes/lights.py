@@ -1,0 +1,206 @@
+"""Lights, as plain immutable values. Colours are linear RGB; one number means the same in all three channels."""
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux.pictures.images import read_image
+
+
+def _set(light, **values):
+    for name, value in values.items():
+        if isinstance(value, np.ndarray) and value.ndim == 1:
+            value = tuple(float(v) for v in value)
+        object.__setattr__(light, name, value)
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """A point that shines alike in all directions.
+
+    Args:
+        position: (3,).
+        intensity: radiant intensity in W/sr, scalar or RGB, at least 0; the power of the light is 4 pi times this.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range.
+    """
+
+    position: tuple
+    intensity: tuple
+
+    def __post_init__(self):
+        _set(
+            self,
+            position=check.vector3("position", self.position),
+            intensity=check.rgb("intensity", self.intensity),
+        )
+
+    def _to_core(self):
+        return _core.PointLight(self.position, self.intensity)
+
+
+@dataclass(frozen=True)
+class SpotLight:
+    """A point that shines into a cone.
+
+    Args:
+        position: (3,).
+        direction: (3,), from the light into the scene, of any length but 0.
+        intensity: W/sr on the axis, scalar or RGB, at least 0.
+        cone: full angle in degrees outside of which there is no light, in (0, 360].
+        penumbra: full angle in degrees, in [0, cone]: the intensity is full within cone - penumbra and falls as a
+            smoothstep of the angle to 0 at cone.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, a direction of
+            zero length.
+    """
+
+    position: tuple
+    direction: tuple
+    intensity: tuple
+    cone: float = 45.0
+    penumbra: float = 5.0
+
+    def __post_init__(self):
+        _set(
+            self,
+            position=check.vector3("position", self.position),
+            direction=check.direction("direction", self.direction),
+            intensity=check.rgb("intensity", self.intensity),
+            cone=check.number("cone", self.cone, 0.0, 360.0, low_open=True),
+        )
+        _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0, self.cone))
+
+    def _to_core(self):
+        return _core.SpotLight(self.position, self.direction, self.intensity, self.cone, self.penumbra)
+
+
+@dataclass(frozen=True)
+class AreaLight:
+    """A rectangle that emits evenly along edge_u x edge_v. It does not occlude and does not reflect.
+
+    A lamp that does is a mesh with emission.
+
+    Args:
+        corner: (3,).
+        edge_u, edge_v: (3,) each, perpendicular, from the corner.
+        exitance: W/m2, scalar or RGB, at least 0; the radiance is exitance / pi.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, edges that are not
+            perpendicular.
+    """
+
+    corner: tuple
+    edge_u: tuple
+    edge_v: tuple
+    exitance: tuple
+
+    def __post_init__(self):
+        u, v = check.vector3("edge_u", self.edge_u), check.vector3("edge_v", self.edge_v)
+        cosine = check.direction("edge_u", u) @ check.direction("edge_v", v)
+        if abs(cosine) > 1e-6:
+            angle = np.degrees(np.arccos(cosine))
+            raise ValueError(f"edge_v: wanted a vector perpendicular to edge_u, got one at {angle:.4g} degrees")
+        _set(
+            self,
+            corner=check.vector3("corner", self.corner),
+            edge_u=u,
+            edge_v=v,
+            exitance=check.rgb("exitance", self.exitance),
+        )
+
+    def _to_core(self):
+        return _core.AreaLight(self.corner, self.edge_u, self.edge_v, self.exitance)
+
+
+@dataclass(frozen=True)
+class DirectionalLight:
+    """Parallel light, such as the sun's.
+
+    Args:
+        direction: (3,), the direction of travel, of any length but 0.
+        irradiance: W/m2 on a plane that faces the light, scalar or RGB, at least 0.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range, a direction of
+            zero length.
+    """
+
+    direction: tuple
+    irradiance: tuple
+
+    def __post_init__(self):
+        _set(
+            self,
+            direction=check.direction("direction", self.direction),
+            irradiance=check.rgb("irradiance", self.irradiance),
+        )
+
+    def _to_core(self):
+        return _core.DirectionalLight(self.direction, self.irradiance)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Environment:
+    """Radiance from the full sphere of directions: one colour, or a latitude-longitude image.
+
+    Pixel (row, column) of an image (h, w, 3) shows the direction with the angle theta = pi (row + 0.5) / h from `up`
+    and the azimuth phi = 2 pi (column + 0.5) / w. For up = +z that is
+    (sin theta cos phi, sin theta sin phi, cos theta): the first column looks along +x, the one at w/4 along +y.
+    For any other `up` these directions are turned by the shortest rotation that takes +z to `up`; for up = -z, where
+    there is no shortest one, by 180 degrees about x.
+
+    Args:
+        image_or_rgb: radiance in W/(m2 sr), at least 0: one number, RGB (3,), an image (h, w, 3), or the path of an
+            image file (EXR, HDR; PNG is taken as sRGB).
+        up: (3,), where row 0 of the image lies; of any length but 0.
+
+    Raises:
+        ValueError: an argument, by name: a wrong shape, a value that is not finite or below 0, an up of zero length.
+        FileError: an image that cannot be read.
+    """
+
+    image_or_rgb: object
+    up: tuple = (0.0, 0.0, 1.0)
+    radiance: tuple = field(init=False)
+    image: np.ndarray | None = field(init=False)
+
+    def __post_init__(self):
+        given, name = self.image_or_rgb, "image_or_rgb"
+        image = None
+        if isinstance(given, (str, os.PathLike)):
+            given, name = read_image(given), f"image_or_rgb ({os.fspath(given)})"
+        array = check.numeric(name, given)
+        if array.ndim == 3:
+            image = check.in_range(name, check.finite_array(name, array, (None, None, 3)), 0.0).copy()
+            image.setflags(write=False)
+            radiance = np.zeros(3)
+        elif array.shape in ((), (3,)):
+            radiance = check.rgb(name, array)
+        else:
+            raise ValueError(f"{name}: wanted a number, RGB (3,), an image (h, w, 3) or a path, got {array.shape}")
+        # The light keeps its own copy of the pixels and no hold on what was handed in.
+        _set(
+            self,
+            image_or_rgb=radiance if image is None else image,
+            radiance=radiance,
+            image=image,
+            up=check.direction("up", self.up),
+        )
+
+    def __repr__(self):
+        if self.image is None:
+            return f"Environment(radiance={self.radiance}, up={self.up})"
+        return f"Environment(image of {self.image.shape[1]} x {self.image.shape[0]} pixels, up={self.up})"
+
+    def _to_core(self):
+        return _core.Environment(radiance=self.radiance, pixels=self.image, up=self.up)
+
+
+LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)

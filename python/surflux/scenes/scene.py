@@ -1,0 +1,154 @@
+"""A scene: objects made of surfels, and lights."""
+
+from functools import partial
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.check import counted
+from surflux._base.passes import stage_callback
+from surflux.pictures.camera import Camera
+from surflux.points.surfels import Surfels
+from surflux.scenes.lights import LIGHTS
+from surflux.scenes.options import check_options
+
+
+class Scene:
+    """Surfels and lights that are solved together.
+
+    Args:
+        objects: list of Surfels, at least one; each entry is one object, whose surfels interpolate among themselves
+            alone (a reconstruction group, L07 section 6.1).
+        lights: list of PointLight, SpotLight, AreaLight, DirectionalLight and Environment; may be empty where
+            surfels have emission.
+        camera: Camera from which the scene wants to be seen, or None.
+        name: text for titles and messages.
+        solve_options: dict of options for solve() by its own names, all but threads and progress. The command line
+            uses them as its defaults; sf.solve(scene) by itself does not, sf.solve(scene, **scene.solve_options) does.
+
+    Attributes:
+        objects, lights: as handed in, as tuples.
+        surfels: all surfels in one.
+        camera, name: as handed in. Both can be set: a solution takes the scene's camera along for its pictures.
+        solve_options: a dict of its own, empty where none were given.
+
+    Raises:
+        ValueError: names the argument and the entry; an option that solve() does not have or would not take.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.25)
+    >>> sf.Scene([floor], lights=[sf.PointLight([0.5, 0.5, 1], 10)])
+    Scene(1 object, 4 surfels, 1 light)
+    """
+
+    def __init__(self, objects, lights=(), *, camera=None, name="", solve_options=None):
+        self._objects = _entries("objects", objects, (Surfels,), "Surfels")
+        if not self._objects:
+            raise ValueError("objects: wanted at least one Surfels, got an empty list")
+        self._lights = _entries("lights", lights, LIGHTS, "lights")
+        self.camera = camera
+        if not isinstance(name, str):
+            raise ValueError(f"name: wanted text, got {type(name).__name__}")
+        if solve_options is not None and not (
+            isinstance(solve_options, dict) and all(isinstance(key, str) for key in solve_options)
+        ):
+            raise ValueError(f"solve_options: wanted a dict with names as keys, got {solve_options!r}")
+        try:
+            check_options(solve_options or {})
+        except ValueError as error:
+            raise ValueError(f"solve_options: {error}") from None
+        self.name = name
+        self.solve_options = dict(solve_options or {})
+        self._computed_areas = {}  # by the index of the object, as is
+        self._ended = {}
+        self._coincidence = None
+
+    @property
+    def objects(self):
+        """The Surfels handed in, as a tuple."""
+        return self._objects
+
+    @property
+    def lights(self):
+        """The lights, as a tuple."""
+        return self._lights
+
+    @property
+    def camera(self):
+        """The Camera from which the scene wants to be seen, or None; can be set."""
+        return self._camera
+
+    @camera.setter
+    def camera(self, camera):
+        if not isinstance(camera, (Camera, type(None))):
+            raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
+        self._camera = camera
+
+    @property
+    def surfels(self):
+        """All surfels in one, object after object. Its areas are those given; None where any object has none."""
+        if len(self._objects) == 1:
+            return Surfels._from_core(self._objects[0]._core.select(np.arange(len(self._objects[0]), dtype=np.uint32)))
+        cores = [s._core for s in self._objects]
+        if any(s.areas is None for s in self._objects):
+            cores = [_with_areas(core, None) for core in cores]
+        return Surfels._from_core(_core.Scene(cores, []).surfels)
+
+    def __repr__(self):
+        total = sum(len(s) for s in self._objects)
+        title = f"{self.name!r}, " if self.name else ""
+        objects, lights = counted(len(self._objects), "object"), counted(len(self._lights), "light")
+        return f"Scene({title}{objects}, {counted(total, 'surfel')}, {lights})"
+
+    def _to_core(self, *, progress=False):
+        """The compiled scene, with effective areas for every object; the objects stay as they are."""
+        cores = []
+        with stage_callback(progress) as show:  # one stage, however many objects
+            callback = None if show is None else partial(show, "areas")
+            for index, s in enumerate(self._objects):
+                areas = s.areas
+                if areas is None:
+                    if index not in self._computed_areas:
+                        # Disks end where the area that they count does: found together.
+                        found, self._ended[index] = _core.areas_and_disk_ends(s._core, callback)
+                        # What others cover altogether has no area; a little keeps it in the scene.
+                        self._computed_areas[index] = np.maximum(found, 1e-9 * np.pi * s.radii**2)
+                    areas = self._computed_areas[index]
+                core = self._with_ends(index, callback)
+                # What is kept has the areas of then; they can be set.
+                cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
+            coincidence = self._find_coincidence(callback)
+            return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence, callback)
+
+    def _to_core_without_areas(self):
+        """The compiled scene for passes that use no areas."""
+        cores = [_with_areas(self._with_ends(index), None) for index in range(len(self._objects))]
+        return _core.Scene(cores, [light._to_core() for light in self._lights], self._find_coincidence())
+
+    def _find_coincidence(self, progress=None):
+        """Where surfels coincide and face the same way: their areas count once, and none covers another."""
+        if self._coincidence is None:
+            cores = [_with_areas(s._core, None) for s in self._objects]
+            self._coincidence = _core.find_coincidence(_core.Scene(cores, []), progress)
+        return self._coincidence
+
+    def _with_ends(self, index, progress=None):
+        """The object, compiled, with the lines where its disks end."""
+        if index not in self._ended:
+            core = self._objects[index]._core
+            self._ended[index] = _core.with_disk_ends(core, progress) if _core.has_disks(core) else core
+        return self._ended[index]
+
+
+def _with_areas(core, areas):
+    return core.with_areas(np.zeros(0) if areas is None else areas)
+
+
+def _entries(name, values, types, what):
+    if not isinstance(values, (list, tuple)):
+        raise ValueError(f"{name}: wanted a list of {what}, got {type(values).__name__}")
+    for index, value in enumerate(values):
+        if not isinstance(value, types):
+            wanted = " or ".join(t.__name__ for t in types)
+            raise ValueError(f"{name}: wanted {wanted}, got {type(value).__name__} at index {index}")
+    return tuple(values)

@@ -1,0 +1,338 @@
+"""Scene files: TOML that says what a Scene holds."""
+
+import os
+import re
+import threading
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from surflux._base import check
+from surflux._base.passes import stoppable
+from surflux._core import FileError
+from surflux.pictures.camera import Camera
+from surflux.scenes import lights as light_types
+from surflux.scenes.options import OPTIONS, check_options
+from surflux.scenes.scene import Scene
+from surflux.scenes.scene_counts import shared_out
+from surflux.scenes.scene_object import open_object
+
+_LIGHTS = {
+    "point": light_types.PointLight,
+    "spot": light_types.SpotLight,
+    "area": light_types.AreaLight,
+    "directional": light_types.DirectionalLight,
+    "environment": light_types.Environment,
+}
+_LIGHT_KEYS = {
+    "point": ("position", "intensity"),
+    "spot": ("position", "direction", "intensity", "cone", "penumbra"),
+    "area": ("corner", "edge_u", "edge_v", "exitance"),
+    "directional": ("direction", "irradiance"),
+    "environment": ("radiance", "image", "up"),
+}
+_OPTIONAL = {"cone", "penumbra", "up", "radiance", "image", "fov"}
+
+
+def load_scene(path, *, surfels=None):
+    """A Scene from a TOML file; data/*.toml are examples.
+
+    At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
+    more), [[light]] (any number), [camera] and [solve] (one each, optional). Lengths are in one unit of your own.
+
+    Every [[object]] has either `file` or `shape`, and may have:
+
+    - kind: "mesh", one surfel per patch, with exact areas; or "surfels", points. Default: "mesh" for "box", "room"
+      and "rectangle", else "surfels".
+    - patch_area (kind "mesh"): largest area of a patch, measured after `scale`; default: one patch per face.
+    - points: of a "sphere", "blob" or "knot", how many (see there). With kind = "surfels" and a mesh (a "box", "room",
+      "rectangle" or a mesh file): spread this many blue-noise points on it.
+    - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
+    - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
+      sf.inward_patches), after they are thinned.
+    - seed (0): of all that is random in the object.
+    - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
+      number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
+      in degrees (counter-clockwise seen from the tip of the axis), then moved.
+    - reflectance (0.5; for files what they say, by colours too): a number or RGB in [0, 1), linear; or a pattern.
+    - emission (0): exitance of the surfels themselves in W/m2, a number or RGB, at least 0.
+    - two_sided (false): true adds a copy of every surfel that faces the other way; with kind "mesh" "sheets" of those
+      alone that belong to open sheets, such as leaves (see Surfels.from_mesh).
+
+    file: the path of points (PLY), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others, see
+    Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment.
+
+    shape, with its keys and their defaults:
+
+    - "box": size (1; one number or [x, y, z]), patches (1; cells along each edge, one number or one each for the edges
+      along x, y, z). One corner at the origin, the opposite one at `size`; its sides face outwards.
+    - "room": as "box", but the sides face inwards.
+    - "rectangle": corner ([0, 0, 0]), edge_u ([1, 0, 0]), edge_v ([0, 1, 0]), patches (1; one number or one each along
+      u and v). Faces along edge_u x edge_v.
+    - "sphere": points (642), radius (1). Centre at the origin. 12, 42, 162, 642, 2562, ... (10 * 4^k + 2) points are
+      an icosphere, the only ones that kind = "mesh" takes; any other number, 12 or more, a Fibonacci lattice.
+    - "blob": points (3000), radius (1), bumps (0.25, from 0 to 0.9). A rounded boulder, centre at the origin.
+    - "knot": points (3000), radius (1; of its torus), tube (0.28; of the knot's own tube, in the same unit), swelling
+      (0.3, from 0 to below 1), windings ([2, 3], coprime). A torus knot around the z axis, centre at the origin.
+
+    "box" and "room" of kind "mesh" may have a table `walls` with the reflectance of single sides, by name: left (low
+    x), right (high x), front (low y), back (high y), floor (low z), ceiling (high z).
+
+    A pattern is a table in place of a reflectance, painted in the space of the scene:
+    { pattern = "marble" | "spots" | "checker", colors = [[r, g, b], ...], size = 0.1, seed = 0 }, with two colors or
+    more in [0, 1) and the size of a band, a spot or a cube. marble fades from the first to the last color; spots has
+    the ground first, then the spots, then (where there are three) their middle; checker takes them in turn.
+
+    Every [[light]] has a `type`, and the keys that are the arguments of that light; those without a default here must
+    be there. All colours are a number or RGB, at least 0:
+
+    - "point": position, intensity (W/sr).
+    - "spot": position, direction (from the light into the scene), intensity (W/sr on the axis), cone (45) and penumbra
+      (5), full angles in degrees.
+    - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
+    - "directional": direction (of travel), irradiance (W/m2).
+    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]).
+
+    [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees.
+
+    [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: transport, zeta, insert,
+    tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options;
+    sf.solve itself does not look at them: sf.solve(scene, **scene.solve_options).
+
+    Args:
+        path: str or path of the file.
+        surfels: of the whole scene, exactly this many; None for what the file says. Clouds, thinned, sampled or whole,
+            become denser or sparser in proportion, by what `thin` and `points` stand for; patches stay. A file of
+            points gives no more than it has, other than one of a mesh with `points`.
+
+    Returns:
+        Scene, with one Surfels per [[object]] in the file's order, the lights, camera, name and solve_options.
+
+    Raises:
+        ValueError: path is none; `surfels`, where the scene cannot be had in that number.
+        FileError: names the file, the table and the key, or the line where the TOML itself is wrong; a file that an
+            object or light names and that is not there or cannot be read.
+
+    >>> import surflux as sf
+    >>> with open("room.toml", "w") as file:
+    ...     written = file.write('''
+    ... [[object]]
+    ... shape = "room"
+    ... size = 3.5
+    ... patches = 4
+    ... [[light]]
+    ... type = "point"
+    ... position = [1.75, 1.75, 3]
+    ... intensity = 10
+    ... ''')
+    >>> sf.load_scene("room.toml")
+    Scene('room', 1 object, 96 surfels, 1 light)
+    """
+    path = Path(check.path("path", path))
+    if surfels is not None:
+        surfels = check.count("surfels", surfels)
+    return make_scene(path, read_toml(path), surfels)
+
+
+def read_toml(path):
+    """The tables of a TOML file as dicts and lists; FileError where it cannot be read."""
+    try:
+        text = path.read_bytes().decode()
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise FileError(f"{path} (byte {error.start}): is not UTF-8 text") from None
+    _check_keys(path, text)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        where = f" (line {place[1]}, column {place[2]})" if place else " (end of file)"
+        raise FileError(f"{path}{where}: {str(error).partition(' (at ')[0]}") from None
+    except ValueError as error:  # of Python itself: a whole number of thousands of digits
+        raise FileError(f"{path}: {error}") from None
+    except RecursionError:
+        raise FileError(f"{path}: its tables or lists are nested too deeply") from None
+
+
+# A key of very many parts takes tomllib the square of their number.
+_MOST_PARTS = 100
+# A text that does not end, which tomllib refuses, is one up to the end: each character is looked at once.
+_TEXT = r'"(?:[^"\\\n]++|\\[^\n]?+)*+(?:"|(?=\n)|\Z)|\'[^\'\n]*+(?:\'|(?=\n)|\Z)'
+_LONG_TEXT = r'"""(?:[^"\\]++|\\.?+|"(?!""))*+(?:"""|\Z)|' + r"'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
+_PART = rf"(?:[\w-]++|{_TEXT})"
+# Comments and texts of several lines are passed over; what stands for a key may also be a value.
+_TOKEN = re.compile(rf"#[^\n]*+|{_LONG_TEXT}|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)", re.DOTALL)
+
+
+def _check_keys(path, text):
+    for token in _TOKEN.finditer(text):
+        key = token["key"]
+        if key and key.count(".") >= _MOST_PARTS and len(re.findall(_PART, key)) > _MOST_PARTS:
+            line = text.count("\n", 0, token.start()) + 1
+            raise FileError(f"{path} (line {line}): a key of more than {_MOST_PARTS} parts")
+
+
+def make_scene(path, data, surfels=None):
+    """The Scene of a file's tables; path is what errors name and where relative paths start."""
+    top = Table(path, "", data)
+    name = top.text("name", path.stem)
+    top.text("units", "m")
+    tables = top.tables("object")
+    if not tables:
+        raise top.error("object", "wanted at least one [[object]], got none")
+    lights = [_light(table) for table in top.tables("light")]
+    camera = top.table("camera")
+    solve = top.table("solve")
+    top.no_more_keys()
+    return Scene(
+        _objects(tables, surfels),
+        lights,
+        camera=None if camera is None else _camera(camera),
+        name=name,
+        solve_options=None if solve is None else _solve_options(solve),
+    )
+
+
+def _objects(tables, surfels):
+    """The Surfels of object tables, two tables at a time: much of the work on one cannot be shared by threads."""
+    given_up = threading.Event()
+
+    def unless_given_up(work, *arguments):
+        with stoppable(given_up):
+            return work(*arguments)
+
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        try:
+            sources = list(pool.map(partial(unless_given_up, open_object), tables))
+            counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
+            # The most work first, or one thread has nothing to do while the other ends with it.
+            order = sorted(range(len(sources)), key=lambda k: -counts[k])
+            made = {k: pool.submit(unless_given_up, sources[k].make, counts[k]) for k in order}
+            return [made[k].result() for k in range(len(sources))]
+        except BaseException:  # Ctrl-C, too: the pool waits for what its threads have begun
+            given_up.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+class Table:
+    """One table of a scene file. Its errors name file, table and key; keys nobody asked for are errors too."""
+
+    def __init__(self, path, name, data):
+        self.path, self.name, self._data, self._known = path, name, data, []
+
+    def error(self, key, reason):
+        place = ", ".join(part for part in (self.name, key) if part)
+        return FileError(f"{self.path} ({place}): {reason}")
+
+    def __contains__(self, key):
+        return key in self._data
+
+    def get(self, key, default=None):
+        """The value of a key as TOML has it."""
+        self._known.append(key)
+        return self._data.get(key, default)
+
+    def text(self, key, default=None):
+        """The text of a key, with ${NAME} from the environment."""
+        value = self.get(key, default)
+        if value is not default and not isinstance(value, str):
+            raise self.error(key, f"wanted text, got {value!r}")
+        return None if value is None else re.sub(r"\$\{(\w*)\}", lambda match: self._variable(key, match[1]), value)
+
+    def _variable(self, key, name):
+        if name not in os.environ:
+            raise self.error(key, f"the environment variable {name} is not set")
+        return os.environ[name]
+
+    def file(self, key):
+        """The path of an existing file, relative to the scene file; None where the key is not there."""
+        text = self.text(key)
+        if text is None:
+            return None
+        path = self.path.parent / text
+        if not path.is_file():
+            raise self.error(key, f"no such file: {path}")
+        return path
+
+    def choice(self, key, choices, default=None):
+        value = self.get(key, default)
+        if not isinstance(value, str) or value not in choices:
+            wanted = ", ".join(f'"{choice}"' for choice in choices)
+            raise self.error(key, f"wanted one of {wanted}, got {'nothing' if value is None else repr(value)}")
+        return value
+
+    def table(self, key):
+        """The table under a key, or None."""
+        value = self.get(key)
+        if value is not None and not isinstance(value, dict):
+            raise self.error(key, f"wanted a table, got {value!r}")
+        return None if value is None else Table(self.path, f"{self.name}, {key}" if self.name else key, value)
+
+    def tables(self, key):
+        """The tables of an array of tables, named by their number from 1."""
+        value = self.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+            raise self.error(key, f"wanted tables, each headed [[{key}]]")
+        return [Table(self.path, f"{key} {number}", entry) for number, entry in enumerate(value, start=1)]
+
+    def no_more_keys(self):
+        for key in self._data:
+            if key not in self._known:
+                known = ", ".join(dict.fromkeys(self._known))
+                raise self.error(key, f"is not a key here; there is {known}")
+
+    def call(self, function, *arguments, **named):
+        """function(...), with its ValueError, which names the key, as an error of this table."""
+        try:
+            return function(*arguments, **named)
+        except ValueError as error:
+            key, _, reason = str(error).partition(": ")
+            if key in self._known:
+                raise self.error(key, reason) from None
+            raise self.error("", str(error)) from None
+
+
+def _arguments(table, keys):
+    """What the table has of these keys; a misspelt key is told before the one that is missing for it."""
+    found = {key: table.get(key) for key in keys}
+    table.no_more_keys()
+    for key, value in found.items():
+        if value is None and key not in _OPTIONAL:
+            raise table.error(key, "is missing")
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _light(table):
+    kind = table.choice("type", tuple(_LIGHTS))
+    keys = _LIGHT_KEYS[kind]
+    if kind == "environment":
+        arguments = _arguments(table, keys)
+        if ("image" in table) == ("radiance" in table):
+            raise table.error("radiance", "wanted either radiance or image")
+        image = table.file("image")
+        radiance = arguments.pop("radiance", None)
+        if isinstance(radiance, str):  # which Environment takes for a path
+            raise table.error("radiance", f"wanted a number or RGB, got {radiance!r}")
+        arguments.pop("image", None)
+        arguments["image_or_rgb"] = radiance if image is None else image
+    else:
+        arguments = _arguments(table, keys)
+    return table.call(_LIGHTS[kind], **arguments)
+
+
+def _camera(table):
+    arguments = _arguments(table, ("eye", "target", "up", "fov"))
+    return table.call(Camera, **arguments)
+
+
+def _solve_options(table):
+    options = {key: table.get(key) for key in OPTIONS}
+    table.no_more_keys()
+    options = {key: value for key, value in options.items() if value is not None}
+    table.call(check_options, options)
+    return options

@@ -1,0 +1,60 @@
+"""Placing things in a scene: scale, then rotate about x, y and z, then translate."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from surflux._base import check
+from surflux.geometry.cores import replaced
+from surflux.points.surfels import Surfels
+
+
+@dataclass(frozen=True)
+class Transform:
+    """p -> rotation (scale p) + translation."""
+
+    scale: float
+    rotation: np.ndarray
+    translation: np.ndarray
+
+    def points(self, points):
+        return self.scale * (points @ self.rotation.T) + self.translation
+
+    def surfels(self, s):
+        """The surfels moved: normals turn, radii grow with the scale and areas with its square."""
+        core = replaced(
+            s._core,
+            positions=self.points(s.points),
+            normals=s.normals @ self.rotation.T,
+            radii=s.radii * self.scale,
+            areas=None if s.areas is None else s.areas * self.scale**2,
+            triangles=self.points(s.triangles.reshape(-1, 3)).reshape(-1, 3, 3),
+        )
+        return Surfels._from_core(core)
+
+
+def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0)):
+    """A Transform from a scale above 0, degrees about x, then y, then z, and a translation."""
+    rotation = np.eye(3)
+    for axis, degrees in enumerate(check.positions("rotate", rotate)):
+        rotation = _about(axis, degrees) @ rotation
+    return Transform(
+        check.length("scale", scale),
+        rotation,
+        check.positions("translate", translate),
+    )
+
+
+def _about(axis, degrees):
+    # Quarter turns are exact, so that walls stay where they were said to be.
+    quarter, rest = divmod(degrees, 90.0)
+    angle = np.radians(rest)
+    c, s = [(np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))][int(quarter) % 2]
+    if int(quarter) % 4 >= 2:
+        c, s = -c, -s
+    if rest == 0.0:
+        c, s = round(c), round(s)
+    matrix = np.eye(3)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    matrix[a, a], matrix[a, b], matrix[b, a], matrix[b, b] = c, -s, s, c
+    return matrix

@@ -1,0 +1,1 @@
+"""What solvers give: values, the field anywhere, pictures, files."""

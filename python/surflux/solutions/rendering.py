@@ -1,0 +1,110 @@
+"""Pictures of solutions: splats by OpenGL, layer by layer."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux.geometry.cores import replaced
+from surflux.pictures.camera import Camera, framing
+from surflux.solutions.basis_rendering import basis_layers
+from surflux.solutions.fields import BasisField
+from surflux.solutions.leaves import inserted_among
+
+LAYERS = ("radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level")  # of a picture
+
+# Splats reach this many radii: beyond 1, so that every pixel of a disk lies well inside of some splat.
+FOOTPRINT = 1.5
+
+# What was inserted is drawn larger by this: disks, and parts of patches.
+INSERTED_FOOTPRINT = 1.6
+INSERTED_OVERLAP = 1.002
+
+
+class View:
+    """What a picture is drawn from and how, checked."""
+
+    def __init__(self, solution, camera, size, background, samples, culling, direct):
+        if not (isinstance(size, (tuple, list)) and len(size) == 2):
+            raise ValueError(f"size: wanted (width, height), got {size!r}")
+        self.size = tuple(check.count("size", v, 1, 16384) for v in size)
+        if camera is None:
+            camera = solution.camera or framing(solution.surfels, size)
+        if not isinstance(camera, Camera):
+            raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
+        self.camera = (camera.eye, camera.target, camera.up, camera.fov)
+        self.background = check.rgb("background", background)
+        self.samples = check.count("samples", samples, 1, 8)
+        self.culling = check.flag("culling", culling)
+        self.direct = check.choice("direct", direct, ("interpolated", "traced"))
+        if direct == "traced" and not isinstance(solution._field, BasisField):
+            only = "only what is drawn from a meshless basis can be traced"
+            raise ValueError(f'direct: wanted "interpolated", for {only}')
+
+
+def layer_names(layers):
+    """The names of the layers that are asked for: all of them, or some; of none, radiance alone."""
+    if isinstance(layers, (list, tuple)):
+        for name in layers:
+            check.choice("layers", name, LAYERS)
+        return tuple(layers)
+    return LAYERS if check.flag("layers", layers) else ("radiance",)
+
+
+def picture(solution, view, names, progress):
+    """A dict of the layers named; progress: a callback or None."""
+    surfels = solution.surfels
+    drawn = drawn_surfels(solution)
+    # What is buried, as the floor below a plinth is, does not darken what is lit beside it.
+    groups = (2 * solution.objects + (solution.radiosity == 0).all(axis=1)).astype(np.int32)
+    lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in solution._lamps]
+
+    def splat(layers, size=view.size, samples=view.samples, progress=progress, **rows):
+        """Layers (values, are lamps and the background seen?) -> what _core.render_splats gives."""
+        layers = [(values, view.background if lit else np.zeros(3), lit) for values, lit in layers]
+        return _core.render_splats(
+            drawn, layers, lamps, view.camera, *size, FOOTPRINT, samples, view.culling, groups, progress, **rows
+        )
+
+    if isinstance(solution._field, BasisField):
+        found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
+    else:
+        found = _splatted(solution, names, splat)
+    if "level" in names and "level" not in found:
+        found["level"] = by_index(found["index"], solution.values()["level"])
+    return {name: found[name] for name in names}
+
+
+def by_index(index, values):
+    """The values of the surfels seen, NaN where none is."""
+    out = np.full(index.shape, np.nan, np.float32)
+    seen = index >= 0
+    out[seen] = values[index[seen]]
+    return out
+
+
+def _splatted(solution, names, splat):
+    rho, emission = solution.surfels.reflectance, solution.surfels.emission
+    everything = {  # values, and are lamps and the background seen?
+        "radiance": (solution.radiosity / np.pi, True),
+        "direct": ((emission + rho * solution.direct) / np.pi, True),
+        "indirect": (rho * (solution.irradiance - solution.direct) / np.pi, False),
+        "albedo": (rho, False),
+    }
+    blended = {name: layer for name, layer in everything.items() if name in names}
+    found = splat(list(blended.values()))
+    return found | dict(zip(blended, found["layers"], strict=True))
+
+
+def drawn_surfels(solution):
+    """The compiled surfels, without gaps: four disks of half the radius do not cover the one they replace."""
+    s = solution.surfels
+    inserted = inserted_among(solution.parents)
+    if not inserted.any():
+        return s._core
+    radii = np.where(inserted, INSERTED_FOOTPRINT, 1.0) * s.radii
+    # Parts of patches overlap by a hair: where their edges meet in the middle of another's, pixels would stay open.
+    owner = s.triangle_surfel
+    grown = np.where(inserted[owner], INSERTED_OVERLAP, 1.0)[:, None, None]
+    center = s.points[owner][:, None, :]
+    triangles = center + grown * (s.triangles - center)
+    return replaced(s._core, radii=radii, triangles=triangles)

@@ -1,0 +1,316 @@
+"""What every solver gives: radiosity per surfel, pictures of it, and its file."""
+
+import math
+
+import numpy as np
+
+from surflux._base import check
+from surflux._base.passes import progress_callback, thread_limit
+from surflux.drawing.plots import plot
+from surflux.pictures.animation import animate
+from surflux.points.writing import pack_comments, ply_path, save_surfels
+from surflux.solutions import rendering
+from surflux.solutions.fields import BasisField, SurfelField
+from surflux.solutions.leaves import insertion_depth
+
+
+class Solution:
+    """What a solver found. Arrays are read-only and go by the rows of `surfels`.
+
+    Attributes:
+        surfels: Surfels of the solution, with areas: the scene's, and those inserted in place of some of them.
+        parents: (n,) index of each surfel in scene.surfels.
+        objects: (n,) index of the object in scene.objects that each surfel belongs to.
+        levels: (n,) how finely light was gathered. `solve`: 0 at the surfel itself, 1, 2 and so on at a group that many
+            levels above it in the hierarchy, -1, -2 and so on for surfels inserted that many levels below the scene's
+            own. `solve_meshless`: the finest level of points that has a say, 0 being the coarsest; one more than the
+            finest of all where light was gathered at the surfel itself, of which `irradiance_at` and pictures do not
+            know.
+        radiosity: (n, 3) exitance B = E + rho H, in the unit of the lights (W/m2).
+        irradiance: (n, 3) H, direct light included: the mean over the patch of a mesh, at the centre of a disk; of
+            inserted surfels over the part of the patch that is theirs, or at their place.
+        direct: (n, 3) the part of H that comes from lights and Environments.
+        cut: (n,) index of the node that each surfel's light was solved for, which may be a group of surfels (D04 7.1):
+            `history[-1]["cut"]` of them. None where there was none, as with solve_meshless.
+        error: the solver's own estimate of the relative RMS error of H, direct light included: from the residuals at
+            2000 surfels, drawn by area, that fresh rays find there, and what they bring to all others over all
+            bounces. Never less than what its rays can tell; NaN where it was not estimated.
+        timings: dict, seconds per stage.
+        history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
+            (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
+            that max_surfels kept from being split), surfels (solve_meshless: those that light was gathered at by
+            themselves), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
+            each ray), rays, channels (1 where all is grey), applications of the operator, residual, imbalance (of what
+            neighbourhoods send and what all receive from them, before reciprocity mended it) and imbalance_left (of
+            that, afterwards, in the part that balances worst), error (an estimate from the noise of the rays and from
+            what neighbours say; at the end that of `error`), error_uncertainty (the standard error of `error`),
+            power_in and where it ends (all channels added up; a grey scene has its one three times): power_absorbed,
+            power_escaped and power_into_backs, both by the senders' own rays, and power_lost, what is left, of either
+            sign, with its standard error by these rays, power_lost_error; parts (of the scene that see nothing of each
+            other), largest_part_lost (of the part and channel that balance worst, what is lost or made of what
+            enters), seconds up to then. With all pairs also largest_correction (of the diagonal that closes the
+            exchange, max |d_i - 1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces
+            are taken to absorb it), short_rows and closure_applications.
+        camera: Camera from which the scene wants to be seen, or None.
+    """
+
+    def __init__(
+        self,
+        surfels,
+        *,
+        parents,
+        objects,
+        radiosity,
+        irradiance,
+        direct,
+        levels=None,
+        cut=None,
+        error=math.nan,
+        timings=None,
+        history=(),
+        lamps=(),
+        camera=None,
+        scene=None,
+        field=None,
+    ):
+        self.surfels = surfels
+        self.parents = _frozen(parents)
+        self.objects = _frozen(objects)
+        inserted = insertion_depth(self.parents, surfels.areas)
+        # What was inserted in a group whose light it shares is told by its depth.
+        levels = np.zeros(len(surfels), np.int64) if levels is None else np.asarray(levels, np.int64)
+        self.levels = _frozen(np.where((inserted < 0) & (levels >= 0), inserted, levels).astype(np.int32))
+        self.radiosity = _frozen(radiosity)
+        self.irradiance = _frozen(irradiance)
+        self.direct = _frozen(direct)
+        self.cut = None if cut is None else _frozen(cut)
+        self.error = error
+        self.timings = dict(timings or {})
+        self.history = list(history)
+        self.camera = camera
+        self._lamps = list(lamps)
+        self._scene = scene
+        self._field = field
+
+    def __repr__(self):
+        surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
+        return f"Solution({surfels}, error {self.error:.2g}, {seconds:.3g} s)"
+
+    def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
+        """Irradiance H at any points of the surface.
+
+        Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
+        about the same way: direct light and all else each by itself. It is for points on the surface: farther off, and
+        where nothing faces the way of the normal, the nearest surfels have the say.
+
+        Args:
+            points: (m, 3).
+            normals: (m, 3), of any length but 0.
+            direct: "interpolated", or "traced": direct light by rays from each point, which is slower and has sharp
+                shadows everywhere. Needs the scene, which a file does not hold.
+            seed: of the rays.
+            threads: at most this many; None for all.
+            progress: True for bars on stderr, or a callback (done, total) -> bool, where False cancels.
+
+        Returns:
+            (m, 3) float64, in the unit of the lights (W/m2).
+
+        Raises:
+            ValueError: an argument, by name; "traced" of a solution that was loaded from a file.
+            Cancelled: the callback returned False.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
+        [[3.1416 3.1416 3.1416]]
+        """
+        points = check.finite_array("points", points, (None, 3))
+        normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
+        check.choice("direct", direct, ("interpolated", "traced"))
+        if direct == "traced" and self._scene is None:
+            raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
+        seed = check.seed("seed", seed)
+        with thread_limit(threads), progress_callback(progress, "irradiance") as callback:
+            if self._field is None:
+                scene = None if self._scene is None else self._scene._to_core_without_areas()
+                others = self.irradiance - self.direct
+                self._field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
+            return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
+
+    def render(
+        self,
+        camera=None,
+        size=(800, 600),
+        *,
+        background=0.0,
+        samples=2,
+        layers=False,
+        direct="interpolated",
+        culling=True,
+        threads=None,
+        progress=False,
+    ):
+        """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
+
+        Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
+        disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
+        elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
+        Ren, Pfister and Zwicker 2002), within one object and not across creases. A meshless solution that is not from
+        a file is drawn from its basis, which every subpixel evaluates at what it sees (L07 section 6.2); what is not
+        in the basis, and so direct light unless `indirect_only=False`, is blended from the surfels.
+
+        Args:
+            camera: Camera; None for the scene's own, or one that has all surfels in view.
+            size: (width, height) in pixels.
+            background: radiance where nothing is, scalar or RGB.
+            samples: the picture is drawn this many times finer each way and averaged; 1 to 8.
+            layers: True for a dict of all that is known about each pixel, or a list of some of the names:
+                "radiance", "direct" and "indirect" (h, w, 3), the two of which it is the sum; "albedo" (h, w, 3), the
+                reflectance, 0 where no surfel is; of the middle subpixel "normal" (h, w, 3), "depth" (h, w), along
+                the view axis and infinite where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and
+                -2 - k where the scene's area light number k is; and "level" (h, w), the entry of `levels` there (of a
+                meshless basis at the very place), or NaN.
+            direct: "traced": direct light by rays from what every subpixel sees, slower and sharp; only where the
+                basis is drawn.
+            culling: False shows surfaces from behind, too, in the colours of their fronts.
+            threads: at most this many, where OpenGL does not draw; None for all.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
+
+        Returns:
+            (h, w, 3) float32, linear radiance, row 0 on top; or the dict.
+
+        Raises:
+            ValueError: an argument out of range, by name.
+            DeviceError: there is no OpenGL; says what was tried.
+            Cancelled: the callback returned False.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> layers = solution.render(sf.Camera([0.5, -1, 2], [0.5, 0.5, 0]), (40, 30), layers=["radiance", "depth"])
+        >>> layers["radiance"][15, 20].round(3), layers["depth"][15, 20].round(2)
+        (array([0.5, 0.5, 0.5], dtype=float32), np.float32(2.46))
+        """
+        names = rendering.layer_names(layers)
+        view = rendering.View(self, camera, size, background, samples, culling, direct)
+        with thread_limit(threads), progress_callback(progress, "picture") as callback:
+            found = rendering.picture(self, view, names, callback)
+        return found if layers is not False else found["radiance"]
+
+    def animate(
+        self,
+        cameras,
+        path,
+        size=(800, 600),
+        *,
+        fps=25,
+        exposure=None,
+        stops=0.0,
+        filmic=True,
+        progress=False,
+        **options,
+    ):
+        """Pictures from one camera after another, as a film or as numbered pictures.
+
+        Args:
+            cameras: list of Camera, one for each frame; see turntable and camera_path.
+            path: a name that ends in .mp4 or .gif, for a film (`pip install surflux[video]`), or a pattern for
+                numbered pictures, such as "frames/%04d.png" (.png, .exr or .hdr): 0001 is the first.
+            size: (width, height) in pixels; .mp4 takes even numbers alone.
+            fps: frames of a film in a second.
+            exposure, stops, filmic: as of write_image, one for all frames: None chooses it from the first.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
+            options: all else goes to `render`. With layers=True, .exr files hold all layers.
+
+        Returns:
+            list of the paths written: of one film, or of all pictures.
+
+        Raises:
+            ValueError: an argument, by name.
+            ImportError: a film, and the extra `video` is not there.
+            FileError: what cannot be written, by path.
+            Cancelled: the callback returned False; a film is not written then.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> cameras = sf.turntable(sf.Camera([0.5, -1, 1], [0.5, 0.5, 0]), 3)
+        >>> solution.animate(cameras, "turn%02d.png", (40, 30))
+        ['turn01.png', 'turn02.png', 'turn03.png']
+        """
+        tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
+        return animate(self, cameras, path, size, fps=fps, progress=progress, **tone, **options)
+
+    def plot(self, color="radiosity", *, receivers=False, **options):
+        """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
+
+        Args:
+            color: "radiosity", "irradiance", "direct", "level", "reflectance", "emission", "area", "radius" or
+                "normal".
+            receivers: True marks where solve_meshless gathered light, by black dots (L07 Fig. 4).
+            screenshot: path of a PNG or JPEG to write; None for a window; where there is no display, for one in
+                a new temporary folder (stderr says which).
+            camera: Camera to look from; unless given the scene's own, or one that frames everything.
+            size: (width, height) in pixels, (800, 600) unless given.
+            culling: False draws both sides.
+            options: all else goes to pyvista.Plotter.add_mesh.
+
+        Returns:
+            The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
+            which the notebook shows.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: a picture that cannot be written.
+        """
+        marks = None
+        if check.flag("receivers", receivers):
+            if not isinstance(self._field, BasisField):
+                raise ValueError("receivers: wanted False, for only what solve_meshless found has some")
+            marks = self._field.receivers()
+        options.setdefault("camera", self.camera)
+        return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
+
+    def values(self):
+        """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,)."""
+        return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": self.levels}
+
+    def save(self, path):
+        """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
+
+        Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
+        radiosity, irradiance and direct to the precision of float32, about 7 digits.
+
+        Args:
+            path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
+
+        Raises:
+            ValueError: a path with another suffix.
+            FileError: the file cannot be written.
+        """
+        lamps = [[list(v) for v in (lamp.corner, lamp.edge_u, lamp.edge_v, lamp.exitance)] for lamp in self._lamps]
+        about = {
+            "solution": 1,
+            "error": None if math.isnan(self.error) else self.error,
+            "timings": self.timings,
+            "history": self.history,
+            "camera": None if self.camera is None else self.camera.to_dict(),
+            "lamps": lamps,
+        }
+        save_surfels(
+            ply_path(path),
+            self.surfels._core,
+            radiosity=self.radiosity,
+            irradiance=self.irradiance,
+            direct=self.direct,
+            columns={"parent": self.parents, "object": self.objects, "level": self.levels}
+            | ({} if self.cut is None else {"cut": self.cut}),
+            comments=pack_comments(about),
+        )
+
+
+def _frozen(values):
+    values = np.array(values)
+    values.setflags(write=False)
+    return values

@@ -1,0 +1,105 @@
+"""Solutions from files."""
+
+import math
+import os
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.files import file_error
+from surflux.pictures.camera import Camera
+from surflux.points.reading import load_arrays
+from surflux.points.surfels import Surfels
+from surflux.points.writing import unpack_comments
+from surflux.scenes.lights import AreaLight
+from surflux.solutions.solution import Solution
+
+HEADER_LIMIT = 1 << 20  # bytes: what a solution says about itself is in there
+
+
+NO_SOLUTION = "holds points but no solution"
+
+
+def load_solution(path):
+    """The Solution that Solution.save wrote.
+
+    Raises:
+        ValueError: path is none.
+        FileError: with the path and the reason; a file of points that holds no solution is none.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=0.1, areas=0.03)
+    >>> sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
+    >>> sf.load_solution("floor.ply").irradiance
+    array([[2., 2., 2.]])
+    """
+    path = check.path("path", path)
+    if os.path.isfile(path) and os.fsdecode(path).lower().endswith(".toml"):
+        raise file_error(path, f"holds a scene but no solution; `surflux solve {os.fsdecode(path)}` makes one")
+    arrays = load_arrays(path)
+    about = unpack_comments(arrays["comments"], path)
+    if about.get("solution") != 1 or any(arrays[name] is None for name in ("radiosity", "irradiance", "direct")):
+        raise file_error(path, f"{NO_SOLUTION}; `surflux solve {os.fsdecode(path)}` makes one")
+    try:
+        camera = None if about["camera"] is None else Camera(**about["camera"])
+        lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
+        error = math.nan if about["error"] is None else float(about["error"])
+        timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
+        history = [dict(figures) for figures in about["history"]]
+    except (KeyError, TypeError, ValueError, OverflowError) as fault:
+        raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
+    given = ("normals", "radii", "areas", "reflectance", "emission")
+    for name in given:
+        if arrays[name] is None:
+            raise file_error(path, f"its surfels have no {name}, which a solution has")
+    try:
+        check.finite_array("normals", arrays["normals"], (None, 3))
+        core = _core.Surfels(
+            arrays["points"], *(arrays[name] for name in given), arrays["triangles"], arrays["triangle_surfel"]
+        )
+    except ValueError as fault:
+        raise file_error(path, str(fault)) from fault
+    n = len(arrays["points"])  # each surfel and each object of the scene has at least one of them
+    return Solution(
+        Surfels._from_core(core),
+        parents=_indices(path, arrays["columns"], "parent", "a surfel", n),
+        objects=_indices(path, arrays["columns"], "object", "an object", n),
+        levels=_levels(path, arrays["columns"]),
+        radiosity=arrays["radiosity"],
+        irradiance=arrays["irradiance"],
+        direct=arrays["direct"],
+        cut=_indices(path, arrays["columns"], "cut", "a node") if "cut" in arrays["columns"] else None,
+        error=error,
+        timings=timings,
+        history=history,
+        lamps=lamps,
+        camera=camera,
+    )
+
+
+def _indices(path, columns, name, what, below=2**31):
+    if name not in columns:
+        raise file_error(path, f"its surfels have no {name}, which a solution has")
+    column = columns[name]
+    with np.errstate(invalid="ignore"):
+        bad = ~((column >= 0) & (column < below) & (column == np.floor(column)))
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        raise file_error(path, f"vertex {row}: {name} is {column[row]:g}; wanted the index of {what}")
+    return column.astype(np.uint32)
+
+
+def _levels(path, columns):
+    """None of a file that was written before there were some."""
+    column = columns.get("level")
+    if column is not None and not np.all(np.abs(column) < 2**15):
+        raise file_error(path, f"vertex {int(np.argmin(np.abs(column) < 2**15))}: its level is out of range")
+    return column
+
+
+def holds_solution(path):
+    """Whether the header of a PLY file that can be read names what only a solution has."""
+    with open(path, "rb") as file:
+        header = file.read(HEADER_LIMIT).split(b"end_header")[0].split()
+    return all(name in header for name in (b"radiosity_r", b"irradiance_r", b"direct_r"))

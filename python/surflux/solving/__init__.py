@@ -1,0 +1,1 @@
+"""The solvers: radiosity, meshless radiosity, form factors, reference path tracing."""

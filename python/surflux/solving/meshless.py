@@ -1,0 +1,97 @@
+"""Solving a scene in a meshless basis (Lehtinen and others 2007)."""
+
+from surflux import _core
+from surflux._base import check
+from surflux.scenes.options import shadow_options
+from surflux.solutions.fields import BasisField, SurfelField
+from surflux.solving.run import check_scene, solution_by
+
+
+def solve_meshless(
+    scene,
+    *,
+    levels=6,
+    radius=None,
+    epsilon_e=0.04,
+    epsilon_omega=0.314,
+    rays=512,
+    bounces=None,
+    indirect_only=True,
+    tolerance=1e-4,
+    probes=16,
+    shadow_rays=64,
+    seed=0,
+    threads=None,
+    progress=False,
+):
+    """Radiosity of a scene by meshless finite elements (L07 section 6.3), on patches and disks alike.
+
+    Irradiance is a sum of basis functions that scattered points on the surfaces induce: Shepard's weights on several
+    levels, each of half the spacing, where finer levels correct what coarser ones leave (L07 section 4). Light is
+    gathered by rays at the points of the coarsest level, then at finer ones around where neighbours differ, or where
+    the correction is large. So the field is smooth, and where light changes little its points are few, however finely
+    the surfaces are modelled. Surfels send by the field's means over them. Where the last corrections on a surfel are
+    still large, as on tiles and reliefs finer than the last level, or rays contradict the field on one that is large or
+    bright, light is gathered on all of that surfel, and counts for it alone: not for `irradiance_at`, nor for pictures.
+
+    Args:
+        scene: Scene. Functions of one of its objects say nothing about the others.
+        levels: of the basis, at most; 1 to 10. Clouds have two more, which repeat the receivers that are as close
+            together as their disks.
+        radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
+            level to level. None: by the areas of the objects.
+        epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is
+            solved for, or of four times its first bounce where that is less; 1.4 times as much on each finer level,
+            which speaks for less of the surface, and half as much at surfels themselves; positive.
+        epsilon_omega: solid angle in steradians, as a receiver sees it, below which a patch wider than the coarsest
+            spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
+        rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
+            patches, a quarter of them are aimed at what these send (many lights: Conty Estevez and Kulla 2018).
+        bounces: how often light is reflected; None for until the residual is below `tolerance`.
+        indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
+            where rays meet surfaces that are coarse. False has it in the basis, too.
+        tolerance: |residual| / |right-hand side| of the linear system, where all bounces are wanted; in (0, 1).
+        probes, shadow_rays, seed, threads, progress: see `solve`.
+
+    Returns:
+        Solution: `surfels` are the scene's own. `irradiance_at` evaluates the basis, as long as it is not from a file.
+
+    Raises:
+        ValueError: an argument out of range, by name.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    >>> solution = sf.solve_meshless(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+    >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
+    [[3.1416 3.1416 3.1416]]
+    """
+    check_scene(scene)
+    options = {
+        "levels": check.count("levels", levels, 1, 10),
+        "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
+        "epsilon_e": check.number("epsilon_e", epsilon_e, 0.0, low_open=True),
+        "epsilon_omega": check.number("epsilon_omega", epsilon_omega, 0.0, low_open=True),
+        "rays": check.count("rays", rays, 16, 65535),
+        "bounces": -1 if bounces is None else check.count("bounces", bounces, 0),
+        "indirect_only": check.flag("indirect_only", indirect_only),
+        "tolerance": check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
+        **shadow_options(probes, shadow_rays),
+        "seed": check.seed("seed", seed),
+    }
+
+    def field(core, result, surfels):
+        def all_light(callback):
+            others = result["irradiance"] - result["direct"]
+            return SurfelField(surfels, result["objects"], others, result["direct"], True, core, callback)
+
+        if not indirect_only:
+            return BasisField(result["field"], all_light, None)
+        emitted, lit = result["emitted"], result["lit"]
+
+        def rest(callback):
+            return SurfelField(surfels, result["objects"], emitted, lit, False, core, callback)
+
+        return BasisField(result["field"], all_light, rest, emitted, lit)
+
+    return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)

@@ -1,0 +1,99 @@
+"""Solving a scene by radiosity on surfels (Dobashi, Yamamoto and Nishita 2004)."""
+
+from surflux import _core
+from surflux._base import check
+from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
+from surflux.solving.run import check_scene, solution_by
+
+
+def solve(
+    scene,
+    *,
+    zeta=0.02,
+    insert=True,
+    tolerance=1e-4,
+    max_surfels=None,
+    transport="auto",
+    rays=256,
+    probes=16,
+    shadow_rays=64,
+    epsilon=0.8,
+    max_memory=None,
+    seed=0,
+    threads=None,
+    progress=False,
+):
+    """Radiosity of a scene, with shadows and all interreflection (D04 section 7).
+
+    Solves B = E + rho H, H = D + F B (D04 eq. 1, with the unknown as D03 section 3 has it) for red, green and blue, or
+    once where the scene is grey. The scene stays as it is; areas that it lacks are computed.
+
+    There are two ways to find how light is exchanged. With `transport="rays"` nodes of the hierarchy of surfels (D04
+    section 6) gather light by rays, once and for all, from whatever surfel or group of surfels each ray's cone covers.
+    Nodes give way to their members where interpolation between them would be off by more than `zeta` (global
+    refinement, D04 7.1); the linear system is solved by GMRES, again from where it stood. Direct light is computed at
+    every surfel. Seconds and memory grow about in proportion to the surfels; the noise of the rays, 1 or 2 % of the
+    indirect light with 256, stays. With `transport="pairs"` all pairs of surfels exchange light by form factors that
+    are symmetric and closed: each row, with what rays find to leave the scene or to end on a back face, makes 1.
+    Precise to .1 % in smooth scenes; memory grows as 4 n^2 bytes, seconds as n^2. "auto" takes pairs up to 2000
+    surfels and rays beyond.
+
+    With `insert`, a surfel beside which the field is not what its slope says, by more than zeta, gives way to four
+    (D04 7.2), at the borders of shadows above all; they in turn, down to a sixteenth of the radius of surfels (RMS by
+    area). Of polygons they take the part that is nearest to each. Their areas add up to that of the surfel.
+
+    Args:
+        scene: Scene.
+        zeta: what interpolation may leave, of the area-weighted RMS of H; positive.
+        insert: False solves for the scene's own surfels alone.
+        tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
+        max_surfels: of the solution; None for twice those of the scene, but not 50 000 more. Where that is not enough,
+            what matters most to the RMS goes first; `history` says how many were left out.
+        transport: "auto", "pairs" or "rays".
+        rays: of a node; with pairs of each surfel, to measure what escapes and what Environments send, four times as
+            many where not all meet the same; 16 to 65535.
+        probes, shadow_rays: shadow rays from a surfel to a light: as many to begin with, and where more than one
+            disagrees.
+        epsilon: surfels with n_i . n_j above this that overlap stand for the same surface and may form a group (D04 eq.
+            10); in (0, 1).
+        max_memory: bytes for the exchange of all pairs; None for three quarters of the machine's memory, or
+            of what is left of a lower limit (container, batch queue, ulimit -v).
+        seed: of everything random; the result is the same for the same seed, whatever the number of threads.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
+
+    Returns:
+        Solution.
+
+    Raises:
+        ValueError: an argument out of range, by name; more surfels than the memory takes for pairs.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> points = [[x, y, 0.0] for x in range(10) for y in range(10)]
+    >>> cloud = sf.Surfels(points, normals=[[0, 0, 1]] * 100, reflectance=0.5)
+    >>> solution = sf.solve(sf.Scene([cloud], lights=[sf.Environment(1.0)]))
+    >>> bool(abs(solution.irradiance - 3.14159).max() < 1e-4)  # a flat cloud sees the whole sky
+    True
+    """
+    check_scene(scene)
+    count = sum(len(s) for s in scene.objects)
+    options = {
+        "transport": check.choice("transport", transport, TRANSPORTS),
+        "zeta": check.number("zeta", zeta, 0.0, low_open=True),
+        "insert": check.flag("insert", insert),
+        "max_surfels": most_surfels(max_surfels, insert, count),
+        "tolerance": check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
+        "rays": check.count("rays", rays, 16, 65535),
+        **shadow_options(probes, shadow_rays),
+        "epsilon": check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
+        "max_memory": 0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
+        "seed": check.seed("seed", seed),
+    }
+    if transport == "pairs" or (transport == "auto" and count <= _core.PAIRS_UP_TO):
+        _core.require_memory_for_pairs(count, options["max_memory"])
+    solution = solution_by(_core.solve, scene, options, threads, progress)
+    if solution.cut is None:  # of all pairs, every surfel of the scene is a node
+        solution.cut = solution.parents
+    return solution

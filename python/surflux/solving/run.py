@@ -1,0 +1,59 @@
+"""What all solvers do around their pass of the core."""
+
+import warnings
+from time import perf_counter
+
+import numpy as np
+
+from surflux._base.passes import stage_callback, thread_limit
+from surflux.points.surfels import Surfels
+from surflux.scenes.coincidence import warn_of_layers
+from surflux.scenes.lights import AreaLight
+from surflux.scenes.scene import Scene
+from surflux.solutions.solution import Solution
+
+# Share of the power that enters a scene, above which what backs of surfaces take of it is said.
+MUCH_INTO_BACKS = 0.01
+# What a solver of _core gives that a Solution takes as it is.
+FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
+
+
+def check_scene(scene):
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
+
+
+def solution_by(solver, scene, options, threads, progress, field=None, converges=True):
+    """The Solution of a solver of _core.
+
+    field: (compiled scene, result, its Surfels) -> the Solution's field, or None. converges: whether its residual has
+    to come below options["tolerance"].
+    """
+    if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
+        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=3)
+    with thread_limit(threads):
+        start = perf_counter()
+        core = scene._to_core(progress=progress)
+        warn_of_layers(scene, 3)
+        areas_seconds = perf_counter() - start
+        with stage_callback(progress) as callback:
+            result = solver(core, **options, progress=callback)
+    figures = result["history"][-1]
+    residual = figures["residual"]
+    if converges and residual > options["tolerance"]:
+        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=3)
+    if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
+        share = figures["power_into_backs"] / figures["power_in"]
+        text = f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way or should be two_sided"
+        warnings.warn(text, stacklevel=3)
+    surfels = Surfels._from_core(result["surfels"])
+    return Solution(
+        surfels,
+        **{name: result[name] for name in FOUND},
+        timings={"areas": areas_seconds, **result["timings"]},
+        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
+        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+        camera=scene.camera,
+        scene=scene,
+        field=None if field is None else field(core, result, surfels),
+    )

@@ -1,0 +1,1 @@
+"""Windows and pages that show surfels, scenes and solutions."""

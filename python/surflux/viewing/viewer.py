@@ -1,0 +1,144 @@
+"""Looking at surfels, scenes and solutions: a window, a picture of it, or a page in a notebook."""
+
+from itertools import count
+from pathlib import Path
+
+from surflux._base import check
+from surflux.drawing.plots import camera_or_none, destination, in_notebook, quiet_vtk, window_size
+from surflux.scenes.camera_file import save_camera
+from surflux.viewing.page import Page
+from surflux.viewing.subject import Subject
+
+
+def view(
+    thing,
+    *,
+    color=None,
+    style="disks",
+    light="all",
+    stops=0.0,
+    level=0,
+    inserted=False,
+    pick=None,
+    values=None,
+    camera=None,
+    size=(1000, 700),
+    screenshot=None,
+    file=None,
+):
+    """Opens a window on surfels, a scene or a solution; `h` lists its keys.
+
+    In the window c goes through the colours, s through disks, splats and points, d through all, direct and indirect
+    light. A click shows the values of a surfel, those that share its disk, and lines to where its light comes from: as
+    wide and as bright as their part of it, found by 4096 rays, added up by groups of the hierarchy. Sliders set the
+    exposure, the level of the hierarchy whose groups are shown (D03 fig. 6b), and zeta, where the scene is there: it is
+    solved again when the slider is let go, which takes as long as solving takes; what is shown is that solution, with
+    its cut. Surfels have one side here as they have in the light: from behind they are not drawn, until b is pressed.
+
+    Without a display, or with `screenshot`, a picture is saved instead. In a Jupyter notebook without a display a Page
+    is returned, which the notebook shows.
+
+    Args:
+        thing: Surfels, Scene or Solution.
+        color: what to begin with: "radiosity", "irradiance", "direct", "indirect", "emission", "reflectance", "normal",
+            "radius", "area", "coverage" (area / disk area), "level" and "parent" (of inserted surfels), "object",
+            "group" (of the hierarchy), "cut" (nodes that light was solved for), or a name in values; those that there
+            are. None for radiosity, or reflectance where nothing is solved.
+        style: "disks", "splats" (colours run into each other) or "points".
+        light: "all", "direct" or "indirect": what radiosity and irradiance show.
+        stops: of exposure; 0 shows the brightest percent as white.
+        level: of the hierarchy, 0 the finest.
+        inserted: True marks inserted surfels.
+        pick: index of a surfel to pick, or None.
+        values: dict of further arrays by name: (n, 3) is linear light, (n,) numbers, such as errors.
+        camera: Camera; None for the one that comes with the thing, or one that has all in view.
+        size: (width, height) in pixels.
+        screenshot: path of a PNG or JPEG to write instead of opening a window.
+        file: of a scene (.toml) or a solution (.ply): where w writes the camera.
+
+    Returns:
+        The path of the picture, None after a window was closed, or a Page in a notebook.
+
+    Raises:
+        ValueError: an argument, by name.
+        FileError: a picture that cannot be written.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels([[x, y, 0] for y in range(9) for x in range(9)], normals=[[0, 0, 1]] * 81)
+    >>> sf.view(floor, color="area", screenshot="areas.png", size=(400, 300)).name
+    'areas.png'
+    """
+    subject = Subject(thing, values)
+    size = window_size(size)
+    camera_or_none(camera)
+    check.flag("inserted", inserted)
+    if pick is not None:
+        pick = check.count("pick", pick, 0, len(subject) - 1)
+    if screenshot is None and in_notebook():
+        return Page(thing, values=values, camera=camera)
+    path = destination(screenshot)
+    from surflux.viewing.window import SceneView
+
+    with quiet_vtk():
+        window = SceneView(
+            subject,
+            color=color,
+            style=style,
+            light=light,
+            stops=stops,
+            level=level,
+            size=size,
+            off_screen=path is not None,
+        )
+        try:
+            if inserted:
+                window.mark_inserted(True)
+            window.frame(camera)
+            if pick is not None:
+                window.pick(pick)
+            if path is None:
+                from surflux.viewing.controls import listen
+
+                start = subject.framed(size) if camera is None else camera
+                listen(window, start=start, write=camera_writer(window, file), export=page_writer(window, file))
+                window.plotter.show()
+            else:
+                window.plotter.render()
+                window.plotter.screenshot(path)
+        finally:
+            window.plotter.close()
+    return path
+
+
+def camera_writer(window, file):
+    """Writes a Camera into a scene file, or the file of the solution that a SceneView shows, and says so; or None."""
+    if file is None:
+        return None
+    path = Path(check.path("file", file))
+
+    def write(camera):
+        if path.suffix.lower() == ".toml":
+            save_camera(path, camera)
+        elif window.subject.solution is not None:
+            window.subject.solution.camera = camera
+            window.subject.solution.save(path)
+        else:
+            return f"{path.name} holds neither a scene nor a solution, so it has no camera"
+        return f"the camera is in {path} now"
+
+    return write
+
+
+def page_writer(window, file):
+    """Writes a page of what a SceneView shows into the working folder, beside those that are there, and says so."""
+    stem = "surflux" if file is None else Path(file).stem
+
+    def write(camera):
+        names = (f"{stem}.html" if k == 1 else f"{stem}-{k}.html" for k in count(1))
+        path = next(path for path in map(Path, names) if not path.exists())
+        subject = window.subject
+        thing = subject.solution or subject.scene or subject.surfels
+        Page(thing, values=subject.values, camera=camera, title=stem).save(path)
+        return f"{path.resolve()}: {path.stat().st_size / 1e6:.1f} MB"
+
+    return write

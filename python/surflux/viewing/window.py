@@ -1,0 +1,300 @@
+"""The window in which surfels, scenes and solutions are looked at: what it shows, without the mouse and the keys."""
+
+import numpy as np
+
+from surflux._base import check
+from surflux.drawing import sharing
+from surflux.drawing.colors import Shown, range_of, screen_bytes, white_of
+from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
+from surflux.pictures.camera import Camera
+from surflux.viewing.links import LinkFinder
+from surflux.viewing.picks import PARTS, draw_links, draw_members
+from surflux.viewing.properties import LIGHTS, names_of, property_of
+from surflux.viewing.words import caption, values_of
+
+INSERTED = (255, 140, 0)
+
+
+class SceneView:
+    """A view of a Subject.
+
+    Args:
+        subject: Subject.
+        color: one of names_of(subject); None for radiosity, or reflectance where nothing is solved.
+        style: "disks", "splats" or "points".
+        light: "all", "direct" or "indirect".
+        stops: of exposure; 0 shows the brightest percent as white.
+        level: of the hierarchy whose groups "group" shows, 0 the finest.
+        size: (width, height) in pixels.
+        off_screen: True to draw without a window.
+
+    Attributes:
+        plotter: pyvista.Plotter.
+        subject, color, style, light, stops, level: what is shown; set by the methods.
+        picked: index of the picked surfel, or None. links: its Links, or None.
+        centers: (n, 3) of the surfels around subject.origin(); extent: how far they reach from there.
+    """
+
+    def __init__(
+        self,
+        subject,
+        *,
+        color=None,
+        style="disks",
+        light="all",
+        stops=0.0,
+        level=0,
+        size=(800, 600),
+        off_screen=False,
+    ):
+        import pyvista
+
+        names = names_of(subject)
+        color = ("radiosity" if "radiosity" in names else "reflectance") if color is None else color
+        self.subject, self.size = subject, size
+        self.color, self.light = (
+            check.choice("color", color, (*names, "emission")),
+            check.choice("light", light, LIGHTS),
+        )
+        self.style = check.choice("style", style, STYLES)
+        self.stops = check.number("stops", stops, -20.0, 20.0)
+        self.level = check.count("level", level, 0)
+        self.picked = self.links = None
+        self.zeta, self.culling, self.marked = None, True, False
+        self.note = ""  # what the last solving came to
+        self._kept = None
+        self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
+        self.plotter.set_background("white")
+        self.font = max(6, round(min(size[1] / 46, size[0] / 62)))
+        self._take(subject)
+        self.redraw()
+
+    def redraw(self):
+        """Draws the surfels anew, as everything says now."""
+        shown = self.shown()
+        look = {"rgb": True}
+        if shown.kind == "number":
+            values, (low, high) = self._shape.spread(shown.values), range_of(shown.values)
+            look = {"cmap": "viridis", "clim": (low, high if high > low else low + 1e-12), "nan_color": "lightgrey"}
+        elif self.style == "splats" and shown.kind in ("light", "surface"):  # linear ones run into each other
+            values = screen_bytes(self._blended(shown), 2.0**self.stops, self._white(shown))
+        else:
+            values = self._shape.spread(screen_bytes(shown, 2.0**self.stops, self._white(shown)))
+            values = values.astype(np.uint8)
+        mesh = self._shape.mesh
+        (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = values
+        if self.style == "points":
+            look |= {"style": "points", "point_size": max(2.0, min(8.0, self.size[1] / 150))}
+        elif self.culling:
+            look |= {"culling": "back"}
+        preference = "point" if self._shape.by_point else "cell"
+        self._bar(None)
+        actor = self.draw("surfels", mesh, scalars="shown", preference=preference, **look)
+        self._bar(actor.mapper if shown.kind == "number" else None, shown.name)
+        self.write("caption", caption(self, shown), (0.985, 0.985), top=True, right=True)
+
+    def shown(self):
+        """The Shown of the colour that is chosen."""
+        groups = None
+        if self.color == "group":
+            levels = self.subject.tree().levels
+            groups = levels[min(self.level, len(levels) - 1)]
+        return property_of(self.subject, self.color, self.light, groups)
+
+    def white(self):
+        """What is shown as white at 0 stops, whatever part of the light is on."""
+        return white_of(property_of(self.subject, self.color).values)
+
+    def _white(self, shown):
+        return self.white() if shown.kind == "light" else None
+
+    def _blended(self, shown):
+        """A Shown at the points of the shape; kept, for only the exposure may change."""
+        key = (self._shape, self.color, self.light)
+        if self._kept is None or self._kept[0] != key:
+            self._kept = key, Shown(shown.name, shown.kind, shown.title, self._shape.spread(np.asarray(shown.values)))
+        return self._kept[1]
+
+    def set_color(self, color):
+        self.color = check.choice("color", color, names_of(self.subject))
+        self.redraw()
+
+    def next_color(self, step=1):
+        names = names_of(self.subject)
+        place = names.index(self.color) + step if self.color in names else 0
+        self.set_color(names[place % len(names)])
+
+    def set_style(self, style):
+        self.style = check.choice("style", style, STYLES)
+        self._shape = shape_of(self.subject, style)
+        self.plotter.remove_actor("surfels", render=False)
+        self.redraw()
+
+    def set_light(self, light):
+        """Which light radiosity and irradiance show."""
+        self.light = check.choice("light", light, LIGHTS)
+        if self.subject.solution is not None and self.color not in ("radiosity", "irradiance"):
+            self.color = "radiosity"
+        self.redraw()
+
+    def set_exposure(self, stops):
+        self.stops = float(stops)
+        self.redraw()
+
+    def set_level(self, level):
+        """Shows the groups of that level of the hierarchy (D03 fig. 6b)."""
+        self.level, self.color = int(np.clip(level, 0, len(self.subject.tree()) - 1)), "group"
+        self.redraw()
+
+    def show_backs(self, backs):
+        """Draws both sides of everything, or the fronts alone, as light sees them."""
+        self.culling = not backs
+        self.plotter.remove_actor("surfels", render=False)
+        self.redraw()
+
+    def mark_inserted(self, marked):
+        """Marks the surfels that were inserted with an orange disk each."""
+        self.marked = marked
+        self.plotter.remove_actor("inserted", render=False)
+        there = np.flatnonzero(self.subject.inserted()) if marked else []
+        if len(there):
+            s = self.subject.surfels
+            place = self.centers[there] + 0.05 * s.radii[there, None] * s.normals[there]
+            dots = polygons(rings(place, s.normals[there], 0.25 * s.radii[there], 8))
+            self.draw("inserted", dots, color=INSERTED, culling="back")
+
+    def solve_again(self, zeta, progress=True):
+        """Solves the scene with another zeta and shows that; takes as long as solving takes."""
+        from surflux.solving.radiosity import solve
+
+        options = self.subject.scene.solve_options | {"zeta": zeta}
+        solution = solve(self.subject.scene, **options, progress=progress)
+        solution.camera = self.subject.camera
+        seconds = sum(solution.timings.values())
+        self.zeta, self.note = zeta, f"solved with zeta {zeta:.3g} in {seconds:.2g} s"
+        marked, camera = self.marked, self.camera()
+        self.pick(None)
+        self.mark_inserted(False)
+        self._take(type(self.subject)(solution))
+        self.plotter.remove_actor("surfels", render=False)
+        self.redraw()
+        self.frame(camera)  # inserted surfels may have moved the origin
+        self.mark_inserted(marked)
+
+    def can_solve(self):
+        """Whether another zeta can be tried: the scene is there, and was solved with a cut."""
+        solution = self.subject.solution
+        return self.subject.scene is not None and solution is not None and solution.cut is not None
+
+    # --- one surfel
+
+    def pick(self, index):
+        """Shows the values of a surfel, its neighbours and where its light comes from; None shows no more of that."""
+        for name in PARTS:
+            self.plotter.remove_actor(name, render=False)
+        self._link_bar(None)
+        self.picked, self.links = index, None
+        if index is None:
+            self.write("values", "", (0.015, 0.985), top=True)
+            return
+        picked = sharing.pick(self.subject.surfels, index, "curved")
+        if self.subject.solution is not None:
+            self.links = self._find_links(index)
+            self._link_bar(draw_links(self, self.links))
+        draw_members(self, picked)
+        self.write(
+            "values", "\n".join(values_of(self.subject, picked, self.links)), (0.015, 0.985), top=True, fixed=True
+        )
+
+    def pick_at(self, x, y):
+        """Picks what is seen at pixel (x, y), counted from the lower left corner; where nothing is, nothing."""
+        ends = []
+        for depth in (0.0, 1.0):
+            self.plotter.renderer.SetDisplayPoint(x, y, depth)
+            self.plotter.renderer.DisplayToWorld()
+            point = np.array(self.plotter.renderer.GetWorldPoint())
+            ends.append(point[:3] / point[3])
+        start = ends[0] + self.subject.origin()
+        self.pick(sharing.surfel_under(self.subject.surfels, start, ends[1] - ends[0]))
+
+    # --- the camera
+
+    def frame(self, camera=None):
+        """Looks through a Camera; None for the one that comes with what is shown, or one that has all in view."""
+        camera = self.subject.framed(self.size) if camera is None else camera
+        view, origin = self.plotter.camera, self.subject.origin()
+        view.position, view.focal_point = camera.eye - origin, camera.target - origin
+        view.up, view.view_angle = camera.up, camera.fov
+        self.plotter.renderer.ResetCameraClippingRange()
+
+    def camera(self):
+        """The Camera that the window looks through."""
+        view, origin = self.plotter.camera, self.subject.origin()
+        return Camera(origin + view.position, origin + view.focal_point, np.array(view.up), view.view_angle)
+
+    def fly_to_picked(self):
+        """Looks at the picked surfel from its front."""
+        if self.picked is None:
+            return
+        s, i = self.subject.surfels, self.picked
+        n, up = s.normals[i], np.array(self.plotter.camera.up)
+        up = up if abs(n @ up) < 0.9 else np.roll(n, 1)
+        self.frame(Camera(s.points[i] + 12 * s.radii[i] * n, s.points[i], up, self.plotter.camera.view_angle))
+
+    # --- what all of it is made with
+
+    def write(self, name, text, place, *, top=False, right=False, fixed=False, grey=0.0):
+        """Text at a place of the window, in fractions of it, in place of what had that name."""
+        self.plotter.remove_actor(name, render=False)
+        if not text:
+            return
+        actor = text_actor(text, self.font, place, side="right" if right else "left", top=top, fixed=fixed, grey=grey)
+        self.plotter.add_actor(actor, name=name, reset_camera=False, pickable=False)
+
+    def _take(self, subject):
+        self.subject = subject
+        self._shape = shape_of(subject, self.style)
+        self.centers = subject.surfels.points - subject.origin()
+        self.extent = float(np.max(np.linalg.norm(self.centers, axis=1) + subject.surfels.radii))
+        self._find_links = LinkFinder(subject)
+        if subject.lamps:
+            self.draw("lamps", polygons(subject.lamp_quads()), color="white", culling="back")
+
+    def draw(self, name, mesh, **look):
+        """Adds a mesh in place of what had that name; the actor."""
+        fixed = {"lighting": False, "show_scalar_bar": False, "reset_camera": False, "pickable": False}
+        return self.plotter.add_mesh(mesh, name=name, **fixed, **look)
+
+    def _bar(self, mapper, title=""):
+        self._scale("colours", mapper, title, 0.9)
+
+    def _link_bar(self, mapper):
+        self._scale("links", mapper, "link, %", 0.8)
+
+    def _scale(self, name, mapper, title, left):
+        if name in self.plotter.scalar_bars:
+            self.plotter.remove_scalar_bar(name)
+        if mapper is None:
+            return
+        bar = self.plotter.add_scalar_bar(
+            title=name,
+            mapper=mapper,
+            n_labels=5,
+            vertical=True,
+            position_x=left,
+            position_y=0.3,
+            width=0.08,
+            height=0.4,
+            label_font_size=self.font,
+            title_font_size=self.font,
+            unconstrained_font_size=True,
+            color="black",
+            fmt="%.3g",
+        )
+        bar.SetTitle(title)
+        bar.SetVerticalTitleSeparation(self.font)
+
+
+def shape_of(subject, style):
+    """The Shape of a Subject."""
+    return Shape(subject.surfels, style, subject.origin(), *subject.drawn())
