@@ -13,7 +13,7 @@ from surflux.scenes.options import OPTIONS
 from surflux.scenes.patterns import PATTERNS
 from surflux.scenes.scene_object import SHAPES
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 FLOOR = '[[object]]\nshape = "rectangle"\npatches = 4\n'
 
 

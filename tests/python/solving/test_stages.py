@@ -8,7 +8,7 @@ import pytest
 import surflux as sf
 
 pytestmark = pytest.mark.scans
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 
 
 @pytest.fixture(scope="module")

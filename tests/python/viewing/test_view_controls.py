@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, shot, window
 
 import surflux as sf
 from surflux.drawing import plots
 from surflux.viewing import controls, viewer
-from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, shot, window
 
 __all__ = ["lit", "window"]  # fixtures
 

@@ -17,7 +17,7 @@ from surflux import _core
 from surflux.cli import commands
 from surflux.scenes import shapes
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 ROOM = """
 [[object]]
 shape = "room"

@@ -111,7 +111,7 @@ def test_headers_inside_texts_and_lists_are_none(tmp_path):
 
 
 def test_every_scene_of_the_project_takes_a_camera(tmp_path):
-    for scene in sorted((Path(__file__).parents[2] / "data").glob("*.toml")):
+    for scene in sorted((Path(__file__).parents[3] / "data").glob("*.toml")):
         text = scene.read_text()
         before, after = tomllib.loads(text), tomllib.loads(written(tmp_path, text))
         assert after.pop("camera") == {

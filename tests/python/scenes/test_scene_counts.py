@@ -10,7 +10,7 @@ from surflux.scenes import shapes
 from surflux.scenes.scene_file import Table, read_toml
 from surflux.scenes.scene_object import open_object
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 ROOM = '[[object]]\nshape = "room"\npatches = 2\n'  # 24 patches
 
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from test_view import RED, SQUARE, at, grid, is_color, lit, pair, shot, window
 
 import surflux as sf
 from surflux.drawing import plots, sharing
 from surflux.viewing import controls, words
 from surflux.viewing.links import LinkFinder
 from surflux.viewing.subject import Subject
-from test_view import RED, SQUARE, at, grid, is_color, lit, pair, shot, window
 
 __all__ = ["lit", "window"]  # fixtures
 

@@ -13,7 +13,7 @@ WALLS, BUNNY = 2400, 4000  # 6 walls of 20 x 20 patches; thinned to 4000
 
 @pytest.fixture(scope="module")
 def solution():
-    return sf.solve(sf.load_scene(Path(__file__).parents[2] / "data" / "two_bunnies.toml", surfels=WALLS + 2 * BUNNY))
+    return sf.solve(sf.load_scene(Path(__file__).parents[3] / "data" / "two_bunnies.toml", surfels=WALLS + 2 * BUNNY))
 
 
 @pytest.fixture(scope="module")

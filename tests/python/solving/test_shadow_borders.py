@@ -12,7 +12,7 @@ LIGHT = [1.8, 1.1, 2.5]
 
 @pytest.fixture(scope="module")
 def scene():
-    room = sf.load_scene(Path(__file__).parents[2] / "data" / "three_spheres.toml")
+    room = sf.load_scene(Path(__file__).parents[3] / "data" / "three_spheres.toml")
     return sf.Scene(room.objects, [sf.PointLight(LIGHT, 10.0)])
 
 

@@ -1,6 +1,6 @@
 """Pictures of solutions by ray casting: what splatted ones are judged by. Nothing of this knows OpenGL.
 
-`python tests/python/ray_casting.py SCENE.toml ...` prints how far the two agree, at 400 x 300 pixels of 2 x 2 samples.
+`python tests/support/ray_casting.py SCENE.toml ...` prints how far the two agree, at 400 x 300 pixels of 2 x 2 samples.
 """
 
 import sys

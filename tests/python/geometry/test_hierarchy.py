@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 
 
 def expect_sound(tree, s):
