@@ -1,4 +1,4 @@
-"""Solution.error beside the error against path tracing: `python tests/support/estimates.py SCENE.toml ... [--tight]`."""
+"""Solution.error beside the error against path tracing: `python tests/support/estimates.py SCENE.toml [--tight]`."""
 
 import argparse
 
