@@ -50,6 +50,44 @@ py::array_t<std::uint32_t> triangle_surfels_of(const Surfels& s) {
     return out;
 }
 
+// All that Surfels are, as arrays: what pickle keeps.
+py::tuple state_of(const Surfels& s) {
+    std::vector<Vec3> end_normals;
+    std::vector<double> limits;
+    std::vector<std::uint32_t> owners, kinds;
+    for (const DiskEnd& end : s.ends) {
+        end_normals.push_back(end.normal);
+        limits.push_back(end.limit);
+        owners.push_back(end.surfel);
+        kinds.push_back(end.kind);
+    }
+    return py::make_tuple(to_array(s.positions), to_array(s.normals), to_array(s.radii), to_array(s.areas),
+                          to_array(s.reflectance), to_array(s.emission), triangles_of(s), triangle_surfels_of(s),
+                          to_array(end_normals), to_array(limits), to_array(owners), to_array(kinds),
+                          to_array(s.alone));
+}
+
+Surfels from_state(const py::tuple& state) {
+    require(state.size() == 13, "surfels: a pickle of another version");
+    const auto doubles = [&](std::size_t k) { return state[k].cast<Doubles>(); };
+    const auto indices = [&](std::size_t k) { return state[k].cast<Indices>(); };
+    Surfels s =
+        make_surfels(doubles(0), doubles(1), doubles(2), doubles(3), doubles(4), doubles(5), doubles(6), indices(7));
+    const std::vector<Vec3> normals = to_vec3s(doubles(8), "ends");
+    const std::vector<double> limits = to_vector(doubles(9));
+    const std::vector<std::uint32_t> owners = to_vector(indices(10)), kinds = to_vector(indices(11));
+    const std::size_t m = normals.size();
+    require(limits.size() == m && owners.size() == m && kinds.size() == m, "ends: arrays of different lengths");
+    for (std::size_t k = 0; k < m; ++k) {
+        require(owners[k] < s.size() && (k == 0 || owners[k] >= owners[k - 1]), "ends: wanted ascending surfels");
+        s.ends.push_back(
+            {normals[k], limits[k], owners[k], kinds[k] == DiskEnd::crease ? DiskEnd::crease : DiskEnd::border});
+    }
+    s.alone = to_vector(indices(12));
+    for (const std::uint32_t i : s.alone) require(i < s.size(), "alone: wanted indices of surfels");
+    return s;
+}
+
 }  // namespace
 
 void bind_scene(py::module_& module) {
@@ -84,7 +122,8 @@ void bind_scene(py::module_& module) {
                  const std::vector<std::uint32_t> kept = to_vector(indices);
                  return without_gil([&] { return select(s, kept); });
              })
-        .def("two_sided", [](const Surfels& s) { return without_gil([&] { return two_sided(s); }); });
+        .def("two_sided", [](const Surfels& s) { return without_gil([&] { return two_sided(s); }); })
+        .def(py::pickle(&state_of, &from_state));
 
     py::class_<PointLight>(module, "PointLight").def(py::init([](const Doubles& position, const Doubles& intensity) {
         return PointLight{to_vec3(position, "position"), to_vec3(intensity, "intensity")};

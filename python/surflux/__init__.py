@@ -29,6 +29,7 @@ _HOME = {
     "area_shares": "geometry.areas",
     "build_hierarchy": "geometry.hierarchy",
     "camera_path": "pictures.animation",
+    "concatenate": "points.arranging",
     "effective_areas": "geometry.areas",
     "form_factors": "solving.form_factors",
     "info": "_base.installation",

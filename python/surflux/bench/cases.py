@@ -53,7 +53,7 @@ def _run(surfels, seconds, error, against, stages=None):
 def _solved(scene, threads, error, against):
     start = perf_counter()
     # A scene remembers areas that it has computed; a new one has to compute them again.
-    solution = sf.solve(sf.Scene(scene.objects, scene.lights), threads=threads, **scene.solve_options)
+    solution = sf.solve(sf.Scene(scene.objects, scene.lights, solve_options=scene.solve_options), threads=threads)
     seconds = perf_counter() - start
     return _run(len(solution.surfels), seconds, error(solution), against, solution.timings)
 

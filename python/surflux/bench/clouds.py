@@ -12,7 +12,7 @@ from surflux.points.surfels import Surfels
 from surflux.scenes import shapes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """points (n, 3), unit normals (n, 3), the surface's true area, and the area of each point's cell (n,), or None."""
 

@@ -27,7 +27,7 @@ def main(arguments=None):
     size = (options.size, options.size)
     pictures = []
     for insert in (False, True):
-        solution = sf.solve(scene, **scene.solve_options | {"insert": insert})
+        solution = sf.solve(scene, insert=insert)
         seconds = sum(solution.timings.values())
         print(f"insert={insert}: {len(solution.surfels)} surfels, {seconds:.2f} s, own error {solution.error:.2%}")
         pictures.append(solution.render(size=size, samples=1))

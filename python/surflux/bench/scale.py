@@ -144,10 +144,7 @@ def solved(path, count, repeats, threads, places, meshless=False):
         start = perf_counter()
         scene = sf.load_scene(path, surfels=count)
         loading = perf_counter() - start
-        if meshless:
-            solution = sf.solve_meshless(scene, threads=threads)
-        else:
-            solution = sf.solve(scene, threads=threads, **scene.solve_options)
+        solution = (sf.solve_meshless if meshless else sf.solve)(scene, threads=threads)
         runs.append({"seconds": perf_counter() - start, "loading": loading, **solution.timings})
         if turn == 0:  # later ones take what this one has left
             gigabytes = peak_gigabytes()

@@ -98,6 +98,12 @@ def _check_options(options):
 
 
 def _solve(options):
+    if options.solver == "meshless":
+        for name in ("zeta", "transport"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name}: goes with --solver radiosity")
+        if options.no_insert:
+            raise ValueError("--no-insert: goes with --solver radiosity")
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
     images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
@@ -106,9 +112,10 @@ def _solve(options):
     given = {name: getattr(options, name) for name in ("tolerance", "zeta", "transport", "seed", "threads")}
     if options.no_insert:
         given["insert"] = False
-    settings = scene.solve_options | {name: value for name, value in given.items() if value is not None}
+    settings = {name: value for name, value in given.items() if value is not None}
     camera = _camera(options, scene.surfels, scene.camera)
-    solution = sf.solve(scene, **settings, progress=True)
+    solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
+    solution = solver(scene, **settings, progress=True)
     output = _solve_output(options)
     solution.save(output)
     undrawn = _draw(solution, camera, options, images)

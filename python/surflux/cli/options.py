@@ -20,6 +20,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
     solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
     solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {cloud_limit})")
+    text = '"radiosity" on surfels (default), or "meshless": a smooth field, on whatever patches'
+    solve.add_argument("--solver", default="radiosity", choices=("radiosity", "meshless"), help=text)
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
     solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')

@@ -21,7 +21,7 @@ def thing_of(options):
         if options.no_solve or options.areas:
             return scene, True
         zeta = {} if options.zeta is None else {"zeta": options.zeta}
-        return sf.solve(scene, **(scene.solve_options | zeta), progress=True), True
+        return sf.solve(scene, **zeta, progress=True), True
     if options.mesh or path.suffix.lower() != ".ply":
         return sf.Surfels.from_mesh(path, reflectance=None), False
     try:

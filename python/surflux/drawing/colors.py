@@ -22,7 +22,7 @@ _MANY = 100
 _GOLDEN = 0.6180339887
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shown:
     """One property of n surfels.
 

@@ -17,23 +17,47 @@ from surflux.pictures.camera import Camera
 _DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
 
-def to_polydata(s, **values):
-    """The points as pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+KINDS = ("points", "disks", "patches")
+UNITS = {"radius": "length", "area": "length^2", "emission": "W/m2"}
 
-    Further arrays, (n,) or (n, k), go along as point arrays by name.
+
+def to_polydata(s, kind="points", values=None, units=None):
+    """Surfels as pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+
+    Args:
+        s: Surfels.
+        kind: "points": their places, with point arrays. "disks": what they look like, polygons for disks and triangles
+            for patches of a mesh; "patches": these triangles alone. Both with cell arrays, and "surfel" beside them.
+        values: dict of further arrays by name, (n,) or (n, k).
+        units: dict of theirs, by name. The field array "units" has a line for each array that has one.
+
+    Raises:
+        ValueError: kind, or "patches" of surfels without any.
     """
     import pyvista
 
-    cloud = pyvista.PolyData(s.points)
-    cloud.point_data["normals"] = s.normals
-    cloud.point_data["radius"] = s.radii
+    check.choice("kind", kind, KINDS)
+    if kind == "patches" and not len(s.triangles):
+        raise ValueError('kind: wanted "points" or "disks", for none of these surfels is a patch of a mesh')
+    arrays = {"normals": s.normals, "radius": s.radii, "reflectance": s.reflectance, "emission": s.emission}
     if s.areas is not None:
-        cloud.point_data["area"] = s.areas
-    cloud.point_data["reflectance"] = s.reflectance
-    cloud.point_data["emission"] = s.emission
-    for name, value in values.items():
-        cloud.point_data[name] = check.per_row(name, value, len(s))
-    return cloud
+        arrays["area"] = s.areas
+    arrays |= {name: check.per_row(name, value, len(s)) for name, value in (values or {}).items()}
+    if kind == "points":
+        found = pyvista.PolyData(s.points)
+        for name, value in arrays.items():
+            found.point_data[name] = value
+    else:
+        found = disks(s)
+        if kind == "patches":
+            corners = s.triangles.reshape(-1, 3)
+            found = pyvista.PolyData(corners, faces=polygon_cells(len(s.triangles), 3, 0))
+            found.cell_data["surfel"] = s.triangle_surfel.astype(np.int64)
+        for name, value in arrays.items():
+            found.cell_data[name] = value[found.cell_data["surfel"]]
+    known = UNITS | (units or {})
+    found.field_data["units"] = [f"{name}: {known[name]}" for name in arrays if name in known]
+    return found
 
 
 def disks(s, corners=None):

@@ -14,7 +14,7 @@ PICKED = (230, 0, 90)  # kept apart from viridis and from the hues of the neighb
 _GOLDEN = 0.6180339887
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Picked:
     """One surfel and those that share its disk, itself first.
 

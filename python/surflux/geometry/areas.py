@@ -71,7 +71,7 @@ def effective_areas(
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AreaShares:
     """Who shares the disk of one surfel: the influence functions xi_j of D04 eq. 5, as images.
 

@@ -19,3 +19,23 @@ def replaced(core, **arrays):
     """core with other arrays in place of some, by the names of its attributes."""
     names = ("positions", "normals", "radii", "areas", "reflectance", "emission", "triangles", "triangle_surfel")
     return _core.Surfels(*(arrays[name] if name in arrays else getattr(core, name) for name in names))
+
+
+def moved(core, scale, rotation, translation):
+    """core by p -> scale rotation p + translation: normals turn, radii grow with the scale and areas with its square.
+
+    rotation: (3, 3), orthogonal; where it mirrors, triangles keep facing the way of their normals.
+    """
+
+    def place(points):
+        return scale * (points @ rotation.T) + translation
+
+    corners = place(core.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
+    return replaced(
+        core,
+        positions=place(core.positions),
+        normals=core.normals @ rotation.T,
+        radii=scale * core.radii,
+        areas=None if core.areas is None else scale**2 * core.areas,
+        triangles=corners if np.linalg.det(rotation) > 0.0 else corners[:, ::-1],
+    )

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import warnings
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +11,7 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.warn import warn
 
 
 class Mesh(NamedTuple):
@@ -123,7 +123,7 @@ def _reflectance(path, colors, type_name):
         return None
     if not np.all(np.isfinite(colors)):
         row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
-        warnings.warn(f"{path}: vertex {row} has a colour that is not finite; the colours are ignored", stacklevel=4)
+        warn(f"{path}: vertex {row} has a colour that is not finite; the colours are ignored")
         return None
     white = white_of_colors(colors, type_name)
     if white is None:

@@ -1,11 +1,11 @@
 """Patches of polygonal models, one surfel each (D04 section 7.3): the geometry behind Surfels.from_mesh."""
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from surflux._base.check import counted
+from surflux._base.warn import warn
 
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
 _DEGENERATE = 1e-12
@@ -15,7 +15,7 @@ _FLAT = 1e-4
 _MOST = 20_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Patches:
     """Per patch: centroid, unit normal, exact area, distance to the farthest corner, the face it came from.
 
@@ -44,7 +44,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
         text = f"mesh: {counted(dropped, 'degenerate face')} dropped (no area)"
-        warnings.warn(text, UserWarning, stacklevel=4)
+        warn(text)
         rings = [(face[keep], corners[keep]) for face, corners in rings for keep in [~_degenerate(corners)]]
     if any(len(face) for face, _ in rings):
         rings = [ring for ring in _only_convex(rings) if len(ring[0])]

@@ -1,7 +1,6 @@
 """Point files, read as surfels."""
 
 import os
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
+from surflux._base.warn import warn
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals
 from surflux.points.surfels import Surfels
@@ -215,9 +215,8 @@ def _complete_normals(path, arrays, viewpoint):
     bad = np.isnan(normals[:, 0])
     if not np.any(bad):
         return normals
-    warnings.warn(
+    warn(
         f"{os.fsdecode(path)}: {np.count_nonzero(bad)} of {len(bad)} normals are zero or not finite and were estimated",
-        stacklevel=3,
     )
     if np.all(bad):
         return None

@@ -2,16 +2,14 @@
 
 import numpy as np
 
-from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stop_callback
 from surflux.drawing.area_window import plot_areas
 from surflux.drawing.plots import plot, to_polydata
-from surflux.geometry.areas import surface_area
-from surflux.geometry.cores import make_core, replaced
+from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
+from surflux.points import arranging
 from surflux.points.writing import ply_path, save_surfels
 
 
@@ -219,6 +217,12 @@ class Surfels:
         """(t,) the surfel that each triangle belongs to, ascending."""
         return self._array("triangle_surfel", lambda: self._core.triangle_surfel)
 
+    @property
+    def bounds(self):
+        """(2, 3): the least and the largest coordinates of points and corners of triangles; disks reach beyond."""
+        places = np.concatenate([self.points, self.triangles.reshape(-1, 3)])
+        return np.stack([places.min(axis=0), places.max(axis=0)])
+
     def _array(self, name, get):
         if name not in self._arrays:
             array = get()
@@ -226,6 +230,16 @@ class Surfels:
                 array.setflags(write=False)
             self._arrays[name] = array
         return self._arrays[name]
+
+    # Nothing of the core's ever changes, so copies share it; areas that are set replace it.
+    def __copy__(self):
+        return Surfels._from_core(self._core)
+
+    def __deepcopy__(self, memo):
+        return Surfels._from_core(self._core)
+
+    def __getstate__(self):
+        return {"_core": self._core, "_arrays": {}}
 
     def __len__(self):
         return len(self._core)
@@ -243,74 +257,8 @@ class Surfels:
         """
         return Surfels._from_core(self._core.select(check.selection("selection", selection, len(self))))
 
-    def flipped(self, mask):
-        """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
-
-        For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
-
-        Raises:
-            ValueError: not a mask of that shape.
-        """
-        mask = np.asarray(mask)
-        if mask.dtype != bool or mask.shape != (len(self),):
-            raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
-        normals = np.where(mask[:, None], -self.normals, self.normals)
-        of_turned = mask[self.triangle_surfel]
-        triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
-        return Surfels._from_core(replaced(self._core, normals=normals, triangles=triangles))
-
-    def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
-        """The same surfels with other radii, areas, reflectance or emission, as Surfels takes them; None keeps them.
-
-        Raises:
-            ValueError: an argument, by name.
-
-        >>> import surflux as sf
-        >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6)
-        >>> s.replace(reflectance=[0.8, 0.4, 0.4]).reflectance
-        array([[0.8, 0.4, 0.4],
-               [0.8, 0.4, 0.4]])
-        """
-        n, given = len(self), {}
-        if radii is not None:
-            given["radii"] = check.per_surfel("radii", radii, n, low_open=True)
-        if areas is not None:
-            given["areas"] = check.per_surfel("areas", areas, n)
-        if reflectance is not None:
-            given["reflectance"] = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
-        if emission is not None:
-            given["emission"] = check.per_surfel_rgb("emission", emission, n)
-        return Surfels._from_core(replaced(self._core, **given))
-
-    def thinned(self, n, seed=0):
-        """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
-
-        Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
-        a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
-        than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
-        Patches of a mesh lose their triangles and become disks.
-
-        Args:
-            n: number of surfels to keep, from 2 to len(self).
-            seed: the same seed gives the same subset.
-
-        Raises:
-            ValueError: n out of range.
-        """
-        n = check.count("n", n, 2, 2**63 - 1)
-        seed = check.seed("seed", seed)
-        if n > len(self):
-            raise ValueError(f"n: {only_so_many(len(self), n)}")
-        area = surface_area(self)
-        kept = np.arange(n)
-        if n < len(self):
-            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stop_callback()))
-        points = np.ascontiguousarray(self.points[kept])
-        largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
-        normals = np.ascontiguousarray(self.normals[kept])
-        radii = np.minimum(estimated_radii(points, normals), largest)
-        core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
-        return Surfels._from_core(core)
+    flipped, replace = arranging.flipped, arranging.replace
+    transformed, thinned = arranging.transformed, arranging.thinned
 
     def save(self, path):
         """Writes a binary PLY from which read() gives the surfels back, triangles included.
@@ -327,9 +275,23 @@ class Surfels:
         """
         save_surfels(ply_path(path), self._core)
 
-    def to_pyvista(self):
-        """The points as pyvista.PolyData with normals, radius, area, reflectance and emission as point arrays."""
-        return to_polydata(self)
+    def to_pyvista(self, kind="points"):
+        """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+
+        Args:
+            kind: "points" with point arrays; "disks" as they are drawn, polygons for disks and triangles for patches of
+                a mesh, or "patches", the triangles alone, both with cell arrays and each cell's index "surfel". The
+                field array "units" says what is in what.
+
+        Raises:
+            ValueError: another kind, or "patches" where there are none.
+
+        >>> import surflux as sf
+        >>> s = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.25)
+        >>> s.to_pyvista("patches").n_cells
+        8
+        """
+        return to_polydata(self, kind)
 
     def plot(self, color="reflectance", **options):
         """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.
@@ -374,9 +336,3 @@ class Surfels:
             up: (3,) what is up in the picture where no camera is given; None for z.
         """
         return plot_areas(self, pick, **options)
-
-
-def only_so_many(there, n):
-    """Why n surfels cannot be kept of those that are there."""
-    verb = "is" if there == 1 else "are"
-    return f"wanted at most {there}, for there {verb} only {check.counted(there, 'surfel')}; got {n}"

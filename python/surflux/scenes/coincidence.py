@@ -1,10 +1,9 @@
 """Surfaces that lie in one place: what of them counts once, in words."""
 
-import warnings
-
 import numpy as np
 
 from surflux._base.check import counted
+from surflux._base.warn import warn
 
 # Of the smaller object's points, and points: where fewer lie closely over another object, the two touch.
 _LAYERED, _LEAST = 0.2, 10
@@ -14,10 +13,10 @@ _LEAST_CHECKED = 1e-3
 _COVERED = 1e-3
 
 
-def warn_of_layers(scene, stacklevel):
+def warn_of_layers(scene):
     """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
     for text in (*_layers(scene), *_coarse(scene)):
-        warnings.warn(text, UserWarning, stacklevel=stacklevel + 1)
+        warn(text)
 
 
 def coincidence_of(scene):

@@ -8,6 +8,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import stage_callback
 from surflux.pictures.camera import Camera
+from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import LIGHTS
 from surflux.scenes.options import check_options
@@ -23,8 +24,8 @@ class Scene:
             surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.
         name: text for titles and messages.
-        solve_options: dict of options for solve() by its own names, all but threads and progress. The command line
-            uses them as its defaults; sf.solve(scene) by itself does not, sf.solve(scene, **scene.solve_options) does.
+        solve_options: dict of options for solve() by its own names, all but threads and progress. They count in
+            sf.solve(scene) wherever the call does not give others, and so on the command line.
 
     Attributes:
         objects, lights: as handed in, as tuples.
@@ -63,6 +64,12 @@ class Scene:
         self._ended = {}
         self._coincidence = None
 
+    def __getstate__(self):
+        """What the scene was made of; what was computed from that is computed again."""
+        made_of = ("_objects", "_lights", "_camera", "name", "solve_options")
+        computed = {"_computed_areas": {}, "_ended": {}, "_coincidence": None}
+        return {name: self.__dict__[name] for name in made_of} | computed
+
     @property
     def objects(self):
         """The Surfels handed in, as a tuple."""
@@ -87,12 +94,7 @@ class Scene:
     @property
     def surfels(self):
         """All surfels in one, object after object. Its areas are those given; None where any object has none."""
-        if len(self._objects) == 1:
-            return Surfels._from_core(self._objects[0]._core.select(np.arange(len(self._objects[0]), dtype=np.uint32)))
-        cores = [s._core for s in self._objects]
-        if any(s.areas is None for s in self._objects):
-            cores = [_with_areas(core, None) for core in cores]
-        return Surfels._from_core(_core.Scene(cores, []).surfels)
+        return concatenate(self._objects)
 
     def __repr__(self):
         total = sum(len(s) for s in self._objects)

@@ -97,8 +97,8 @@ def load_scene(path, *, surfels=None):
     [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees.
 
     [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: transport, zeta, insert,
-    tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options;
-    sf.solve itself does not look at them: sf.solve(scene, **scene.solve_options).
+    tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options,
+    which count in sf.solve wherever the call does not give others.
 
     Args:
         path: str or path of the file.

@@ -12,8 +12,9 @@ from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import read_mesh
 from surflux.geometry.orientation import inward_patches
+from surflux.points.arranging import only_so_many
 from surflux.points.reading import read
-from surflux.points.surfels import Surfels, only_so_many
+from surflux.points.surfels import Surfels
 from surflux.scenes import patterns, shapes
 from surflux.scenes.transform import make_transform
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux._base import check
-from surflux.geometry.cores import replaced
+from surflux.geometry.cores import moved
 from surflux.points.surfels import Surfels
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Transform:
     """p -> rotation (scale p) + translation."""
 
@@ -22,15 +22,7 @@ class Transform:
 
     def surfels(self, s):
         """The surfels moved: normals turn, radii grow with the scale and areas with its square."""
-        core = replaced(
-            s._core,
-            positions=self.points(s.points),
-            normals=s.normals @ self.rotation.T,
-            radii=s.radii * self.scale,
-            areas=None if s.areas is None else s.areas * self.scale**2,
-            triangles=self.points(s.triangles.reshape(-1, 3)).reshape(-1, 3, 3),
-        )
-        return Surfels._from_core(core)
+        return Surfels._from_core(moved(s._core, self.scale, self.rotation, self.translation))
 
 
 def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0)):

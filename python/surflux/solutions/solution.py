@@ -1,12 +1,13 @@
 """What every solver gives: radiosity per surfel, pictures of it, and its file."""
 
+import copy
 import math
 
 import numpy as np
 
 from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
-from surflux.drawing.plots import plot
+from surflux.drawing.plots import plot, to_polydata
 from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.solutions import rendering
@@ -91,6 +92,22 @@ class Solution:
         self._lamps = list(lamps)
         self._scene = scene
         self._field = field
+
+    def __copy__(self):
+        twin = Solution.__new__(Solution)
+        twin.__dict__.update(self.__dict__)
+        return twin
+
+    def __deepcopy__(self, memo):
+        twin = Solution.__new__(Solution)
+        # The field is of the core, and never changes.
+        kept = {name: value if name == "_field" else copy.deepcopy(value, memo) for name, value in vars(self).items()}
+        twin.__dict__.update(kept)
+        return twin
+
+    def __getstate__(self):
+        """All but the basis of solve_meshless, which no file holds either: pickled, its light is that at surfels."""
+        return self.__dict__ | {"_field": None}
 
     def __repr__(self):
         surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
@@ -271,6 +288,21 @@ class Solution:
             marks = self._field.receivers()
         options.setdefault("camera", self.camera)
         return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
+
+    def to_pyvista(self, kind="points"):
+        """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent and object.
+
+        Light is in W/m2, the unit of the lights; the field array "units" says so.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+        >>> mesh = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)])).to_pyvista("patches")
+        >>> print(mesh.cell_data["irradiance"].mean().round(4))
+        3.1416
+        """
+        values = self.values() | {"parent": self.parents, "object": self.objects}
+        units = dict.fromkeys(("radiosity", "irradiance", "direct"), "W/m2")
+        return to_polydata(self.surfels, kind, values, units)
 
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,)."""

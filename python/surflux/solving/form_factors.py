@@ -1,10 +1,9 @@
 """Form factors between all pairs of surfels."""
 
-import warnings
-
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
+from surflux._base.warn import warn
 from surflux.solving.run import check_scene
 
 
@@ -86,5 +85,5 @@ def form_factors(
             factors, escape, imprecise, _ = _core.form_factors(core, visibility, **options, progress=callback)
     if imprecise:
         pairs = check.counted(imprecise, "partly blocked pair")
-        warnings.warn(f"{pairs} did not come to the error of {options['error']:g} with the most rays", stacklevel=2)
+        warn(f"{pairs} did not come to the error of {options['error']:g} with the most rays")
     return (factors, escape) if return_escape else factors

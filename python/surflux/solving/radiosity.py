@@ -3,9 +3,10 @@
 from surflux import _core
 from surflux._base import check
 from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
-from surflux.solving.run import check_scene, solution_by
+from surflux.solving.run import solution_by, with_scene_options
 
 
+@with_scene_options
 def solve(
     scene,
     *,
@@ -43,7 +44,7 @@ def solve(
     area). Of polygons they take the part that is nearest to each. Their areas add up to that of the surfel.
 
     Args:
-        scene: Scene.
+        scene: Scene. Its solve_options count wherever the call does not give others.
         zeta: what interpolation may leave, of the area-weighted RMS of H; positive.
         insert: False solves for the scene's own surfels alone.
         tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
@@ -77,7 +78,6 @@ def solve(
     >>> bool(abs(solution.irradiance - 3.14159).max() < 1e-4)  # a flat cloud sees the whole sky
     True
     """
-    check_scene(scene)
     count = sum(len(s) for s in scene.objects)
     options = {
         "transport": check.choice("transport", transport, TRANSPORTS),

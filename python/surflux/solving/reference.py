@@ -67,6 +67,6 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
     seed = check.seed("seed", seed)
     with thread_limit(threads), progress_callback(progress, "reference") as callback:
         core = scene._to_core_without_areas()
-        warn_of_layers(scene, 2)
+        warn_of_layers(scene)
         irradiance, error, _ = _core.reference_irradiance(core, points, normals, samples, seed, progress=callback)
     return np.asarray(irradiance), np.asarray(error)

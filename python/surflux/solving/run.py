@@ -1,11 +1,12 @@
 """What all solvers do around their pass of the core."""
 
-import warnings
+from functools import wraps
 from time import perf_counter
 
 import numpy as np
 
 from surflux._base.passes import stage_callback, thread_limit
+from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight
@@ -23,6 +24,17 @@ def check_scene(scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
 
 
+def with_scene_options(solver):
+    """The solver with the scene's own options, where the call does not give others."""
+
+    @wraps(solver)
+    def solve(scene, **given):
+        check_scene(scene)
+        return solver(scene, **(scene.solve_options | given))
+
+    return solve
+
+
 def solution_by(solver, scene, options, threads, progress, field=None, converges=True):
     """The Solution of a solver of _core.
 
@@ -30,22 +42,22 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     to come below options["tolerance"].
     """
     if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
-        warnings.warn("the scene has no lights and nothing in it emits: all of it stays black", stacklevel=3)
+        warn("the scene has no lights and nothing in it emits: all of it stays black")
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
-        warn_of_layers(scene, 3)
+        warn_of_layers(scene)
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = solver(core, **options, progress=callback)
     figures = result["history"][-1]
     residual = figures["residual"]
     if converges and residual > options["tolerance"]:
-        warnings.warn(f"the linear solver stopped at a residual of {residual:.2g}", stacklevel=3)
+        warn(f"the linear solver stopped at a residual of {residual:.2g}")
     if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
         share = figures["power_into_backs"] / figures["power_in"]
         text = f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way or should be two_sided"
-        warnings.warn(text, stacklevel=3)
+        warn(text)
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
         surfels,

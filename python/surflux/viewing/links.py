@@ -15,7 +15,7 @@ RAYS = 4096
 _MOST_GROUPS = 1000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Links:
     """What a surfel receives from other surfels, strongest first.
 

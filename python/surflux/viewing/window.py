@@ -167,8 +167,7 @@ class SceneView:
         """Solves the scene with another zeta and shows that; takes as long as solving takes."""
         from surflux.solving.radiosity import solve
 
-        options = self.subject.scene.solve_options | {"zeta": zeta}
-        solution = solve(self.subject.scene, **options, progress=progress)
+        solution = solve(self.subject.scene, zeta=zeta, progress=progress)
         solution.camera = self.subject.camera
         seconds = sum(solution.timings.values())
         self.zeta, self.note = zeta, f"solved with zeta {zeta:.3g} in {seconds:.2g} s"

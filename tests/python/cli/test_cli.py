@@ -13,130 +13,12 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from pixels import pixels
 from surflux import _core
 from surflux.cli import commands
 from surflux.scenes import shapes
 
 ROOT = Path(__file__).parents[3]
-ROOM = """
-[[object]]
-shape = "room"
-patches = 6
-reflectance = 0.5
-[[light]]
-type = "point"
-position = [0.5, 0.5, 0.6]
-intensity = 1.0
-[camera]
-eye = [0.5, -1.4, 0.5]
-target = [0.5, 0.5, 0.5]
-"""
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder to work in, without a display."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    Path("room.toml").write_text(ROOM)
-    return tmp_path
-
-
-@pytest.fixture
-def ball(here):
-    """A cloud: 162 points on a sphere of radius 2."""
-    s = shapes.sphere(162, 2.0)
-    s.save("ball.ply")
-    return s
-
-
-@pytest.fixture
-def run(capfd):
-    def call(*arguments):
-        status = commands.main([str(a) for a in arguments])
-        return status, *capfd.readouterr()
-
-    return call
-
-
-def pixels(path):
-    from PIL import Image
-
-    return np.asarray(Image.open(path).convert("RGB")).astype(int)
-
-
-def test_solve_writes_surfels_and_a_picture_beside_them(here, run):
-    status, out, err = run("solve", "room.toml", "--size", "120x90")
-    assert status == 0
-    surfels = len(sf.load_solution("room_solved.ply").surfels)
-    assert 216 <= surfels <= 432
-    assert f"{surfels} surfels, area 6," in out
-    assert out.endswith("solved surfels: room_solved.ply\npicture: room_solved.png\n")
-    assert "surflux: error" not in err
-    image = pixels("room_solved.png")
-    assert image.shape == (90, 120, 3)
-    assert image[45, 60].min() > 50  # the back wall is lit
-
-
-def test_solve_for_programs(here, run):
-    status, out, _ = run(
-        "solve", "room.toml", "--json", "-o", "a.ply", "--image", "a.exr", "--image", "b.png", "--size", "40x30"
-    )
-    assert status == 0
-    result = json.loads(out)  # and nothing else
-    assert result["output"] == "a.ply"
-    assert result["images"] == ["a.exr", "b.png"]
-    assert result["area"] == pytest.approx(6)
-    # All light ends in the walls: area times mean (1 - rho) / rho B is the lamp's power, 4 pi, in each channel.
-    assert np.array(result["mean_radiosity"]) * 6 == pytest.approx(np.full(3, 4 * np.pi), rel=0.03)
-    assert all(seconds >= 0 for seconds in result["timings"].values())
-    assert sf.read_image("a.exr").shape == (30, 40, 3)
-    direct, indirect = sf.read_image("a.exr", "direct"), sf.read_image("a.exr", "indirect")
-    assert direct + indirect == pytest.approx(sf.read_image("a.exr"), rel=1e-4, abs=1e-6)
-    assert pixels("b.png").shape == (30, 40, 3)
-
-
-def test_options_reach_the_solver(here, run, monkeypatch):
-    given = {}
-
-    def solve(scene, **options):
-        given.update(options)
-        raise ValueError("enough: seen")
-
-    monkeypatch.setattr(sf, "solve", solve)
-    Path("room.toml").write_text(ROOM + "[solve]\ntolerance = 0.01\nseed = 5\n")
-    assert run("solve", "room.toml", "--seed", 7, "--threads", 1)[0] == 2
-    assert given == {"tolerance": 0.01, "seed": 7, "threads": 1, "progress": True}
-
-
-def test_a_cloud_is_solved_under_a_plain_sky_and_this_is_said(ball, run):
-    status, out, err = run("solve", "ball.ply", "--json", "--size", "60x45")
-    assert status == 0
-    assert "surflux: a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides\n" in err
-    # A convex cloud sees the whole sky: H = pi L, and B = rho H with rho = 0.5.
-    assert json.loads(out)["mean_radiosity"] == pytest.approx([np.pi / 2] * 3, rel=0.01)
-    image = pixels("ball_solved.png")
-    assert image[22, 30].min() > 100
-    assert image[0, 0].max() < image[22, 30].min()
-
-
-def test_large_clouds_are_thinned_and_this_is_said(ball, run, monkeypatch):
-    status, out, err = run("solve", "ball.ply", "--thin", 60, "--json", "--size", "8x6")
-    assert status == 0
-    assert "surflux: 162 points are thinned to 60 (--thin sets the number)\n" in err
-    assert json.loads(out)["surfels"] >= 60
-    monkeypatch.setattr(commands, "CLOUD_LIMIT", 100)
-    _, out, err = run("solve", "ball.ply", "--json", "--size", "8x6")
-    assert "162 points are thinned to 100" in err
-    assert json.loads(out)["surfels"] >= 100
-
-
-def test_a_scene_without_light_says_so(here, run):
-    Path("dark.toml").write_text('[[object]]\nshape = "room"\npatches = 3\n')
-    status, _, err = run("solve", "dark.toml", "--size", "8x6")
-    assert status == 0
-    assert err.count("all of it stays black") == 1
 
 
 def test_area(ball, run):
@@ -181,13 +63,6 @@ def test_up_alone_frames_the_cloud_anew_with_that_up(here, run):
     assert abs(lit.mean(axis=0)[1] - 39.5) < 2
 
 
-def test_solve_tells_its_estimated_error(here, run):
-    out = run("solve", "room.toml", "--size", "8x6")[1]
-    error = sf.load_solution("room_solved.ply").error
-    assert f"estimated error of the irradiance: {100 * error:.2g} %\n" in out
-    assert 0 < error < 0.1
-
-
 def test_without_a_terminal_each_stage_is_one_line(ball, run):
     err = run("solve", "ball.ply", "--size", "8x6")[2].splitlines()
     assert "surflux: areas" in err
@@ -198,7 +73,7 @@ def test_without_a_terminal_each_stage_is_one_line(ball, run):
 
 def test_areas_are_one_stage_however_many_objects(here, run):
     ball = '[[object]]\nshape = "sphere"\npoints = 42\nradius = 0.1\ntranslate = [0.5, 0.5, 0.5]\n'
-    Path("balls.toml").write_text(ball * 3 + ROOM)
+    Path("balls.toml").write_text(ball * 3 + Path("room.toml").read_text())
     status, _, err = run("solve", "balls.toml", "--size", "8x6")
     assert status == 0
     assert err.splitlines().count("surflux: areas") == 1
@@ -318,25 +193,6 @@ def test_wrong_usage(capsys, arguments, message):
     assert message in capsys.readouterr().err
 
 
-def test_without_gl_a_solution_is_saved_and_told_of(here, run, monkeypatch):
-    def render(*_, **__):
-        raise _core.DeviceError("no EGL device answers")
-
-    monkeypatch.setattr(sf.Solution, "render", render)
-    status, out, err = run("solve", "room.toml", "--json")
-    assert status == 0
-    assert "surflux: warning: no picture, for no EGL device answers (--no-image asks for none)\n" in err
-    found = json.loads(out)
-    assert found["images"] == []
-    assert sf.load_solution(found["output"]).radiosity.shape == (found["surfels"], 3)
-    status, out, _ = run("solve", "room.toml", "--json", "--image", "a.png")  # which was asked for
-    assert status == 1
-    assert json.loads(out)["images"] == []
-    status, out, err = run("solve", "room.toml", "--no-image")
-    assert (status, "picture" in out, "no EGL" in err) == (0, False, False)
-    assert run("solve", "room.toml", "--no-image", "--image", "a.png")[0] == 2
-
-
 @pytest.mark.parametrize(
     ("error", "status", "message"),
     [
@@ -362,7 +218,7 @@ def start(*arguments):
 
 
 def test_ctrl_c_ends_a_solve_without_a_traceback(here):
-    Path("big.toml").write_text(ROOM.replace("patches = 6", "patches = 40"))
+    Path("big.toml").write_text(Path("room.toml").read_text().replace("patches = 6", "patches = 40"))
     process = start("solve", "big.toml")
     process.stderr.read(1)  # its first progress
     process.send_signal(signal.SIGINT)

@@ -182,3 +182,27 @@ def test_public_names():
     with pytest.raises(AttributeError, match="no attribute 'radiosty'"):
         getattr(sf, "radiosty")  # noqa: B009
     assert set(sf.__all__) <= set(dir(sf))
+
+
+@pytest.mark.parametrize("kind", ["points", "disks", "patches"])
+def test_to_pyvista_draws_every_kind(kind):
+    mesh = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.25)
+    both = sf.concatenate([mesh.replace(emission=[1.0, 2.0, 3.0]), flat().replace(areas=1.0)])
+    found = both.to_pyvista(kind)
+    if kind == "points":
+        owner, data = np.arange(len(both)), found.point_data
+    else:
+        owner, data = found.cell_data["surfel"], found.cell_data
+        assert found.area == pytest.approx(both[np.unique(owner)].areas.sum() if kind == "patches" else found.area)
+        assert set(owner) == set(range(len(mesh) if kind == "patches" else len(both)))
+    for name in ("normals", "radii", "areas", "reflectance", "emission"):
+        there = {"radii": "radius", "areas": "area"}.get(name, name)
+        np.testing.assert_array_equal(data[there], getattr(both, name)[owner])
+    assert list(found.field_data["units"]) == ["radius: length", "emission: W/m2", "area: length^2"]
+
+
+def test_what_to_pyvista_cannot_draw():
+    with pytest.raises(ValueError, match="kind: wanted one of"):
+        flat().to_pyvista("splats")
+    with pytest.raises(ValueError, match="for none of these surfels is a patch of a mesh"):
+        flat().to_pyvista("patches")

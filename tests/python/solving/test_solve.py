@@ -1,5 +1,7 @@
 """Solving: what holds for every scene. Scenes with a known irradiance are in tests/cases."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -214,3 +216,11 @@ def test_black_surfaces_and_single_surfels():
     np.testing.assert_allclose(one.radiosity, 3.5, rtol=1e-12)
     # A closed black room that glows: H = E.
     np.testing.assert_allclose(solve([cube_inside(4, 0.0, 1.5)]).irradiance, 1.5, rtol=1e-6)
+
+
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_warnings_name_the_line_that_solved(solver):
+    ball = sf.Surfels.from_mesh(shapes.box(patches=2)[:2])
+    with pytest.warns(UserWarning, match="all of it stays black") as said:
+        solver(sf.Scene([ball]))
+    assert [Path(w.filename).name for w in said] == [Path(__file__).name]

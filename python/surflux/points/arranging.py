@@ -1,0 +1,136 @@
+"""Surfels made of Surfels: methods that turn them round, move or thin them or change materials; putting together."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.passes import stop_callback
+from surflux.geometry.areas import surface_area
+from surflux.geometry.cores import make_core, moved, replaced
+from surflux.geometry.estimates import estimated_radii
+
+
+def flipped(self, mask):
+    """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
+
+    For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
+
+    Raises:
+        ValueError: not a mask of that shape.
+    """
+    mask = np.asarray(mask)
+    if mask.dtype != bool or mask.shape != (len(self),):
+        raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
+    normals = np.where(mask[:, None], -self.normals, self.normals)
+    of_turned = mask[self.triangle_surfel]
+    triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
+    return self._from_core(replaced(self._core, normals=normals, triangles=triangles))
+
+
+def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
+    """The same surfels with other radii, areas, reflectance or emission, as Surfels takes them; None keeps them.
+
+    Raises:
+        ValueError: an argument, by name.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6)
+    >>> s.replace(reflectance=[0.8, 0.4, 0.4]).reflectance
+    array([[0.8, 0.4, 0.4],
+           [0.8, 0.4, 0.4]])
+    """
+    n, given = len(self), {}
+    if radii is not None:
+        given["radii"] = check.per_surfel("radii", radii, n, low_open=True)
+    if areas is not None:
+        given["areas"] = check.per_surfel("areas", areas, n)
+    if reflectance is not None:
+        given["reflectance"] = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
+    if emission is not None:
+        given["emission"] = check.per_surfel_rgb("emission", emission, n)
+    return self._from_core(replaced(self._core, **given))
+
+
+def transformed(self, matrix):
+    """The surfels by p -> A p + t: normals turn, radii grow with the scale, areas with its square.
+
+    Args:
+        matrix: (4, 4), [[A, t], [0, 1]], where A turns, mirrors and scales alike along all axes: under any other
+            disks would not stay round.
+
+    Raises:
+        ValueError: another shape, or an A that shears or scales by different factors.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[1, 0, 0]], [[1, 0, 0]], radii=0.5)
+    >>> moved = s.transformed([[0, -2, 0, 0], [2, 0, 0, 0], [0, 0, 2, 3], [0, 0, 0, 1]])
+    >>> moved.points, moved.normals, moved.radii
+    (array([[0., 2., 3.]]), array([[0., 1., 0.]]), array([1.]))
+    """
+    matrix = check.finite_array("matrix", matrix, (4, 4))
+    linear = matrix[:3, :3]
+    scale = float(np.cbrt(abs(np.linalg.det(linear))))
+    if not np.array_equal(matrix[3], [0, 0, 0, 1]):
+        raise ValueError(f"matrix: wanted a last row of 0, 0, 0, 1, got {matrix[3]}")
+    if scale == 0.0 or not np.allclose(linear.T @ linear, scale**2 * np.eye(3), rtol=0.0, atol=1e-6 * scale**2):
+        raise ValueError("matrix: wanted one that turns, mirrors and scales alike along all axes")
+    return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]))
+
+
+def thinned(self, n, seed=0):
+    """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
+
+    Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
+    a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
+    than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
+    Patches of a mesh lose their triangles and become disks.
+
+    Args:
+        n: number of surfels to keep, from 2 to len(self).
+        seed: the same seed gives the same subset.
+
+    Raises:
+        ValueError: n out of range.
+    """
+    n = check.count("n", n, 2, 2**63 - 1)
+    seed = check.seed("seed", seed)
+    if n > len(self):
+        raise ValueError(f"n: {only_so_many(len(self), n)}")
+    area = surface_area(self)
+    kept = np.arange(n)
+    if n < len(self):
+        kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stop_callback()))
+    points = np.ascontiguousarray(self.points[kept])
+    largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
+    normals = np.ascontiguousarray(self.normals[kept])
+    radii = np.minimum(estimated_radii(points, normals), largest)
+    core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
+    return self._from_core(core)
+
+
+def concatenate(surfels):
+    """One Surfels of several, one after another; its areas are those given, None where any has none.
+
+    Args:
+        surfels: list of Surfels, at least one.
+
+    Raises:
+        ValueError: not such a list.
+
+    >>> import surflux as sf
+    >>> s = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.5, areas=1.0)
+    >>> sf.concatenate([s, s, s])
+    Surfels(3 surfels, area 3)
+    """
+    if not isinstance(surfels, (list, tuple)) or not surfels:
+        raise ValueError("surfels: wanted a list of at least one Surfels")
+    cores = [check.surfels("surfels", s)._core for s in surfels]
+    if any(core.areas is None for core in cores):
+        cores = [core.with_areas(np.zeros(0)) for core in cores]
+    return surfels[0]._from_core(_core.Scene(cores, []).surfels if len(cores) > 1 else cores[0])
+
+
+def only_so_many(there, n):
+    """Why n surfels cannot be kept of those that are there."""
+    verb = "is" if there == 1 else "are"
+    return f"wanted at most {there}, for there {verb} only {check.counted(there, 'surfel')}; got {n}"

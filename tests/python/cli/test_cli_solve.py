@@ -1,0 +1,134 @@
+"""`surflux solve`: what it writes, says and returns."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from pixels import pixels
+from surflux import _core
+from surflux.cli import commands
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_solve_writes_surfels_and_a_picture_beside_them(here, run):
+    status, out, err = run("solve", "room.toml", "--size", "120x90")
+    assert status == 0
+    surfels = len(sf.load_solution("room_solved.ply").surfels)
+    assert 216 <= surfels <= 432
+    assert f"{surfels} surfels, area 6," in out
+    assert out.endswith("solved surfels: room_solved.ply\npicture: room_solved.png\n")
+    assert "surflux: error" not in err
+    image = pixels("room_solved.png")
+    assert image.shape == (90, 120, 3)
+    assert image[45, 60].min() > 50  # the back wall is lit
+
+
+def test_solve_for_programs(here, run):
+    status, out, _ = run(
+        "solve", "room.toml", "--json", "-o", "a.ply", "--image", "a.exr", "--image", "b.png", "--size", "40x30"
+    )
+    assert status == 0
+    result = json.loads(out)  # and nothing else
+    assert result["output"] == "a.ply"
+    assert result["images"] == ["a.exr", "b.png"]
+    assert result["area"] == pytest.approx(6)
+    # All light ends in the walls: area times mean (1 - rho) / rho B is the lamp's power, 4 pi, in each channel.
+    assert np.array(result["mean_radiosity"]) * 6 == pytest.approx(np.full(3, 4 * np.pi), rel=0.03)
+    assert all(seconds >= 0 for seconds in result["timings"].values())
+    assert sf.read_image("a.exr").shape == (30, 40, 3)
+    direct, indirect = sf.read_image("a.exr", "direct"), sf.read_image("a.exr", "indirect")
+    assert direct + indirect == pytest.approx(sf.read_image("a.exr"), rel=1e-4, abs=1e-6)
+    assert pixels("b.png").shape == (30, 40, 3)
+
+
+def test_options_reach_the_solver(here, run, monkeypatch):
+    given = {}
+
+    def solve(scene, **options):
+        given.update(options)
+        raise ValueError("enough: seen")
+
+    monkeypatch.setattr(sf, "solve", solve)
+    assert run("solve", "room.toml", "--seed", 7, "--threads", 1, "--zeta", 0.1)[0] == 2
+    assert given == {"zeta": 0.1, "seed": 7, "threads": 1, "progress": True}
+
+
+def test_a_cloud_is_solved_under_a_plain_sky_and_this_is_said(ball, run):
+    status, out, err = run("solve", "ball.ply", "--json", "--size", "60x45")
+    assert status == 0
+    assert "surflux: a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides\n" in err
+    # A convex cloud sees the whole sky: H = pi L, and B = rho H with rho = 0.5.
+    assert json.loads(out)["mean_radiosity"] == pytest.approx([np.pi / 2] * 3, rel=0.01)
+    image = pixels("ball_solved.png")
+    assert image[22, 30].min() > 100
+    assert image[0, 0].max() < image[22, 30].min()
+
+
+def test_large_clouds_are_thinned_and_this_is_said(ball, run, monkeypatch):
+    status, out, err = run("solve", "ball.ply", "--thin", 60, "--json", "--size", "8x6")
+    assert status == 0
+    assert "surflux: 162 points are thinned to 60 (--thin sets the number)\n" in err
+    assert json.loads(out)["surfels"] >= 60
+    monkeypatch.setattr(commands, "CLOUD_LIMIT", 100)
+    _, out, err = run("solve", "ball.ply", "--json", "--size", "8x6")
+    assert "162 points are thinned to 100" in err
+    assert json.loads(out)["surfels"] >= 100
+
+
+def test_a_scene_without_light_says_so(here, run):
+    Path("dark.toml").write_text('[[object]]\nshape = "room"\npatches = 3\n')
+    status, _, err = run("solve", "dark.toml", "--size", "8x6")
+    assert status == 0
+    assert err.count("all of it stays black") == 1
+
+
+def test_solve_tells_its_estimated_error(here, run):
+    out = run("solve", "room.toml", "--size", "8x6")[1]
+    error = sf.load_solution("room_solved.ply").error
+    assert f"estimated error of the irradiance: {100 * error:.2g} %\n" in out
+    assert 0 < error < 0.1
+
+
+def test_the_meshless_solver(here, run):
+    status, out, _ = run("solve", "room.toml", "--solver", "meshless", "--seed", "3", "--json", "--no-image")
+    assert status == 0
+    found = json.loads(out)
+    room = sf.load_scene("room.toml")
+    wanted = sf.solve_meshless(room, seed=3)
+    assert found["error"] == wanted.error
+    np.testing.assert_allclose(sf.load_solution(found["output"]).radiosity, wanted.radiosity, rtol=1e-6)
+    status, _, err = run("solve", "room.toml", "--solver", "meshless", "--zeta", "0.1")
+    assert (status, "--zeta: goes with --solver radiosity" in err) == (2, True)
+
+
+def test_options_of_the_file_count_in_the_package_too(here, run):
+    Path("own.toml").write_text(Path("room.toml").read_text() + "\n[solve]\nseed = 5\ntransport = 'rays'\n")
+    found = json.loads(run("solve", "own.toml", "--json", "--no-image")[1])
+    own = sf.load_scene("own.toml")
+    kept = sf.load_solution(found["output"]).irradiance
+    np.testing.assert_allclose(sf.solve(own).irradiance, kept, rtol=1e-6)
+    np.testing.assert_array_equal(sf.solve(own).irradiance, sf.solve(own, seed=5, transport="rays").irradiance)
+    assert np.abs(sf.solve(own, seed=6).irradiance - kept).max() > 1e-6 * kept.max()  # what is given counts over it
+
+
+def test_without_gl_a_solution_is_saved_and_told_of(here, run, monkeypatch):
+    def render(*_, **__):
+        raise _core.DeviceError("no EGL device answers")
+
+    monkeypatch.setattr(sf.Solution, "render", render)
+    status, out, err = run("solve", "room.toml", "--json")
+    assert status == 0
+    assert "surflux: warning: no picture, for no EGL device answers (--no-image asks for none)\n" in err
+    found = json.loads(out)
+    assert found["images"] == []
+    assert sf.load_solution(found["output"]).radiosity.shape == (found["surfels"], 3)
+    status, out, _ = run("solve", "room.toml", "--json", "--image", "a.png")  # which was asked for
+    assert status == 1
+    assert json.loads(out)["images"] == []
+    status, out, err = run("solve", "room.toml", "--no-image")
+    assert (status, "picture" in out, "no EGL" in err) == (0, False, False)
+    assert run("solve", "room.toml", "--no-image", "--image", "a.png")[0] == 2
