@@ -1,5 +1,7 @@
 """Surfels, compiled, of a mesh that has been read and checked: one per patch, or points spread over it."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from surflux import _core
@@ -10,8 +12,15 @@ from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
 
 
+class Faces(NamedTuple):
+    """The face `of` (n,) each surfel, and for each face that was `merged` (f,) into another one which that is."""
+
+    of: np.ndarray
+    merged: np.ndarray
+
+
 def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=False):
-    """_core.Surfels of a Mesh with reflectance and emission (f, 3) per face, and the face of each surfel."""
+    """(_core.Surfels, Faces) of a Mesh with reflectance and emission (f, 3) per face."""
     patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]))
     core = _core.Surfels(
         patches.centroids,
@@ -24,9 +33,9 @@ def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=F
         patches.triangle_patch,
     )
     if not back_of_sheets:
-        return core, patches.faces
+        return core, Faces(patches.faces, patches.merged)
     sheet = sheet_faces(mesh)[patches.faces]
-    return with_backs(core, sheet), np.concatenate([patches.faces, patches.faces[sheet]])
+    return with_backs(core, sheet), Faces(np.concatenate([patches.faces, patches.faces[sheet]]), patches.merged)
 
 
 def sampled_surfels(mesh, n, seed, reflectance, emission):

@@ -19,6 +19,9 @@ _MOST = 20_000_000
 class Patches:
     """Per patch: centroid, unit normal, exact area, distance to the farthest corner, the face it came from.
 
+    Of two faces that became one, that is the first; `merged` (f,) says for the second which that is, for others the
+    face itself.
+
     The triangles (t, 3, 3) of patch triangle_patch (t,), ascending, cover it exactly.
     """
 
@@ -29,6 +32,7 @@ class Patches:
     faces: np.ndarray
     triangles: np.ndarray
     triangle_patch: np.ndarray
+    merged: np.ndarray
 
 
 def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True):
@@ -54,10 +58,12 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
 
     triangles = [ring for ring in rings if ring[1].shape[1] == 3]
     others = [ring for ring in rings if ring[1].shape[1] > 3]
+    merged = np.arange(len(offsets) - 1)
     if triangles and paired:
-        others, triangles = _pair_triangles(triangles, others, material)
+        others, triangles, first, second = _pair_triangles(triangles, others, material)
+        merged[second] = first
     rings = triangles + others
-    return _assemble(rings if patch_area is None else _cut(rings, patch_area))
+    return _assemble(rings if patch_area is None else _cut(rings, patch_area), merged)
 
 
 def _rings(vertices, offsets, indices):
@@ -144,7 +150,7 @@ def _triangulate(face, corners):
 
 
 def _pair_triangles(triangles, others, material):
-    """Pairs of coplanar triangles as quadrilaterals: (others and quads, the remaining triangles)."""
+    """Pairs of coplanar triangles as quadrilaterals: (others and quads, the other triangles, first, second faces)."""
     face = np.concatenate([f for f, _ in triangles])
     corners = np.concatenate([c for _, c in triangles])
     # Edges are matched by position: many formats store the corners of each face anew.
@@ -174,9 +180,10 @@ def _pair_triangles(triangles, others, material):
     pairs = _best_pairs(h // 3, twin // 3, 1.0 - sines.min(axis=1, initial=1.0), len(face))
     paired = np.zeros(len(face), bool)
     paired[h[pairs] // 3] = paired[twin[pairs] // 3] = True
-    quad_ring = [(face[h[pairs] // 3], quads[pairs])] if len(pairs) else []
+    first, second = face[h[pairs] // 3], face[twin[pairs] // 3]
+    quad_ring = [(first, quads[pairs])] if len(pairs) else []
     rest = [(face[~paired], corners[~paired])] if not paired.all() else []
-    return others + quad_ring, rest
+    return others + quad_ring, rest, first, second
 
 
 def _best_pairs(a, b, cost, count):
@@ -285,7 +292,7 @@ def _cut_triangles(face, corners, k, _):
     return face[run], np.stack([point(row, step), second, third], axis=1)
 
 
-def _assemble(pieces):
+def _assemble(pieces, merged):
     """Patches of rings of convex polygons, in the order of the faces they came from."""
     parts, first = [], 0
     for face, corners in pieces:
@@ -317,4 +324,5 @@ def _assemble(pieces):
         faces[order],
         triangles[by_patch],
         place[owner][by_patch].astype(np.uint32),
+        merged,
     )

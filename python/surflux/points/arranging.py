@@ -24,7 +24,7 @@ def flipped(self, mask):
     normals = np.where(mask[:, None], -self.normals, self.normals)
     of_turned = mask[self.triangle_surfel]
     triangles = np.where(of_turned[:, None, None], self.triangles[:, ::-1], self.triangles)
-    return self._from_core(replaced(self._core, normals=normals, triangles=triangles))
+    return self._from_core(replaced(self._core, normals=normals, triangles=triangles), self._faces)
 
 
 def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
@@ -48,7 +48,7 @@ def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
         given["reflectance"] = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
     if emission is not None:
         given["emission"] = check.per_surfel_rgb("emission", emission, n)
-    return self._from_core(replaced(self._core, **given))
+    return self._from_core(replaced(self._core, **given), self._faces)
 
 
 def transformed(self, matrix):
@@ -74,7 +74,7 @@ def transformed(self, matrix):
         raise ValueError(f"matrix: wanted a last row of 0, 0, 0, 1, got {matrix[3]}")
     if scale == 0.0 or not np.allclose(linear.T @ linear, scale**2 * np.eye(3), rtol=0.0, atol=1e-6 * scale**2):
         raise ValueError("matrix: wanted one that turns, mirrors and scales alike along all axes")
-    return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]))
+    return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]), self._faces)
 
 
 def thinned(self, n, seed=0):

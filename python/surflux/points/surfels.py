@@ -84,12 +84,14 @@ class Surfels:
         core = make_core(points, normals, radii, areas, reflectance, emission)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
+        self._faces = None
 
     @classmethod
-    def _from_core(cls, core):
+    def _from_core(cls, core, faces=None):
         surfels = cls.__new__(cls)
         surfels._core = core
         surfels._arrays = {}
+        surfels._faces = faces
         return surfels
 
     @classmethod
@@ -138,8 +140,10 @@ class Surfels:
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
         emission = check.per_surfel_rgb("emission", emission, faces, what="face")
         with file_named(mesh):
-            core, _ = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
-        return cls._from_core(core.two_sided() if two_sided is True else core)
+            core, of = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
+        if two_sided is True:
+            core, of = core.two_sided(), of._replace(of=np.tile(of.of, 2))
+        return cls._from_core(core, of)
 
     @classmethod
     def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0):
@@ -218,6 +222,11 @@ class Surfels:
         return self._array("triangle_surfel", lambda: self._core.triangle_surfel)
 
     @property
+    def faces(self):
+        """(n,) the face of the mesh that from_mesh took each patch from; None of all other Surfels."""
+        return None if self._faces is None else self._array("faces", lambda: self._faces.of.copy())
+
+    @property
     def bounds(self):
         """(2, 3): the least and the largest coordinates of points and corners of triangles; disks reach beyond."""
         places = np.concatenate([self.points, self.triangles.reshape(-1, 3)])
@@ -233,13 +242,13 @@ class Surfels:
 
     # Nothing of the core's ever changes, so copies share it; areas that are set replace it.
     def __copy__(self):
-        return Surfels._from_core(self._core)
+        return Surfels._from_core(self._core, self._faces)
 
     def __deepcopy__(self, memo):
-        return Surfels._from_core(self._core)
+        return Surfels._from_core(self._core, self._faces)
 
     def __getstate__(self):
-        return {"_core": self._core, "_arrays": {}}
+        return {"_core": self._core, "_arrays": {}, "_faces": self._faces}
 
     def __len__(self):
         return len(self._core)
@@ -255,7 +264,9 @@ class Surfels:
 
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
         """
-        return Surfels._from_core(self._core.select(check.selection("selection", selection, len(self))))
+        selected = check.selection("selection", selection, len(self))
+        faces = None if self._faces is None else self._faces._replace(of=self._faces.of[selected])
+        return Surfels._from_core(self._core.select(selected), faces)
 
     flipped, replace = arranging.flipped, arranging.replace
     transformed, thinned = arranging.transformed, arranging.thinned

@@ -166,8 +166,8 @@ def _patches(table, polygons, side, sheets):
     if patch_area is not None:
         patch_area = table.call(check.number, "patch_area", patch_area, 0.0, low_open=True)
     rho = polygons.face_reflectance()
-    core, face = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), sheets)
-    return Surfels._from_core(core), None if side is None else side[face]
+    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), sheets)
+    return Surfels._from_core(core, faces), None if side is None else side[faces.of]
 
 
 def _turned_outwards(surfels):
@@ -204,7 +204,7 @@ def _painted(table, s, shape, side):
             walls.no_more_keys()
     emission = table.get("emission")
     glow = s.emission if emission is None else np.tile(table.call(check.rgb, "emission", emission), (len(s), 1))
-    return Surfels._from_core(replaced(s._core, reflectance=rho, emission=glow))
+    return s.replace(reflectance=rho, emission=glow)
 
 
 def _pattern(table, points):

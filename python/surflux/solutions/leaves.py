@@ -13,3 +13,18 @@ def insertion_depth(parents, areas):
     whole = np.bincount(parents, areas)[parents] if len(parents) else areas
     share = np.divide(areas, whole, out=np.ones(len(parents)), where=inserted_among(parents) & (areas > 0.0))
     return np.round(np.log(share) / np.log(4.0))
+
+
+def means_of_faces(solution, values, index, faces):
+    """(f, 3) means by area of values (n, 3) at the leaves of one object, over the faces of its mesh; NaN of none.
+
+    faces: geometry.mesh_surfels.Faces of the object.
+    """
+    leaves = np.flatnonzero(solution.objects == index)
+    first = sum(len(s) for s in solution._scene.objects[:index])
+    count = len(faces.merged)
+    face, weight = faces.of[solution.parents[leaves] - first], solution.surfels.areas[leaves]
+    area = np.bincount(face, weight, count)[:, None]
+    sums = np.stack([np.bincount(face, weight * column, count) for column in values[leaves].T], axis=1)
+    means = np.divide(sums, area, out=np.full((count, 3), np.nan), where=area > 0)
+    return np.where(area > 0, means, means[faces.merged])

@@ -12,7 +12,7 @@ from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.solutions import rendering
 from surflux.solutions.fields import BasisField, SurfelField
-from surflux.solutions.leaves import insertion_depth
+from surflux.solutions.leaves import insertion_depth, means_of_faces
 
 
 class Solution:
@@ -303,6 +303,36 @@ class Solution:
         values = self.values() | {"parent": self.parents, "object": self.objects}
         units = dict.fromkeys(("radiosity", "irradiance", "direct"), "W/m2")
         return to_polydata(self.surfels, kind, values, units)
+
+    def per_face(self, name="irradiance", object=0):
+        """What was found, on the faces of the mesh that an object was made of: back to where it came from.
+
+        Args:
+            name: "irradiance", "direct" or "radiosity".
+            object: index of it in scene.objects, made by Surfels.from_mesh.
+
+        Returns:
+            (f, 3): means by area over the patches of each face, with those behind it (two_sided); NaN of one that has
+            none, for it has no area or was not among the surfels.
+
+        Raises:
+            ValueError: another name; an object that is not there, or not of a mesh; a solution from a file.
+
+        >>> import surflux as sf
+        >>> floor = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+        >>> solution = sf.solve(sf.Scene([sf.Surfels.from_mesh(floor, 0.1)], lights=[sf.Environment(1.0)]))
+        >>> print(solution.per_face().round(3))
+        [[3.142 3.142 3.142]
+         [3.142 3.142 3.142]]
+        """
+        check.choice("name", name, ("irradiance", "direct", "radiosity"))
+        if self._scene is None:
+            raise ValueError("per_face: wanted a solution with its scene, which a file does not hold")
+        object = check.count("object", object, 0, len(self._scene.objects) - 1)
+        faces = self._scene.objects[object]._faces
+        if faces is None:
+            raise ValueError(f"object: wanted one of Surfels.from_mesh, but object {object} is not")
+        return means_of_faces(self, getattr(self, name), object, faces)
 
     def values(self):
         """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,)."""
