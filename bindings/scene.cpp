@@ -2,6 +2,7 @@
 #include "rooms.h"
 
 #include "surflux/area/coincidence.h"
+#include "surflux/scene/divided_patches.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux::bindings {
@@ -86,6 +87,19 @@ Surfels from_state(const py::tuple& state) {
     s.alone = to_vector(indices(12));
     for (const std::uint32_t i : s.alone) require(i < s.size(), "alone: wanted indices of surfels");
     return s;
+}
+
+Polygons to_polygons(const Doubles& corners, const py::array_t<std::int64_t>& offsets, const char* name) {
+    Polygons out;
+    out.corners = to_vec3s(corners, name);
+    out.begin.resize(static_cast<std::size_t>(offsets.size()));
+    for (py::ssize_t k = 0; k < offsets.size(); ++k)
+        out.begin[static_cast<std::size_t>(k)] = static_cast<std::size_t>(offsets.at(k));
+    require(!out.begin.empty() && out.begin.front() == 0 && out.begin.back() == out.corners.size(), name,
+            ": wanted offsets from 0 to the number of corners");
+    for (std::size_t k = 1; k < out.begin.size(); ++k)
+        require(out.begin[k] >= out.begin[k - 1] + 3, name, ": wanted 3 corners or more");
+    return out;
 }
 
 }  // namespace
@@ -206,6 +220,20 @@ void bind_scene(py::module_& module) {
             return without_gil([&] { return find_coincidence(scene, report); });
         },
         py::arg("scene"), py::arg("progress") = py::none());
+    // Corners, offsets and patch of the pieces of those patches that walls part.
+    module.def(
+        "divide_patches",
+        [](const Doubles& patches, const py::array_t<std::int64_t>& patch_offsets, const Doubles& walls,
+           const py::array_t<std::int64_t>& wall_offsets, const py::object& progress) {
+            const Polygons of = to_polygons(patches, patch_offsets, "patches");
+            const Polygons by = to_polygons(walls, wall_offsets, "walls");
+            const Progress report = to_progress(progress);
+            const DividedPatches found = without_gil([&] { return divide_patches(of, by, report); });
+            const std::vector<std::int64_t> offsets(found.pieces.begin.begin(), found.pieces.begin.end());
+            return py::make_tuple(to_array(found.pieces.corners), to_array(offsets), to_array(found.patch));
+        },
+        py::arg("patches"), py::arg("patch_offsets"), py::arg("walls"), py::arg("wall_offsets"),
+        py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

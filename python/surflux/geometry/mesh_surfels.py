@@ -21,7 +21,7 @@ class Faces(NamedTuple):
 
 def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=False):
     """(_core.Surfels, Faces) of a Mesh with reflectance and emission (f, 3) per face."""
-    patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]))
+    patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]), divided=True)
     core = _core.Surfels(
         patches.centroids,
         patches.normals,

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from surflux import _core
 from surflux._base.check import counted
+from surflux._base.passes import stop_callback
 from surflux._base.warn import warn
 
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
@@ -35,12 +37,13 @@ class Patches:
     merged: np.ndarray
 
 
-def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True):
+def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True, divided=False):
     """Patches of the polygons whose corners are vertices[indices[offsets[f]:offsets[f + 1]]].
 
     Pairs of coplanar triangles that make a convex quadrilateral become one, unless their rows of material (f, k)
     differ, or `paired` is False. With patch_area, faces are cut into pieces of at most that area: quadrilaterals into a
-    grid of near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles.
+    grid of near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles. Where
+    `divided`, what another face stands on is cut along it.
     """
     rings = _rings(
         vertices, offsets, indices
@@ -63,7 +66,8 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
         others, triangles, first, second = _pair_triangles(triangles, others, material)
         merged[second] = first
     rings = triangles + others
-    return _assemble(rings if patch_area is None else _cut(rings, patch_area), merged)
+    pieces = rings if patch_area is None else _cut(rings, patch_area)
+    return _assemble(_divided(pieces, rings) if divided else pieces, merged)
 
 
 def _rings(vertices, offsets, indices):
@@ -290,6 +294,30 @@ def _cut_triangles(face, corners, k, _):
     second = np.where(upright[:, None], point(row + 1, step), point(row + 1, step + 1))
     third = np.where(upright[:, None], point(row + 1, step + 1), point(row, step + 1))
     return face[run], np.stack([point(row, step), second, third], axis=1)
+
+
+def _divided(rings, walls):
+    """The rings, with what a face of `walls` stands on in pieces that end at it."""
+    face = np.concatenate([face for face, _ in rings])
+    of = _flat(rings)
+    corners, offsets, source = _core.divide_patches(*of, *(of if walls is rings else _flat(walls)), stop_callback())
+    if not len(source):
+        return rings
+    whole = np.ones(len(face), bool)
+    whole[source] = False
+    result, first = [], 0
+    for ring_face, ring_corners in rings:
+        keep = whole[first : first + len(ring_face)]
+        result.append((ring_face[keep], ring_corners[keep]))
+        first += len(ring_face)
+    result += [(face[source[piece]], c) for piece, c in _rings(corners, offsets, np.arange(len(corners)))]
+    return [ring for ring in result if len(ring[0])]
+
+
+def _flat(rings):
+    """Corners (k, 3) of all polygons, and offsets."""
+    counts = np.concatenate([np.full(len(face), corners.shape[1]) for face, corners in rings])
+    return np.concatenate([corners.reshape(-1, 3) for _, corners in rings]), np.concatenate([[0], np.cumsum(counts)])
 
 
 def _assemble(pieces, merged):

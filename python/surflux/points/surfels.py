@@ -106,7 +106,8 @@ class Surfels:
                 are an integer array (f, k) or a list of corner lists.
             patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
                 make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
-                cells, triangles into k^2 congruent ones.
+                cells, triangles into k^2 congruent ones. What another face stands on, or goes through, is cut along it:
+                with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
                 mesh's own colours, sRGB at its vertices, made linear (white at .98), the mean of a face's; else 0.5.
             emission: exitance, at least 0; the same shapes.

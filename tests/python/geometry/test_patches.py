@@ -292,3 +292,21 @@ def test_the_smallest_patch_areas_overflow_nothing(patch_area):
     for mesh in (SQUARE, (SQUARE[0], [[0, 1, 2]]), (pentagon, [[0, 1, 2, 3, 4]])):
         with pytest.raises(ValueError, match=r"^patch_area: wanted at most 20000000 patches, got (inf|[\d.]+e\+\d+) "):
             sf.Surfels.from_mesh(mesh, patch_area=patch_area)
+
+
+def test_a_floor_ends_at_the_walls_that_stand_on_it():
+    """Its pieces keep its colour and its area."""
+    v, f = closed_box()
+    corners = np.concatenate([[[-2.3, -2.3, 0], [3, -2.3, 0], [3, 3, 0], [-2.3, 3, 0]], v])
+    faces = [[0, 1, 2, 3], *(4 + np.array(f)).tolist()]
+    rho = np.linspace(0.2, 0.8, len(faces))
+    s = sf.Surfels.from_mesh((corners, faces), reflectance=rho)
+    floor = np.isclose(s.reflectance[:, 0], rho[0])
+    assert np.all(s.points[floor, 2] == 0)
+    assert np.all(s.normals[floor, 2] == 1)
+    assert s.areas[floor].sum() == pytest.approx(5.3**2, rel=1e-12)
+    assert np.count_nonzero(floor) == 5  # one beneath the box, and one off each of its sides
+    below = floor & np.isclose(s.areas, 2.0)
+    assert s.points[below] == pytest.approx(np.array([[0.5, 1.0, 0.0]]))
+    assert np.array_equal(np.flatnonzero(floor), np.arange(5))  # in the order of the faces
+    assert s.areas[5:].tolist() == pytest.approx([6, 6, 3, 3, 2, 2])  # no wall stands on those of the box

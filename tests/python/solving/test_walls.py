@@ -6,7 +6,6 @@ import pytest
 import surflux as sf
 from cases import church
 
-# A patch has one value, also where a wall divides it: those of the church end with its dark rooms.
 DARK = 0.01  # of the mean over all surfels
 LOST = 0.05  # of what indirect light there is
 
@@ -19,10 +18,11 @@ def faces_a_dark_room(surfels):
     return inside
 
 
-@pytest.fixture(scope="module")
-def lit_church():
-    scene = church.scene()
-    black = church.scene(reflectance=0.0)
+@pytest.fixture(scope="module", params=[True, False], ids=["aligned", "across"])
+def lit_church(request):
+    """With faces of the floor that end with the dark rooms, and with such as go on beneath their walls."""
+    scene = church.scene(aligned=request.param)
+    black = church.scene(reflectance=0.0, aligned=request.param)
     surfels = scene.surfels
     inside = faces_a_dark_room(surfels)
     others = np.flatnonzero(~inside)
