@@ -96,6 +96,18 @@ TEST(DividedPatches, AreDividedOnceByFacesOfOneWall) {
     EXPECT_NEAR(parts[0], 0.4, 1e-8);
 }
 
+TEST(DividedPatches, HaveNoStripBetweenSheetsOfOneWall) {
+    const auto wall = [](double x, double from, double to) {
+        return rectangle({x, from, 0}, {0, to - from, 0}, {0, 0, 2});
+    };
+    const auto parts = parts_of_square({wall(0.4, -1, 2), wall(0.405, -1, 2)});
+    ASSERT_EQ(parts.size(), 2u);
+    EXPECT_NEAR(parts[0], 0.4, 0.005 + 1e-12);
+    EXPECT_EQ(parts_of_square({wall(0.4, -1, 2), wall(0.43, -1, 2)}).size(), 3u) << "wide enough to be seen";
+    // Walls that go on from each other beside each other are two.
+    EXPECT_EQ(parts_of_square({wall(0.4, -1, 0.5), wall(0.405, 0.5, 2)}).size(), 3u);
+}
+
 TEST(DividedPatches, AreCutAroundAColumn) {
     std::vector<std::vector<Vec3>> sides;
     constexpr int n = 12;

@@ -20,7 +20,10 @@ namespace {
 constexpr double least_sine = 0.2;    // of the angle between a wall and a patch: what is flatter is relief
 constexpr double slit_height = 0.02;  // of a patch's width; walls that rise by half as much count
 constexpr double least_cover = 0.5;   // of a piece's width, by all walls together
-constexpr double one_line = 1e-3;     // radians, and of a patch's width: walls closer are in one plane
+constexpr double one_plane = 1e-3;    // radians, and of a patch's width: walls closer are in one plane
+// The same of walls that stand before each other, as a pane does that is modelled twice: what is between is out of
+// sight on both sides of them, and goes with either.
+constexpr double one_sheet = 1e-2;
 constexpr std::size_t most_lines = 256;
 constexpr double snap = 1e-9;  // of a patch's diameter: a cut so close to a corner goes through it
 
@@ -86,10 +89,11 @@ void PatchDivider::add_wall(const Vec3* corners, std::size_t count) {
     lines_.push_back(std::move(line));
 }
 
-// Lines that are one but for rounding become one, the longest; the longest `most_lines` stay.
+// Faces of one plane, but for rounding, become one line, the longest; then sheets that lie closely over each other do.
+// The longest `most_lines` stay.
 void PatchDivider::merge_lines() {
-    using Key = std::tuple<std::int64_t, std::int64_t, double>;
-    std::vector<std::pair<Key, std::uint32_t>> order;
+    using Bin = std::pair<std::int64_t, std::int64_t>;
+    std::vector<std::tuple<Bin, double, std::uint32_t>> order;
     const double width = area_ / diameter_;
     for (std::uint32_t k = 0; k < lines_.size(); ++k) {
         Line& line = lines_[k];
@@ -101,32 +105,60 @@ void PatchDivider::merge_lines() {
             for (Interval& run : line.covered) run = {-run.high, -run.low};
         }
         const auto bin = [](double x) { return static_cast<std::int64_t>(std::floor(x + 0.3717)); };
-        order.push_back({{bin(angle / one_line), bin(line.offset / (one_line * width)), -line.length}, k});
+        order.push_back({{bin(angle / one_plane), bin(line.offset / (one_plane * width))}, -line.length, k});
     }
     std::sort(order.begin(), order.end());
-    std::vector<Line> merged;
+    std::vector<Line> planes;
     for (std::size_t begin = 0, end; begin < order.size(); begin = end) {
-        const auto bin = [&](std::size_t k) {
-            return std::make_pair(std::get<0>(order[k].first), std::get<1>(order[k].first));
-        };
-        std::vector<Interval> runs;
-        for (end = begin; end < order.size() && bin(end) == bin(begin); ++end)
-            runs.push_back(lines_[order[end].second].covered.front());
-        std::sort(runs.begin(), runs.end(), [](const Interval& a, const Interval& b) { return a.low < b.low; });
-        Line line = std::move(lines_[order[begin].second]);
-        line.covered.clear();
-        for (const Interval& run : runs)
-            if (!line.covered.empty() && run.low <= line.covered.back().high)
-                line.covered.back().high = std::max(line.covered.back().high, run.high);
-            else
-                line.covered.push_back(run);
-        line.length = 0.0;
-        for (const Interval& run : line.covered) line.length += run.high - run.low;
-        merged.push_back(std::move(line));
+        Line line = lines_[std::get<2>(order[begin])];
+        for (end = begin + 1; end < order.size() && std::get<0>(order[end]) == std::get<0>(order[begin]); ++end)
+            line.covered.push_back(lines_[std::get<2>(order[end])].covered.front());
+        line.join_runs();
+        planes.push_back(std::move(line));
     }
-    std::stable_sort(merged.begin(), merged.end(), [](const Line& a, const Line& b) { return a.length > b.length; });
-    if (merged.size() > most_lines) merged.resize(most_lines);
-    lines_ = std::move(merged);
+    std::stable_sort(planes.begin(), planes.end(), [](const Line& a, const Line& b) { return a.length > b.length; });
+    if (planes.size() > most_lines) planes.resize(most_lines);
+    lines_.clear();
+    for (Line& line : planes) {
+        const auto lies_over = [&](const Line& longer) {
+            return std::abs(dot(line.along, longer.normal)) <= one_sheet && dot(line.normal, longer.normal) > 0.0 &&
+                   std::abs(line.offset - longer.offset) <= one_sheet * width &&
+                   line.overlap(longer) > 0.5 * line.length;
+        };
+        const auto over = std::find_if(lines_.begin(), lines_.end(), lies_over);
+        if (over == lines_.end()) {
+            lines_.push_back(std::move(line));
+            continue;
+        }
+        over->covered.insert(over->covered.end(), line.covered.begin(), line.covered.end());
+        over->join_runs();
+    }
+}
+
+void PatchDivider::Line::join_runs() {
+    std::sort(covered.begin(), covered.end(), [](const Interval& a, const Interval& b) { return a.low < b.low; });
+    std::size_t last = 0;
+    for (std::size_t k = 1; k < covered.size(); ++k)
+        if (covered[k].low <= covered[last].high)
+            covered[last].high = std::max(covered[last].high, covered[k].high);
+        else
+            covered[++last] = covered[k];
+    covered.resize(last + 1);
+    length = 0.0;
+    for (const Interval& run : covered) length += run.high - run.low;
+}
+
+double PatchDivider::Line::within(const Interval& part) const {
+    double sum = 0.0;
+    for (const Interval& run : covered)
+        sum += std::max(0.0, std::min(run.high, part.high) - std::max(run.low, part.low));
+    return sum;
+}
+
+double PatchDivider::Line::overlap(const Line& other) const {
+    double sum = 0.0;
+    for (const Interval& run : covered) sum += other.within(run);
+    return sum;
 }
 
 double PatchDivider::area_of(const Polygon& polygon) const {
@@ -163,9 +195,7 @@ const PatchDivider::Line* PatchDivider::best_line(Piece& piece) const {
     for (const std::uint32_t k : piece.lines) {
         const Line& line = lines_[k];
         const Interval across = chord(piece.corners, line);
-        double cover = 0.0;
-        for (const Interval& run : line.covered)
-            cover += std::max(0.0, std::min(run.high, across.high) - std::max(run.low, across.low));
+        double cover = line.within(across);
         if (!(cover > 0.0) || !parts(piece.corners, piece.area, line)) continue;
         piece.lines[kept++] = k;
         cover /= across.high - across.low;

@@ -60,6 +60,10 @@ private:
         double offset;
         std::vector<Interval> covered;
         double length;  // of what is covered
+
+        void join_runs();
+        double within(const Interval& part) const;
+        double overlap(const Line& other) const;
     };
     struct Piece {
         Polygon corners;
