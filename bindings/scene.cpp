@@ -89,8 +89,8 @@ Surfels from_state(const py::tuple& state) {
     return s;
 }
 
-Polygons to_polygons(const Doubles& corners, const py::array_t<std::int64_t>& offsets, const char* name) {
-    Polygons out;
+FlatPolygons to_polygons(const Doubles& corners, const py::array_t<std::int64_t>& offsets, const char* name) {
+    FlatPolygons out;
     out.corners = to_vec3s(corners, name);
     out.begin.resize(static_cast<std::size_t>(offsets.size()));
     for (py::ssize_t k = 0; k < offsets.size(); ++k)
@@ -225,8 +225,8 @@ void bind_scene(py::module_& module) {
         "divide_patches",
         [](const Doubles& patches, const py::array_t<std::int64_t>& patch_offsets, const Doubles& walls,
            const py::array_t<std::int64_t>& wall_offsets, const py::object& progress) {
-            const Polygons of = to_polygons(patches, patch_offsets, "patches");
-            const Polygons by = to_polygons(walls, wall_offsets, "walls");
+            const FlatPolygons of = to_polygons(patches, patch_offsets, "patches");
+            const FlatPolygons by = to_polygons(walls, wall_offsets, "walls");
             const Progress report = to_progress(progress);
             const DividedPatches found = without_gil([&] { return divide_patches(of, by, report); });
             const std::vector<std::int64_t> offsets(found.pieces.begin.begin(), found.pieces.begin.end());

@@ -30,6 +30,7 @@ _HOME = {
     "build_hierarchy": "geometry.hierarchy",
     "camera_path": "pictures.animation",
     "concatenate": "points.arranging",
+    "divide_patches": "points.arranging",
     "effective_areas": "geometry.areas",
     "form_factors": "solving.form_factors",
     "info": "_base.installation",

@@ -12,7 +12,7 @@
 namespace surflux {
 namespace {
 
-void add(Polygons& to, const std::vector<Vec3>& corners) {
+void add(FlatPolygons& to, const std::vector<Vec3>& corners) {
     to.corners.insert(to.corners.end(), corners.begin(), corners.end());
     to.begin.push_back(to.corners.size());
 }
@@ -29,14 +29,14 @@ double area_of(const Vec3* corners, std::size_t count) {
     return 0.5 * length(sum);
 }
 
-std::vector<double> areas_of(const Polygons& polygons) {
+std::vector<double> areas_of(const FlatPolygons& polygons) {
     std::vector<double> out;
     for (std::size_t p = 0; p < polygons.size(); ++p) out.push_back(area_of(polygons.of(p), polygons.count(p)));
     return out;
 }
 
 std::vector<double> parts_of_square(const std::vector<std::vector<Vec3>>& walls) {
-    Polygons patches, all;
+    FlatPolygons patches, all;
     add(patches, square);
     for (const auto& wall : walls) add(all, wall);
     std::vector<double> out = areas_of(divide_patches(patches, all).pieces);
@@ -55,7 +55,7 @@ TEST(DividedPatches, EndAtAWall) {
 
 TEST(DividedPatches, KeepTheirCorners) {
     const Vec3 far{5e6, -4e6, 100};
-    Polygons patches, walls;
+    FlatPolygons patches, walls;
     add(patches, rectangle(far, {1.1, 0, 0}, {0, 1.3, 0}));
     add(walls, rectangle(far + Vec3{0.3, -1, 0}, {0, 3, 0}, {0, 0, 2}));
     const DividedPatches found = divide_patches(patches, walls);
@@ -124,10 +124,10 @@ TEST(DividedPatches, AreCutAroundAColumn) {
 }
 
 // n triangles in a box of side 1, of which each goes through many others, and a large one through all.
-Polygons soup(int n) {
+FlatPolygons soup(int n) {
     Random random(7, 0);
     const auto drawn = [&] { return Vec3{random.uniform(), random.uniform(), random.uniform()}; };
-    Polygons out;
+    FlatPolygons out;
     add(out, {{-1, -1, 0.5}, {3, -1, 0.5}, {-1, 3, 0.5}});
     for (int k = 0; k < n; ++k) {
         const Vec3 a = drawn();
@@ -137,7 +137,7 @@ Polygons soup(int n) {
 }
 
 TEST(DividedPatches, OfASoupAreBounded) {
-    const Polygons faces = soup(2000);
+    const FlatPolygons faces = soup(2000);
     DivisionOptions options;
     options.most_added = 5000;
     const DividedPatches found = divide_patches(faces, faces, {}, options);
@@ -162,7 +162,7 @@ TEST(DividedPatches, OfASoupAreBounded) {
 }
 
 TEST(DividedPatches, AreTheSameForAnyNumberOfThreads) {
-    const Polygons faces = soup(300);
+    const FlatPolygons faces = soup(300);
     const DividedPatches all = divide_patches(faces, faces);
     const ThreadLimit one(1);
     const DividedPatches alone = divide_patches(faces, faces);
@@ -171,7 +171,7 @@ TEST(DividedPatches, AreTheSameForAnyNumberOfThreads) {
 }
 
 TEST(DividedPatches, CanBeCancelled) {
-    const Polygons faces = soup(300);
+    const FlatPolygons faces = soup(300);
     EXPECT_THROW(divide_patches(faces, faces, [](std::size_t, std::size_t) { return false; }), Cancelled);
 }
 

@@ -242,7 +242,7 @@ std::vector<std::vector<Vec3>> PatchDivider::pieces() {
 
 namespace {
 
-Box box_of(const Polygons& polygons, std::size_t p) {
+Box box_of(const FlatPolygons& polygons, std::size_t p) {
     const Vec3* corners = polygons.of(p);
     Box box{corners[0], corners[0]};
     for (std::size_t k = 1; k < polygons.count(p); ++k)
@@ -253,13 +253,13 @@ Box box_of(const Polygons& polygons, std::size_t p) {
     return box;
 }
 
-BoxTree tree_of(const Polygons& polygons) {
+BoxTree tree_of(const FlatPolygons& polygons) {
     std::vector<Box> boxes(polygons.size());
     parallel_for(boxes.size(), 4096, [&](std::size_t p) { boxes[p] = box_of(polygons, p); });
     return BoxTree(boxes);
 }
 
-// Polygons that may be walls on a patch, ascending.
+// FlatPolygons that may be walls on a patch, ascending.
 void find_walls(const BoxTree& walls, const PatchDivider& patch, Box around, const Vec3& corner,
                 std::vector<std::uint32_t>& out) {
     const Vec3 n = patch.normal();
@@ -286,7 +286,7 @@ void find_walls(const BoxTree& walls, const PatchDivider& patch, Box around, con
 
 }  // namespace
 
-DividedPatches divide_patches(const Polygons& patches, const Polygons& walls, const Progress& progress,
+DividedPatches divide_patches(const FlatPolygons& patches, const FlatPolygons& walls, const Progress& progress,
                               const DivisionOptions& options) {
     const BoxTree tree = tree_of(walls);
     std::vector<double> area(patches.size());

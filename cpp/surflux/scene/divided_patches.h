@@ -10,7 +10,7 @@ namespace surflux {
 
 // Flat convex polygons, counter-clockwise seen from their fronts: the corners of polygon p are [begin[p], begin[p + 1])
 // of `corners`.
-struct Polygons {
+struct FlatPolygons {
     std::vector<Vec3> corners;
     std::vector<std::size_t> begin{0};
 
@@ -88,12 +88,12 @@ private:
 };
 
 struct DividedPatches {
-    Polygons pieces;
+    FlatPolygons pieces;
     std::vector<std::uint32_t> patch;  // that each is of, ascending: those that no wall parts have none
 };
 
 // The patches that faces of `walls` part.
-DividedPatches divide_patches(const Polygons& patches, const Polygons& walls, const Progress& progress = {},
+DividedPatches divide_patches(const FlatPolygons& patches, const FlatPolygons& walls, const Progress& progress = {},
                               const DivisionOptions& options = {});
 
 }  // namespace surflux

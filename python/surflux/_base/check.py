@@ -11,9 +11,9 @@ from surflux import _core
 LARGEST = 1e30  # of lengths: the squares of products of four of them stay in the range of float64
 
 
-def counted(n, what):
+def counted(n, what, several=None):
     """ "1 surfel", "2 surfels": a number with its noun."""
-    return f"{n} {what}{'' if n == 1 else 's'}"
+    return f"{n} {what if n == 1 else several or what + 's'}"
 
 
 def path(name, value):

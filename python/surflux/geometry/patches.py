@@ -34,7 +34,7 @@ class Patches:
     faces: np.ndarray
     triangles: np.ndarray
     triangle_patch: np.ndarray
-    merged: np.ndarray
+    merged: np.ndarray | None
 
 
 def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True, divided=False):
@@ -67,7 +67,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
         merged[second] = first
     rings = triangles + others
     pieces = rings if patch_area is None else _cut(rings, patch_area)
-    return _assemble(_divided(pieces, rings) if divided else pieces, merged)
+    return assemble_patches(_divided(pieces, rings) if divided else pieces, merged)
 
 
 def _rings(vertices, offsets, indices):
@@ -320,7 +320,7 @@ def _flat(rings):
     return np.concatenate([corners.reshape(-1, 3) for _, corners in rings]), np.concatenate([[0], np.cumsum(counts)])
 
 
-def _assemble(pieces, merged):
+def assemble_patches(pieces, merged=None):
     """Patches of rings of convex polygons, in the order of the faces they came from."""
     parts, first = [], 0
     for face, corners in pieces:

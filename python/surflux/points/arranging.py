@@ -7,6 +7,7 @@ from surflux._base import check
 from surflux._base.passes import stop_callback
 from surflux.geometry.areas import surface_area
 from surflux.geometry.cores import make_core, moved, replaced
+from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 
 
@@ -128,6 +129,40 @@ def concatenate(surfels):
     if any(core.areas is None for core in cores):
         cores = [core.with_areas(np.zeros(0)) for core in cores]
     return surfels[0]._from_core(_core.Scene(cores, []).surfels if len(cores) > 1 else cores[0])
+
+
+def divide_patches(objects):
+    """Surfels of several objects, their patches cut where faces of another object stand on them.
+
+    A patch has one value. With both sides of a wall in it, each side has light of the other: beneath a wall light leaks
+    into the dark, and a dark rim runs around a box in the sun. Surfels.from_mesh cuts the patches of one mesh so;
+    scene files are cut as they are loaded.
+
+    Args:
+        objects: list of Surfels.
+
+    Returns:
+        list of Surfels: those that nothing stands on as they are, others with more patches and the same area in all.
+
+    Raises:
+        ValueError: not such a list.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]], [[0, 1, 2, 3]]))
+    >>> wall = sf.Surfels.from_mesh(([[1, 0, 0], [1, 3, 0], [1, 3, 2], [1, 0, 2]], [[0, 1, 2, 3]]))
+    >>> floor, wall = sf.divide_patches([floor, wall])
+    >>> floor.areas
+    array([3., 9.])
+    """
+    if not isinstance(objects, (list, tuple)) or not objects:
+        raise ValueError("objects: wanted a list of at least one Surfels")
+    found = cut_at_walls([check.surfels("objects", s)._core for s in objects])
+    return [s if cut is None else _cut(s, *cut) for s, cut in zip(objects, found, strict=True)]
+
+
+def _cut(s, core, of):
+    faces = None if s._faces is None else s._faces._replace(of=s._faces.of[of])
+    return s._from_core(core, faces)
 
 
 def only_so_many(there, n):

@@ -15,7 +15,7 @@ _COVERED = 1e-3
 
 def warn_of_layers(scene):
     """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
-    for text in (*_layers(scene), *_coarse(scene)):
+    for text in (*_layers(scene), *_coarse(scene), *_divided(scene)):
         warn(text)
 
 
@@ -33,12 +33,20 @@ def coincidence_of(scene):
     for one, other, joined, _, _ in found.overlaps:
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
-    lines += [*_layers(scene, _LEAST_CHECKED), *_coarse(scene)]
+    lines += [*_layers(scene, _LEAST_CHECKED), *_coarse(scene), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
-    return {"covered": len(covered), "overlaps": overlaps, "close_sheets": sheets, "coarse": coarse}, lines
+    divided = [{"object": k, "patches": n} for k, n in enumerate(scene._count_divided()) if n]
+    found = {
+        "covered": len(covered),
+        "overlaps": overlaps,
+        "close_sheets": sheets,
+        "coarse": coarse,
+        "divided": divided,
+    }
+    return found, lines
 
 
 def _layers(scene, least=_LAYERED):
@@ -74,3 +82,12 @@ def _coarse(scene):
             f"rays take all within up to {contact:.2g} of them for touching, more than their radius: they exchange no "
             "light with what is as close. Leave out what is far away, or make a scene of it"
         )
+
+
+def _divided(scene):
+    for which, patches in enumerate(scene._count_divided()):
+        if patches:
+            yield (
+                f"object {which}: walls of other objects stand on {counted(patches, 'patch', 'patches')} of it, "
+                "each with one value for both sides. surflux.divide_patches(objects) cuts them there"
+            )

@@ -7,6 +7,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import stage_callback
+from surflux.geometry.divided import cut_at_walls
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels
@@ -62,12 +63,12 @@ class Scene:
         self.solve_options = dict(solve_options or {})
         self._computed_areas = {}  # by the index of the object, as is
         self._ended = {}
-        self._coincidence = None
+        self._coincidence = self._divided = None
 
     def __getstate__(self):
         """What the scene was made of; what was computed from that is computed again."""
         made_of = ("_objects", "_lights", "_camera", "name", "solve_options")
-        computed = {"_computed_areas": {}, "_ended": {}, "_coincidence": None}
+        computed = {"_computed_areas": {}, "_ended": {}, "_coincidence": None, "_divided": None}
         return {name: self.__dict__[name] for name in made_of} | computed
 
     @property
@@ -133,6 +134,13 @@ class Scene:
             cores = [_with_areas(s._core, None) for s in self._objects]
             self._coincidence = _core.find_coincidence(_core.Scene(cores, []), progress)
         return self._coincidence
+
+    def _count_divided(self):
+        """Of each object, how many patches go on beneath walls of others (see divide_patches)."""
+        if self._divided is None:
+            found = cut_at_walls([s._core for s in self._objects])
+            self._divided = [0 if cut is None else int(np.sum(np.bincount(cut[1]) > 1)) for cut in found]
+        return self._divided
 
     def _with_ends(self, index, progress=None):
         """The object, compiled, with the lines where its disks end."""

@@ -12,6 +12,7 @@ from surflux._base import check
 from surflux._base.passes import stoppable
 from surflux._core import FileError
 from surflux.pictures.camera import Camera
+from surflux.points.arranging import divide_patches
 from surflux.scenes import lights as light_types
 from surflux.scenes.options import OPTIONS, check_options
 from surflux.scenes.scene import Scene
@@ -212,7 +213,7 @@ def _objects(tables, surfels):
             # The most work first, or one thread has nothing to do while the other ends with it.
             order = sorted(range(len(sources)), key=lambda k: -counts[k])
             made = {k: pool.submit(unless_given_up, sources[k].make, counts[k]) for k in order}
-            return [made[k].result() for k in range(len(sources))]
+            return divide_patches([made[k].result() for k in range(len(sources))])
         except BaseException:  # Ctrl-C, too: the pool waits for what its threads have begun
             given_up.set()
             pool.shutdown(wait=False, cancel_futures=True)
