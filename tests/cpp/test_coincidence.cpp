@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <ctime>
 #include <numeric>
 
 #include "shapes.h"
 #include "surflux/area/coincidence.h"
+#include "surflux/area/pieces.h"
+#include "surflux/core/random.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
@@ -47,6 +51,62 @@ TEST(Coincidence, LayersAreCountedByTheirUnionHoweverMany) {
     Scene scene = scene_of({rectangle({}, x, y), rectangle({0.3, 0, 0}, x, y), rectangle({0.6, 0, 0}, x, y)});
     count_once(scene, find_coincidence(scene));
     EXPECT_NEAR(area(scene), 1.6, 1e-12);
+}
+
+TEST(Coincidence, WorkGrowsWithThePatchesOverALargeOne) {
+    // Four times as many patches over a floor of one: n log n is 4.6 times the work, cutting each from all that the
+    // others left 14 and more.
+    for (const double height : {0.0, 5e-5}) {
+        double fastest[2] = {1e300, 1e300};
+        for (int run = 0; run < 3; ++run)
+            for (int k = 0; k < 2; ++k) {
+                const int side = k == 0 ? 50 : 100;
+                const Scene scene = scene_of({rectangle({}, x, y), rectangle({0, 0, height}, x, y, side, side)});
+                const std::clock_t before = std::clock();
+                const Coincidence found = find_coincidence(scene);
+                fastest[k] = std::min(fastest[k], static_cast<double>(std::clock() - before));
+                if (height == 0.0) {
+                    EXPECT_EQ(found.covers.size(), static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+                    EXPECT_NEAR(found.uncovered[0], 0.0, 1e-9);
+                } else {
+                    ASSERT_EQ(found.close_sheets.size(), 1u);
+                    EXPECT_NEAR(found.close_sheets[0].share, 1.0, 1e-9);
+                }
+            }
+        EXPECT_LT(fastest[1], 8.0 * fastest[0]) << height;
+    }
+}
+
+TEST(Pieces, TrianglesTakeInTurnWhatTheyTakeOneByOne) {
+    // Strewn over a square far from the origin, so that many overlap, some slivers, some piled up.
+    Random random(3);
+    const Vec3 origin{1e3, -2e3, 5.0};
+    const auto place = [&] { return origin + Vec3{random.uniform(), random.uniform(), 0.0}; };
+    std::vector<Triangle> triangles;
+    for (std::uint32_t t = 0; t < 300; ++t) {
+        if (t % 10 == 9) {
+            triangles.push_back(triangles.back());
+        } else {
+            const Vec3 at = place();
+            const double size = t % 7 == 0 ? 0.5 : 0.1;
+            Triangle next{at, at + size * (place() - origin), at + size * (place() - origin), 0};
+            if (cross_of(next).z < 0.0) std::swap(next.b, next.c);
+            triangles.push_back(next);
+        }
+        triangles.back().surfel = t;
+    }
+    const Triangle floor[2] = {{origin, origin + x, origin + x + y, 0}, {origin, origin + x + y, origin + y, 0}};
+    Pieces rest = pieces_of(floor, floor + 2, origin);
+    std::vector<double> taken(triangles.size(), 0.0);
+    const double left = take_in_turn(rest, triangles, origin, -1e-3, 1e-3, taken);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        const double before = area_of(rest);
+        rest = without(rest, triangles[t], origin, -1e-3, 1e-3);
+        EXPECT_NEAR(taken[t], before - area_of(rest), 1e-10) << t;
+    }
+    EXPECT_NEAR(left, area_of(rest), 1e-10);
+    EXPECT_GT(left, 0.05);
+    EXPECT_LT(left, 0.95);
 }
 
 TEST(Coincidence, NeighboursFoldsAndBacksDoNotCoincide) {

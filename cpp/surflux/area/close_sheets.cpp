@@ -72,26 +72,29 @@ void CloseSheetFinder::disk(std::uint32_t i, const std::vector<std::uint32_t>& n
 
 void CloseSheetFinder::patch(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Meeting>& out) const {
     const double low = 2.0 * extent_.contact_of(i), high = close_patches * extent_.size;
-    Pieces rest;
-    double left = 0.0;
+    std::vector<std::uint32_t> over;
+    std::vector<double> heights;
+    std::vector<Triangle> triangles;
     for (const std::uint32_t k : near) {
         if (dot(s_.normals[i], s_.normals[k]) < flat_normals) continue;
-        const double over = dot(s_.normals[k], s_.positions[k] - s_.positions[i]);
+        const double height = dot(s_.normals[k], s_.positions[k] - s_.positions[i]);
         const double rise = length(cross(s_.normals[i], s_.normals[k])) * s_.radii[i];
-        if (!(over + rise > low && over - rise < high)) continue;
-        if (left == 0.0) {
-            const Triangle* all = s_.triangles.data();
-            rest = pieces_of(all + triangles_[i], all + triangles_[i + 1], s_.positions[i]);
-            left = area_of(rest);
+        if (!(height + rise > low && height - rise < high)) continue;
+        for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1]; ++t) {
+            triangles.push_back(s_.triangles[t]);
+            triangles.back().surfel = static_cast<std::uint32_t>(over.size());
         }
-        for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1] && !rest.empty(); ++t)
-            rest = without(rest, s_.triangles[t], s_.positions[i], low, high);
-        const double now = area_of(rest);
-        if (left - now > low * s_.radii[i])  // else of edges that touch
-            out.push_back({i, scene_.object[i], scene_.object[k], false, left - now, std::abs(over)});
-        if (rest.empty()) return;
-        left = now;
+        over.push_back(k);
+        heights.push_back(std::abs(height));
     }
+    if (over.empty()) return;
+    const Triangle* all = s_.triangles.data();
+    std::vector<double> taken(over.size(), 0.0);
+    take_in_turn(pieces_of(all + triangles_[i], all + triangles_[i + 1], s_.positions[i]), triangles, s_.positions[i],
+                 low, high, taken);
+    for (std::size_t k = 0; k < over.size(); ++k)
+        if (taken[k] > low * s_.radii[i])  // else of edges that touch
+            out.push_back({i, scene_.object[i], scene_.object[over[k]], false, taken[k], heights[k]});
 }
 
 // Effective areas: those of the scene may not be known yet.

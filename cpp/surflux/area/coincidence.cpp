@@ -62,23 +62,25 @@ private:
         }
         if (above.empty()) return;
         const Triangle* all_triangles = s_.triangles.data();
-        Pieces pieces = pieces_of(all_triangles + triangles_[i], all_triangles + triangles_[i + 1], s_.positions[i]);
-        const Pieces whole = pieces;
+        const Pieces whole =
+            pieces_of(all_triangles + triangles_[i], all_triangles + triangles_[i + 1], s_.positions[i]);
         const double all = area_of(whole);
-        bool covered = false;
+        std::vector<Triangle> over;
         for (std::uint32_t k : above) {
-            const auto take = [&](Pieces from) {
-                for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1]; ++t)
-                    if (!from.empty()) from = without(from, s_.triangles[t], s_.positions[i], -contact, contact);
-                return from;
-            };
+            Pieces rest = whole;
+            for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1] && !rest.empty(); ++t)
+                rest = without(rest, s_.triangles[t], s_.positions[i], -contact, contact);
             // Edges that two patches share may overlap by as much as places are rounded.
-            if (all - area_of(take(whole)) <= contact * std::min(s_.radii[i], s_.radii[k])) continue;
+            if (all - area_of(rest) <= contact * std::min(s_.radii[i], s_.radii[k])) continue;
             covers.push_back({i, k});
-            covered = true;
-            pieces = take(pieces);
+            for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1]; ++t) {
+                over.push_back(s_.triangles[t]);
+                over.back().surfel = 0;
+            }
         }
-        if (covered) uncovered = std::min(1.0, area_of(pieces) / all);
+        if (over.empty()) return;
+        std::vector<double> taken(1, 0.0);
+        uncovered = std::min(1.0, take_in_turn(whole, over, s_.positions[i], -contact, contact, taken) / all);
     }
 
     const Surfels& s_;

@@ -1,6 +1,10 @@
 #include "surflux/area/pieces.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <utility>
 
 #include "surflux/core/clip_polygon.h"
 
@@ -32,6 +36,97 @@ bool parts(const Vec3* of, std::size_t count, const Vec3& normal, const Vec3* ot
     }
     return false;
 }
+
+constexpr std::size_t few = 16;  // triangles that are taken from a cell one by one
+
+// On either side of a plane.
+struct Halves {
+    Pieces low, high;
+};
+
+Halves halves_of(const Pieces& pieces, const Vec3& normal, double limit) {
+    Halves out;
+    Polygon in, off;
+    for (const Polygon& piece : pieces) {
+        in.clear(), off.clear();
+        clip_polygon(
+            piece.data(), piece.size(), normal, limit, [&](const Vec3& p) { in.push_back(p); },
+            [&](const Vec3& p) { off.push_back(p); });
+        if (in.size() >= 3) out.low.push_back(in);
+        if (off.size() >= 3) out.high.push_back(off);
+    }
+    return out;
+}
+
+// take_in_turn, by cells.
+class Taking {
+public:
+    Taking(const std::vector<Triangle>& triangles, const Vec3& origin, double low, double high,
+           std::vector<double>& taken)
+        : triangles_(triangles), origin_(origin), low_(low), high_(high), taken_(taken) {}
+
+    // Gives what is left of the pieces by those of the triangles, ascending, that `of` numbers.
+    double run(Pieces pieces, const std::vector<std::uint32_t>& of) {
+        if (of.size() > few) {
+            Vec3 low = pieces[0][0], high = low;
+            for (const Polygon& piece : pieces)
+                for (const Vec3& p : piece)
+                    for (int axis = 0; axis < 3; ++axis) {
+                        low[axis] = std::min(low[axis], p[axis]);
+                        high[axis] = std::max(high[axis], p[axis]);
+                    }
+            std::vector<std::uint32_t> below, above, best_below, best_above;
+            int best = -1;
+            for (int axis = 0; axis < 3; ++axis) {
+                split(of, axis, 0.5 * (low[axis] + high[axis]), below, above);
+                if (best >= 0 && below.size() + above.size() >= best_below.size() + best_above.size()) continue;
+                best = axis;
+                best_below = below, best_above = above;
+            }
+            // Else they lie over each other, or across all of it.
+            if (4 * (best_below.size() + best_above.size()) <= 5 * of.size() &&
+                std::max(best_below.size(), best_above.size()) < of.size()) {
+                Vec3 normal;
+                normal[best] = 1.0;
+                Halves halves = halves_of(pieces, normal, 0.5 * (low[best] + high[best]));
+                double left = 0.0;
+                if (!halves.low.empty()) left += run(std::move(halves.low), best_below);
+                if (!halves.high.empty()) left += run(std::move(halves.high), best_above);
+                return left;
+            }
+        }
+        double left = area_of_all(pieces);
+        for (const std::uint32_t t : of) {
+            if (pieces.empty()) break;
+            pieces = without(pieces, triangles_[t], origin_, low_, high_);
+            const double now = area_of_all(pieces);
+            taken_[triangles_[t].surfel] += left - now;
+            left = now;
+        }
+        return left;
+    }
+
+private:
+    static double area_of_all(const Pieces& pieces) { return surflux::area_of(pieces); }
+
+    // By the places that they may cover: no farther off, along their normals, than low or high.
+    void split(const std::vector<std::uint32_t>& of, int axis, double middle, std::vector<std::uint32_t>& below,
+               std::vector<std::uint32_t>& above) const {
+        below.clear(), above.clear();
+        const double margin = std::max(std::abs(low_), std::abs(high_)), at = middle + origin_[axis];
+        for (const std::uint32_t t : of) {
+            const Triangle& corners = triangles_[t];
+            const auto [low, high] = std::minmax({corners.a[axis], corners.b[axis], corners.c[axis]});
+            if (low - margin <= at) below.push_back(t);
+            if (high + margin >= at) above.push_back(t);
+        }
+    }
+
+    const std::vector<Triangle>& triangles_;
+    const Vec3& origin_;
+    const double low_, high_;
+    std::vector<double>& taken_;
+};
 
 }  // namespace
 
@@ -81,6 +176,13 @@ Pieces without(const Pieces& pieces, const Triangle& t, const Vec3& origin, doub
         out.insert(out.end(), rest.begin(), rest.end());
     }
     return out;
+}
+
+double take_in_turn(const Pieces& pieces, const std::vector<Triangle>& triangles, const Vec3& origin, double low,
+                    double high, std::vector<double>& taken) {
+    std::vector<std::uint32_t> all(triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return Taking(triangles, origin, low, high, taken).run(pieces, all);
 }
 
 }  // namespace surflux
