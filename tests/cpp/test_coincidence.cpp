@@ -54,23 +54,24 @@ TEST(Coincidence, LayersAreCountedByTheirUnionHoweverMany) {
 }
 
 TEST(Coincidence, WorkGrowsWithThePatchesOverALargeOne) {
-    // Four times as many patches over a floor of one: n log n is 4.6 times the work, cutting each from all that the
-    // others left 14 and more.
-    for (const double height : {0.0, 5e-5}) {
+    // Four times as many patches in a corner of a floor of one: n log n is 4.6 times the work, cutting each from all
+    // that the others left 14 and more.
+    for (const double height : {0.0, 1e-5}) {
         double fastest[2] = {1e300, 1e300};
         for (int run = 0; run < 3; ++run)
             for (int k = 0; k < 2; ++k) {
                 const int side = k == 0 ? 50 : 100;
-                const Scene scene = scene_of({rectangle({}, x, y), rectangle({0, 0, height}, x, y, side, side)});
+                const Scene scene =
+                    scene_of({rectangle({}, x, y), rectangle({0, 0, height}, 0.3 * x, 0.3 * y, side, side)});
                 const std::clock_t before = std::clock();
                 const Coincidence found = find_coincidence(scene);
                 fastest[k] = std::min(fastest[k], static_cast<double>(std::clock() - before));
                 if (height == 0.0) {
                     EXPECT_EQ(found.covers.size(), static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-                    EXPECT_NEAR(found.uncovered[0], 0.0, 1e-9);
+                    EXPECT_NEAR(found.uncovered[0], 0.91, 1e-9);
                 } else {
                     ASSERT_EQ(found.close_sheets.size(), 1u);
-                    EXPECT_NEAR(found.close_sheets[0].share, 1.0, 1e-9);
+                    EXPECT_NEAR(found.close_sheets[0].share, 0.09, 1e-9);
                 }
             }
         EXPECT_LT(fastest[1], 8.0 * fastest[0]) << height;

@@ -68,17 +68,15 @@ public:
     // Gives what is left of the pieces by those of the triangles, ascending, that `of` numbers.
     double run(Pieces pieces, const std::vector<std::uint32_t>& of) {
         if (of.size() > few) {
-            Vec3 low = pieces[0][0], high = low;
-            for (const Polygon& piece : pieces)
-                for (const Vec3& p : piece)
-                    for (int axis = 0; axis < 3; ++axis) {
-                        low[axis] = std::min(low[axis], p[axis]);
-                        high[axis] = std::max(high[axis], p[axis]);
-                    }
+            // Most are where their mean is, whatever a few large ones reach.
+            Vec3 middle;
+            for (const std::uint32_t t : of)
+                middle += (triangles_[t].a + triangles_[t].b + triangles_[t].c) / 3.0 - origin_;
+            middle = middle / static_cast<double>(of.size());
             std::vector<std::uint32_t> below, above, best_below, best_above;
             int best = -1;
             for (int axis = 0; axis < 3; ++axis) {
-                split(of, axis, 0.5 * (low[axis] + high[axis]), below, above);
+                split(of, axis, middle[axis], below, above);
                 if (best >= 0 && below.size() + above.size() >= best_below.size() + best_above.size()) continue;
                 best = axis;
                 best_below = below, best_above = above;
@@ -88,18 +86,18 @@ public:
                 std::max(best_below.size(), best_above.size()) < of.size()) {
                 Vec3 normal;
                 normal[best] = 1.0;
-                Halves halves = halves_of(pieces, normal, 0.5 * (low[best] + high[best]));
+                Halves halves = halves_of(pieces, normal, middle[best]);
                 double left = 0.0;
                 if (!halves.low.empty()) left += run(std::move(halves.low), best_below);
                 if (!halves.high.empty()) left += run(std::move(halves.high), best_above);
                 return left;
             }
         }
-        double left = area_of_all(pieces);
+        double left = surflux::area_of(pieces);
         for (const std::uint32_t t : of) {
             if (pieces.empty()) break;
             pieces = without(pieces, triangles_[t], origin_, low_, high_);
-            const double now = area_of_all(pieces);
+            const double now = surflux::area_of(pieces);
             taken_[triangles_[t].surfel] += left - now;
             left = now;
         }
@@ -107,8 +105,6 @@ public:
     }
 
 private:
-    static double area_of_all(const Pieces& pieces) { return surflux::area_of(pieces); }
-
     // By the places that they may cover: no farther off, along their normals, than low or high.
     void split(const std::vector<std::uint32_t>& of, int axis, double middle, std::vector<std::uint32_t>& below,
                std::vector<std::uint32_t>& above) const {
