@@ -102,7 +102,7 @@ LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, d
     return kept;
 }
 
-Rgb LightSampler::found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
+Rgb LightSampler::found_on_way(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
     const double cosine = dot(normal, direction);
     Rgb out;
     for (const Rectangle& light : areas_) {
@@ -117,13 +117,19 @@ Rgb LightSampler::found(const Vec3& point, const Vec3& normal, const Vec3& direc
         const double other = distance * distance / (facing * light.area);
         out += (cosine / (cosine + pi * other)) * light.exitance;
     }
+    return out;
+}
+
+Rgb LightSampler::found_at_end(const Vec3& normal, const Vec3& direction, const Hit& hit) const {
+    const double cosine = dot(normal, direction);
+    Rgb out;
     if (!hit) {
         out += pi * constant_sky_;
         for (std::size_t k = 0; k < images_.size(); ++k)
             out += (pi * sky_share(k, direction, cosine)) * images_[k].radiance(direction);
     } else if (hit.front) {
         const Rgb& emission = surfels_.emission[hit.surfel];
-        if (emitters_.empty() || brightness(emission) <= 0.0) return out + emission;
+        if (emitters_.empty() || brightness(emission) <= 0.0) return emission;
         const double other = emitter_density(hit.surfel, direction, hit.distance);
         out += (cosine / (cosine + pi * other)) * emission;
     }

@@ -38,7 +38,12 @@ public:
     LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;
     // What a ray drawn with density cos / pi finds of lights that sample() aims at too, and of the constant sky, as
     // irradiance: pi times the radiance times the share of this way. `hit` is what it meets first.
-    Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const;
+    Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
+        return found_on_way(point, normal, direction, hit) + found_at_end(normal, direction, hit);
+    }
+    // Of area lights, which rays pass through, and of what a ray meets or finds beyond all.
+    Rgb found_on_way(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const;
+    Rgb found_at_end(const Vec3& normal, const Vec3& direction, const Hit& hit) const;
 
 private:
     struct PointLike {

@@ -22,12 +22,12 @@ double ResidualRays::Sequences::next_choice() {
     return choice_;
 }
 
-void ResidualRays::aim(const Departure& from, const double* u, double choice, const Rgb& throughput) {
+void ResidualRays::aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first) {
     const LightRay light = lights_.sample(from.position, from.normal, u[0], u[1], choice);
     if (!(light.length > 0.0)) return;
     const bool free = light.target == Hit::none;
     (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
-    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target});
+    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target, is_first});
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {
@@ -45,15 +45,27 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
     const Frame frame = frame_around(place.normal);
     for (int r = 0; r < count && !lights_.empty(); ++r) {
         const double* u = sequences.lights.next();
-        aim({points_.at(place, u[2], u[3]), place.normal, place.surfel}, u, sequences.next_choice(), {1, 1, 1});
+        aim({points_.at(place, u[2], u[3]), place.normal, place.surfel}, u, sequences.next_choice(), {1, 1, 1},
+            true);
     }
     for (int r = 0; r < count; ++r) {
         const double* u = sequences.directions.next();
         const Vec3 from = points_.at(place, u[2], u[3]);
         const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
         const Hit hit = tracer_.closest(place.surfel, from, direction);
-        sum.irradiance += lights_.found(from, place.normal, direction, hit);
-        if (!hit || !hit.front || surfels_.reflectance[hit.surfel] == Rgb{}) continue;
+        const Rgb at_end = lights_.found_at_end(place.normal, direction, hit);
+        const Rgb found = lights_.found_on_way(from, place.normal, direction, hit) + at_end;
+        sum.irradiance += found;
+        sum.of_all += found;
+        if (!hit || !hit.front) {
+            sum.lost += 1.0;
+            continue;
+        }
+        const Rgb reflected = surfels_.reflectance[hit.surfel] * irradiance_[hit.surfel];
+        sum.met[regions_.of[hit.surfel]] += 1.0;
+        sum.of_surfels += at_end + reflected;
+        sum.of_all += reflected;
+        if (surfels_.reflectance[hit.surfel] == Rgb{}) continue;
         if (!is_near(hit)) {
             send(hit, {1, 1, 1}, sum);
             continue;
@@ -61,17 +73,25 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
         const Departure at{from + hit.distance * direction, surfels_.normals[hit.surfel], hit.surfel};
         double v[5];
         for (double& x : v) x = sequences.random.uniform();
-        if (!lights_.empty()) aim(at, v, v[2], surfels_.reflectance[hit.surfel]);
+        if (!lights_.empty()) aim(at, v, v[2], surfels_.reflectance[hit.surfel], false);
         ahead_.push_back({at, frame_around(at.normal).to_world(square_to_cosine_hemisphere(v[3], v[4]))});
         ahead_throughput_.push_back(surfels_.reflectance[hit.surfel]);
     }
     rays += static_cast<std::size_t>(count) + shadow_.size() + towards_.size() + ahead_.size();
     tracer_.free(shadow_, free_);
     for (std::size_t k = 0; k < shadow_.size(); ++k)
-        if (free_[k]) sum.irradiance += shadow_gain_[k].irradiance;
+        if (free_[k]) {
+            sum.irradiance += shadow_gain_[k].irradiance;
+            if (shadow_gain_[k].is_first) sum.of_all += shadow_gain_[k].irradiance;
+        }
     tracer_.closest(towards_, hits_);
     for (std::size_t k = 0; k < towards_.size(); ++k)
-        if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) sum.irradiance += towards_gain_[k].irradiance;
+        if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) {
+            sum.irradiance += towards_gain_[k].irradiance;
+            if (!towards_gain_[k].is_first) continue;
+            sum.of_surfels += towards_gain_[k].irradiance;
+            sum.of_all += towards_gain_[k].irradiance;
+        }
     tracer_.closest(ahead_, hits_);
     for (std::size_t k = 0; k < ahead_.size(); ++k) {
         const Ray& ray = ahead_[k];

@@ -47,8 +47,9 @@ private:
     struct Gain {
         Rgb irradiance;
         std::uint32_t target;
+        bool is_first;  // bounce, from the place itself
     };
-    void aim(const Departure& from, const double* u, double choice, const Rgb& throughput);
+    void aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first);
     bool is_near(const Hit& hit) const;
     void send(const Hit& hit, const Rgb& throughput, Gathered& sum) const;
 

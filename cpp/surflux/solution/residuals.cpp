@@ -12,6 +12,7 @@ namespace {
 
 constexpr double coarse_tolerance = 1e-9;
 constexpr int most_applications = 1000;
+constexpr int scaling_rounds = 100;
 
 // Which way a normal points mostly: one of the six axes.
 int main_direction(const Vec3& n) {
@@ -21,32 +22,41 @@ int main_direction(const Vec3& n) {
     return n.z > 0.0 ? 4 : 5;
 }
 
+// Sums of two quantities over places, and of their squares and products.
+struct Moments {
+    double count = 0.0;
+    Rgb x, y, xy, yy;
+    void add(const Rgb& of_x, const Rgb& of_y) {
+        count += 1.0, x += of_x, y += of_y, xy += of_x * of_y, yy += of_y * of_y;
+    }
+    void operator+=(const Moments& m) { count += m.count, x += m.x, y += m.y, xy += m.xy, yy += m.yy; }
+    // About the means.
+    Rgb products() const { return count > 0.0 ? xy - x * y / count : Rgb{}; }
+    Rgb squares() const { return count > 0.0 ? yy - y * y / count : Rgb{}; }
+};
+
 // Means over regions. Of the residuals one half has those of even places, the other of odd ones: which surfels were
 // drawn is then no more common to both than the noise of rays.
 class CoarseSystem {
 public:
-    CoarseSystem(const std::vector<Residual>& residuals, std::size_t regions, double rays)
-        : residuals_(residuals), regions_(regions), rays_(rays), share_(regions, 0.0), from_(regions * regions) {
-        for (const Residual& r : residuals_) {
-            share_[r.region] += 1.0;
-            for (const Gathered* half : r.halves)
-                for (std::size_t g = 0; g < regions_; ++g) from_[r.region * regions_ + g] += half->from[g];
-        }
-        for (std::size_t k = 0; k < regions_; ++k) {
-            for (std::size_t g = 0; g < regions_; ++g)
-                if (share_[k] > 0.0) from_[k * regions_ + g] *= 1.0 / (2.0 * rays_ * share_[k]);
-            share_[k] /= static_cast<double>(residuals_.size());
-        }
+    CoarseSystem(const std::vector<Residual>& residuals, const Regions& regions, double rays, const Rgb& balance)
+        : residuals_(residuals), regions_(regions.count), rays_(rays), share_(regions.share), slope_(regions_) {
+        exchange(regions.reflectance);
+        std::vector<Moments> both(regions_);
         for (const std::size_t half : {0, 1}) {
-            count_[half].assign(regions_, 0.0);
-            mean_[half].resize(regions_);
-            for (std::size_t k = half; k < residuals_.size(); k += 2) {
-                count_[half][residuals_[k].region] += 1.0;
-                mean_[half][residuals_[k].region] += residual(residuals_[k], half);
-            }
-            for (std::size_t g = 0; g < regions_; ++g)
-                if (count_[half][g] > 0.0) mean_[half][g] *= 1.0 / count_[half][g];
+            of_[half].resize(regions_);
+            for (std::size_t k = half; k < residuals_.size(); k += 2)
+                of_[half][residuals_[k].region].add(one_bounce(residuals_[k], half), control(residuals_[k], half));
+            for (std::size_t g = 0; g < regions_; ++g) both[g] += of_[half][g];
         }
+        Rgb variance;
+        for (std::size_t g = 0; g < regions_; ++g)
+            if (both[g].count > 0.0) variance += std::pow(share_[g] / both[g].count, 2) * both[g].squares();
+        for (std::size_t g = 0; g < regions_; ++g)
+            for (int c = 0; c < 3; ++c)
+                if (both[g].count > 0.0 && variance[c] > 0.0)
+                    slope_[g][c] = share_[g] * both[g].products()[c] / (both[g].count * both[g].count * variance[c]);
+        for (const std::size_t half : {0, 1}) regress(half, balance);
     }
 
     Rgb residual(const Residual& r, std::size_t half) const {
@@ -66,15 +76,32 @@ public:
         return solved(start, [&](std::size_t k, std::size_t g) { return from_[g * regions_ + k]; });
     }
 
-    // The variance, of one half, of the mean error of all surfels, by those weights.
+    // The variance, of one half, of the mean error of all surfels, by those weights. That within a region is taken from
+    // the places of both halves; where there is but one, from all regions.
     Rgb variance_of_mean(std::size_t half, const std::vector<Rgb>& weight) const {
-        Rgb variance;
-        for (std::size_t k = half; k < residuals_.size(); k += 2) {
+        Rgb of_control;
+        for (std::size_t g = 0; g < regions_; ++g) of_control += weight[g] * slope_[g];
+        std::vector<Moments> terms(regions_);
+        for (std::size_t k = 0; k < residuals_.size(); ++k) {
             const std::uint32_t g = residuals_[k].region;
-            const Rgb off = (residual(residuals_[k], half) - mean_[half][g]) * weight[g] / count_[half][g];
-            variance += off * off;
+            const double count = of_[half][g].count;
+            if (count == 0.0) continue;
+            const Rgb term = weight[g] * one_bounce(residuals_[k], k % 2) -
+                             share_[g] * of_control * control(residuals_[k], k % 2);
+            terms[g].add(term / count, term / count);
         }
-        return variance;
+        Rgb variance, squares;
+        double free = 0.0, single = 0.0;
+        for (std::size_t g = 0; g < regions_; ++g) {
+            if (terms[g].count < 2.0) {
+                single += terms[g].count;
+                continue;
+            }
+            squares += terms[g].squares();
+            free += terms[g].count - 1.0;
+            variance += (of_[half][g].count / (terms[g].count - 1.0)) * terms[g].squares();
+        }
+        return free > 0.0 ? variance + (single / free) * squares : variance;
     }
 
     // What errors of all regions bring to the place of a residual.
@@ -86,6 +113,65 @@ public:
     }
 
 private:
+    // Of one bounce, and c of error_from().
+    Rgb one_bounce(const Residual& r, std::size_t half) const {
+        return r.halves[half]->of_all / rays_ - r.irradiance;
+    }
+    Rgb control(const Residual& r, std::size_t half) const {
+        const Gathered& h = *r.halves[half];
+        return r.direct + (h.of_surfels + h.lost * r.radiosity) / rays_ - r.irradiance;
+    }
+
+    // F, of symmetric exchanges scaled as by Sinkhorn and Knopp (1967), with losses as one more column.
+    void exchange(const std::vector<Rgb>& reflectance) {
+        std::vector<double> count(regions_), lost(regions_), seen(regions_ * regions_), both(regions_ * regions_);
+        for (const Residual& r : residuals_) {
+            count[r.region] += 2.0 * rays_;
+            for (const Gathered* half : r.halves) {
+                lost[r.region] += half->lost;
+                for (std::size_t g = 0; g < regions_; ++g) seen[r.region * regions_ + g] += half->met[g];
+            }
+        }
+        for (std::size_t k = 0; k < regions_; ++k) {
+            if (count[k] == 0.0) continue;
+            lost[k] *= share_[k] / count[k];
+            for (std::size_t g = 0; g < regions_; ++g) {
+                // By as many rays as each region has; what has none knows nothing.
+                const double exchanged = seen[k * regions_ + g] * share_[k] / (count[g] > 0.0 ? 2.0 : 1.0) / count[k];
+                both[k * regions_ + g] += exchanged, both[g * regions_ + k] += exchanged;
+            }
+        }
+        std::vector<double> scale(regions_, 1.0), row(regions_);
+        for (int round = 0; round < scaling_rounds; ++round) {
+            for (std::size_t k = 0; k < regions_; ++k) {
+                row[k] = lost[k];
+                for (std::size_t g = 0; g < regions_; ++g) row[k] += both[k * regions_ + g] * scale[g];
+            }
+            for (std::size_t k = 0; k < regions_; ++k)
+                if (row[k] > 0.0 && count[k] > 0.0) scale[k] = std::sqrt(scale[k] * share_[k] / row[k]);
+        }
+        from_.resize(regions_ * regions_);
+        for (std::size_t k = 0; k < regions_; ++k)
+            for (std::size_t g = 0; g < regions_; ++g)
+                if (share_[k] > 0.0)
+                    from_[k * regions_ + g] =
+                        (scale[k] * scale[g] * both[k * regions_ + g] / share_[k]) * reflectance[g];
+    }
+
+    // Of regions without a place in this half nothing is known: the control variate is theirs as of all others.
+    void regress(std::size_t half, const Rgb& balance) {
+        Rgb control;
+        double known = 0.0;
+        for (std::size_t g = 0; g < regions_; ++g) {
+            const Moments& m = of_[half][g];
+            mean_[half].push_back(m.count > 0.0 ? m.x / m.count : Rgb{});
+            if (m.count > 0.0) control += share_[g] * m.y / m.count, known += share_[g];
+        }
+        if (!(known > 0.0)) return;
+        for (std::size_t g = 0; g < regions_; ++g)
+            if (of_[half][g].count > 0.0) mean_[half][g] += slope_[g] * (balance - control / known);
+    }
+
     // x = b + F x.
     template <class Entry>
     std::vector<Rgb> solved(const std::vector<Rgb>& b, const Entry& entry) const {
@@ -115,10 +201,11 @@ private:
     const std::vector<Residual>& residuals_;
     std::size_t regions_;
     double rays_;
-    std::vector<double> share_;  // of the residuals, by region
-    std::vector<Rgb> from_;      // by region that receives, and region that sends
-    std::vector<double> count_[2];
-    std::vector<Rgb> mean_[2];  // of the residuals of each half
+    std::vector<double> share_;   // of all area
+    std::vector<Rgb> from_;       // by region that receives, and region that sends
+    std::vector<Moments> of_[2];  // of residuals and control variates of each half, by region
+    std::vector<Rgb> mean_[2];    // of the residuals of each half
+    std::vector<Rgb> slope_;      // of those means in the mean of the control variate
 };
 
 }  // namespace
@@ -137,14 +224,24 @@ Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()
         area += surfels.areas[i];
         of[i] = static_cast<std::uint32_t>(count - 1);
     }
+    share.resize(count), reflectance.resize(count);
+    for (std::size_t i = 0; i < of.size(); ++i) {
+        share[of[i]] += surfels.areas[i];
+        reflectance[of[i]] += surfels.areas[i] * surfels.reflectance[i];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+        if (share[k] > 0.0) reflectance[k] *= 1.0 / share[k];
+        share[k] /= total;
+    }
 }
 
-ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t regions, double rays_each) {
+ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
+                         const Rgb& balance) {
     for (const Residual& r : residuals) {
-        const Rgb both = r.irradiance + r.halves[0]->irradiance + r.halves[1]->irradiance;
+        const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance;
         if (!std::isfinite(both.x + both.y + both.z)) return {1.0, 1.0};  // nothing is sure of it
     }
-    const CoarseSystem system(residuals, regions, rays_each);
+    const CoarseSystem system(residuals, regions, rays_each, balance);
     const std::vector<Rgb> errors[2] = {system.errors(0), system.errors(1)};
     double off = 0.0, all = 0.0, spread = 0.0;
     for (const Residual& r : residuals) {

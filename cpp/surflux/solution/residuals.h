@@ -11,20 +11,27 @@ namespace surflux {
 struct Regions {
     Regions(const Surfels& surfels, std::size_t wanted);
     std::vector<std::uint32_t> of;  // each surfel's
+    std::vector<double> share;      // of all area
+    std::vector<Rgb> reflectance;   // mean, by area
     std::size_t count = 0;
 };
 
 // The irradiance that one half of the rays of a place gathers when surfaces send what a solution says, and how much of
 // it depends on what: by region, what reaches the place per unit of irradiance there.
 struct Gathered {
-    explicit Gathered(std::size_t regions) : from(regions) {}
+    explicit Gathered(std::size_t regions) : from(regions), met(regions) {}
     Rgb irradiance;
     std::vector<Rgb> from;
+    // The same of one bounce, of which each surfel sends one value: rays that meet fronts, and others; T B; and with
+    // lights' own.
+    std::vector<double> met;
+    double lost = 0.0;
+    Rgb of_surfels, of_all;
 };
 
 // A surfel of a solution, and what the two independent halves of its rays gathered, as sums.
 struct Residual {
-    Rgb irradiance;
+    Rgb irradiance, direct, radiosity;
     std::uint32_t region;
     const Gathered* halves[2];
 };
@@ -38,6 +45,17 @@ struct ErrorEstimate {
 // mean over each region is resolved: a coarse system, solved for each half of the rays, brings all bounces (defect
 // correction on a coarse grid; Brandt 1977). The estimate is sqrt(sum e'.e'' / sum (H + e').(H + e'')) of the two
 // halves: the noise of their rays has no part in its mean.
-ErrorEstimate error_from(const std::vector<Residual>& residuals, std::size_t regions, double rays_each);
+//
+// Bounces amplify the mean residual, by 1 / (1 - rho) in a closed room, and with it the chance of which surfels were
+// drawn and of what their rays met. Reciprocity takes out both. The coarse exchange, A_k F_kg by area, is scaled to be
+// symmetric, with rows that make A_k together with what they lose. And what is sent arrives or is lost, sum A T B =
+// sum A B (1 - l) with l the share lost of what a surfel sends: the mean of c = D + T B + l B - H over all surfels is
+// that of D + B - H, `balance`, which no rays are needed for, so that c is a control variate of r. With m_k the mean of
+// r over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c') cov(m_k, c') /
+// var(c'), the regression of least variance (Cochran 1977, 7.3), whose moments come from the sample, within regions.
+// Where nothing is lost c is r but for the error of D; where most is, they have little in common, and so little is
+// gained.
+ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
+                         const Rgb& balance);
 
 }  // namespace surflux

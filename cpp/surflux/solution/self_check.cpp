@@ -65,9 +65,24 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     for (std::size_t k = 0; k < 2 * drawn.size(); ++k) sequences.emplace_back(options.seed, k);
     std::vector<Gathered> sums(sequences.size(), Gathered(regions.count));
     std::vector<Residual> residuals;
-    for (std::size_t k = 0; k < drawn.size(); ++k)
-        residuals.push_back(
-            {solution.irradiance[drawn[k]], regions.of[solution.parents[drawn[k]]], {&sums[2 * k], &sums[2 * k + 1]}});
+    const auto radiosity = [&](std::size_t i) {
+        return leaves.emission[i] + leaves.reflectance[i] * solution.irradiance[i];
+    };
+    for (std::size_t k = 0; k < drawn.size(); ++k) {
+        const std::uint32_t i = drawn[k];
+        residuals.push_back({solution.irradiance[i],
+                             solution.direct[i],
+                             radiosity(i),
+                             regions.of[solution.parents[i]],
+                             {&sums[2 * k], &sums[2 * k + 1]}});
+    }
+    Rgb balance;
+    double area = 0.0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        balance += leaves.areas[i] * (solution.direct[i] + radiosity(i) - solution.irradiance[i]);
+        area += leaves.areas[i];
+    }
+    balance *= 1.0 / area;
     // Rounds, of which each doubles the rays.
     std::atomic<std::size_t> traced{0};
     std::size_t each = 0, more = least_rays_each, planned = drawn.size() * least_rays_each;
@@ -89,7 +104,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
             },
             of_round);
         each += more;
-        const ErrorEstimate estimate = error_from(residuals, regions.count, static_cast<double>(each));
+        const ErrorEstimate estimate = error_from(residuals, regions, static_cast<double>(each), balance);
         if (estimate.uncertainty <= enough * estimate.error || 2 * traced > options.most_rays) {
             report(progress, planned, planned);
             return {estimate, traced};
