@@ -1,14 +1,12 @@
 #include "surflux/trace/tracer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
-#include "surflux/neighbors/point_index.h"
 #include "surflux/trace/coincident.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
@@ -24,7 +22,6 @@ DeviceError no_device(RTCError why) {
                                std::round(available_memory() / 1e6), " MB left"));
 }
 
-constexpr std::size_t surrounding = 9;   // a disk and those around it that may lie below its rim
 constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
 
 }  // namespace
@@ -70,7 +67,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
              e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
     impl_->add_covers(scene);
-    impl_->find_lower(s);
+    impl_->find_lower(scene);
 
     impl_->device.reset(rtcNewDevice(nullptr));
     if (!impl_->device) throw no_device(rtcGetDeviceError(nullptr));
@@ -128,40 +125,6 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     const std::uint32_t twin = disks[out.surfel].twin;
     if (!out.front && twin != no_surfel) return {twin, faces(twin), out.distance};
     return out;
-}
-
-void Tracer::Impl::find_lower(const Surfels& s) {
-    lower_begin.assign(s.size() + 1, 0);
-    if (disk_surfel.empty()) return;
-    std::vector<Vec3> places;
-    for (const std::uint32_t i : disk_surfel) places.push_back(s.positions[i]);
-    const PointIndex index(places);
-    std::vector<std::array<std::uint32_t, surrounding>> found(places.size());
-    std::vector<std::uint8_t> count(places.size(), 0);
-    parallel_blocks(places.size(), 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t i = disk_surfel[k];
-            index.nearest(places[k], surrounding, near);
-            for (const Neighbor& n : near) {
-                const std::uint32_t j = disk_surfel[n.index];
-                const Disk &p = disks[i], &q = disks[j];
-                if (j == i || n.distance >= s.radii[i] + s.radii[j]) continue;
-                const double height = dot(s.positions[i] - s.positions[j], s.normals[j]) / unit,
-                             rise = length(cross(s.normals[i], s.normals[j])) * s.radii[i] / unit,
-                             touching = 2.0 * static_cast<double>(std::max(p.contact, q.contact));
-                // A layer over another has its centres over it, too.
-                if (height > touching || height + rise <= touching) continue;
-                if (is_one_surface(p, q, dot3(p.normal, q.normal), static_cast<float>(std::abs(height))))
-                    found[k][count[k]++] = j;
-            }
-        }
-    });
-    for (std::size_t k = 0; k < places.size(); ++k) lower_begin[disk_surfel[k] + 1] = count[k];
-    std::partial_sum(lower_begin.begin(), lower_begin.end(), lower_begin.begin());
-    lower.resize(lower_begin.back());
-    for (std::size_t k = 0; k < places.size(); ++k)
-        std::copy_n(found[k].begin(), count[k], lower.begin() + lower_begin[disk_surfel[k]]);
 }
 
 void Tracer::Impl::add_covers(const Scene& of) {

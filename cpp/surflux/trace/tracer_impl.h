@@ -68,6 +68,14 @@ struct Tracer::Impl {
         DiskEnd::Kind kind;
     };
 
+    // The disks whose surface one disk rises over towards its rim.
+    struct LowerDisks {
+        const std::uint32_t *first, *last;
+        const std::uint32_t* begin() const { return first; }
+        const std::uint32_t* end() const { return last; }
+        bool empty() const { return first == last; }
+    };
+
     // A triangle of the patch `above` that covers another: inside dot(edge, p) <= limit for all three, p from the
     // origin.
     struct CoverPart {
@@ -94,6 +102,10 @@ struct Tracer::Impl {
     EmbreeScene scene;
 
     explicit Impl(const Surfels& surfels);
+
+    LowerDisks lower_of(std::uint32_t surfel) const {
+        return {lower.data() + lower_begin[surfel], lower.data() + lower_begin[surfel + 1]};
+    }
 
     struct Query {
         embree::Context context;  // first: Embree hands back a pointer to it
@@ -183,23 +195,16 @@ struct Tracer::Impl {
         return is_beyond(DiskEnd::crease, hit.surfel, at);
     }
 
-    // A disk is tangent to its surface, so that its rim stands off where that is convex. A ray that crosses it from
-    // behind there, with the surface of a neighbour below, has not been inside, and goes on. Of disks that overlap the
-    // lowest is never passed so: what is closed, or a sheet, blocks from behind as before.
-    bool is_over_surface(const Crossing& hit) const {
+    // A disk is tangent to its surface, so that its rim stands off where that is convex. A ray that crosses the rim
+    // from behind without having been inside goes on (rims.cpp). Of disks that overlap the lowest is never passed so:
+    // what is closed, or a sheet, blocks from behind as before.
+    bool is_over_surface(std::uint32_t from, const Crossing& hit) const {
         const Disk& q = disks[hit.surfel];
-        if (!hit.is_disk || q.twin != no_surfel || dot3(hit.direction, q.normal) <= 0.0f) return false;
-        for (std::uint32_t k = lower_begin[hit.surfel]; k < lower_begin[hit.surfel + 1]; ++k) {
-            const Disk& below = disks[lower[k]];
-            float at[3];
-            for (int axis = 0; axis < 3; ++axis)
-                at[axis] = hit.from(below, axis) + hit.distance() * hit.direction[axis];
-            if (dot3(at, at) < below.radius * below.radius &&
-                dot3(at, below.normal) > 2.0f * std::max(q.contact, below.contact))
-                return true;
-        }
-        return false;
+        return hit.is_disk && q.twin == no_surfel && dot3(hit.direction, q.normal) > 0.0f &&
+               !lower_of(hit.surfel).empty() && passes_under_rim(from, hit);
     }
+    bool passes_under_rim(std::uint32_t from, const Crossing& hit) const;
+    bool rise_over(const LowerDisks& around, std::uint32_t i) const;
 
     // Where a ray from surfel `end`, or none, crosses something.
     float contact(std::uint32_t end, const Crossing& hit) const {
@@ -252,12 +257,13 @@ struct Tracer::Impl {
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
         if (query.but != no_object) return disks[hit.surfel].object == query.but;
         if (query.nearby) return is_strange(*query.nearby, hit);
-        if (is_over_surface(hit)) return true;
         if (query.rays) {
             const Ray& ray = query.rays[id];
-            return ignores(ray.from, hit) || (query.segments && ends_on(to_local(ray.length), hit));
+            return ignores(ray.from, hit) || (query.segments && ends_on(to_local(ray.length), hit)) ||
+                   is_over_surface(ray.from.surfel, hit);
         }
-        if (ignores(*query.from, hit) || ends_on(query.length, hit)) return true;
+        if (ignores(*query.from, hit) || ends_on(query.length, hit) || is_over_surface(query.from->surfel, hit))
+            return true;
         if (query.to == no_surfel) return false;
         return hit.surfel == query.to || disks[query.to].twin == hit.surfel ||
                (hit.is_disk && stands_off(query.to, hit.surfel, hit.direction));
@@ -285,7 +291,8 @@ struct Tracer::Impl {
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
 
-    void find_lower(const Surfels& s);
+    void find_lower(const Scene& of);
+    bool rises_over(const Surfels& s, std::uint32_t i, std::uint32_t j, double distance) const;
     void add_covers(const Scene& scene);
     // Of the patches that coincide where a ray meets `surfel`, the one on top.
     std::uint32_t topmost(std::uint32_t surfel, const RTCRay& ray) const;

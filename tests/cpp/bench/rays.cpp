@@ -116,7 +116,8 @@ public:
                                                                    RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
         auto* index = static_cast<unsigned*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
-        const Vec3 origin = bounds_of(s).center();
+        const Box bounds = bounds_of(s);
+        const Vec3 origin = 0.5 * (bounds.low + bounds.high);
         for (const Triangle& t : s.triangles)
             for (const Vec3* corner : {&t.a, &t.b, &t.c})
                 for (int axis = 0; axis < 3; ++axis) *vertex++ = static_cast<float>((*corner)[axis] - origin[axis]);
@@ -199,7 +200,8 @@ void measure(bool reference_alone) {
     const double ours = seconds_of(reference);
 
     const BareScene bare(scene.surfels);
-    const auto hair = static_cast<float>(1e-5 * bounds_of(scene.surfels).diagonal());
+    const Box bounds = bounds_of(scene.surfels);
+    const auto hair = static_cast<float>(1e-5 * length(bounds.high - bounds.low));
     std::size_t same = 0;
     const double theirs = seconds_of([&] { same = bare.run(recorded, hair); });
     const double millions = 1e-6 * static_cast<double>(recorded.size());
