@@ -70,6 +70,21 @@ def test_functions_speak_for_the_air_that_they_are_in(lit_church, seed):
     assert np.count_nonzero(at > DARK * mean) <= inside.sum() / 500
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_walls_that_are_modelled_twice_let_no_light_through(seed):
+    """Every face again at its place, facing the same way."""
+    corners, faces = church.mesh(size=3.0, aligned=False)
+    twice = np.concatenate([corners, corners]), np.concatenate([faces, len(corners) + np.roll(faces, 1, axis=1)])
+    scene = sf.Scene([sf.Surfels.from_mesh(twice, reflectance=0.6)], church.lights())
+    inside = faces_a_dark_room(scene.surfels)
+    assert inside.sum() >= 500
+    for solution in (sf.solve(scene, seed=seed), sf.solve_meshless(scene, seed=seed)):
+        parents = np.arange(len(inside)) if solution.parents is None else solution.parents
+        light = solution.irradiance[:, 0]
+        mean = np.average(light, weights=solution.surfels.areas)
+        assert light[inside[parents]].max() < DARK * mean
+
+
 def panelled(gap):
     """A wall 2 x 2 at y = 0 that faces -y, and before it a panel that covers its lower half and faces the same way."""
     x, z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
