@@ -125,6 +125,7 @@ void bind_scene(py::module_& module) {
         .def("with_areas",
              [](const Surfels& s, const Doubles& areas) {
                  std::vector<double> given = to_vector(areas);
+                 require(given.empty() || given.size() == s.size(), "areas: wanted one for each surfel, or none");
                  return without_gil([&] {
                      Surfels out = s;
                      out.areas = std::move(given);
@@ -134,6 +135,7 @@ void bind_scene(py::module_& module) {
         .def("select",
              [](const Surfels& s, const Indices& indices) {
                  const std::vector<std::uint32_t> kept = to_vector(indices);
+                 for (const std::uint32_t i : kept) require(i < s.size(), "indices: wanted those of surfels");
                  return without_gil([&] { return select(s, kept); });
              })
         .def("two_sided", [](const Surfels& s) { return without_gil([&] { return two_sided(s); }); })

@@ -46,6 +46,7 @@ struct Field {
                            const py::object& progress) const {
         require(field < fields.size(), "field: there are ", fields.size());
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        require(facing.size() == places.size(), "normals: wanted one for each point");
         std::vector<Rgb> out(places.size());
         const Progress report = to_progress(progress);
         without_gil([&] {
@@ -89,6 +90,7 @@ struct Field {
                                   std::uint64_t seed, const py::object& progress) const {
         require(scene, "scene: wanted one to trace rays in");
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        require(facing.size() == places.size(), "normals: wanted one for each point");
         const Progress report = to_progress(progress);
         return to_array(without_gil([&] {
             return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed, report);

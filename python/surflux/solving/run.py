@@ -15,6 +15,8 @@ from surflux.solutions.solution import Solution
 
 # Share of the power that enters a scene, above which what backs of surfaces take of it is said.
 MUCH_INTO_BACKS = 0.01
+# Of the RMS irradiance: an estimate above this is no solution.
+MUCH_ERROR = 0.25
 # What a solver of _core gives that a Solution takes as it is.
 FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
 
@@ -56,8 +58,15 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         warn(f"the linear solver stopped at a residual of {residual:.2g}")
     if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
         share = figures["power_into_backs"] / figures["power_in"]
-        text = f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way or should be two_sided"
-        warn(text)
+        warn(
+            f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or lie "
+            "back to back with another object at the same place"
+        )
+    if result["error"] > MUCH_ERROR:
+        warn(
+            f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch or "
+            "a disk, or surfaces are far larger than what is around them; finer ones help"
+        )
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
         surfels,

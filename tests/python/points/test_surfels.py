@@ -206,3 +206,11 @@ def test_what_to_pyvista_cannot_draw():
         flat().to_pyvista("splats")
     with pytest.raises(ValueError, match="for none of these surfels is a patch of a mesh"):
         flat().to_pyvista("patches")
+
+
+def test_the_core_refuses_arrays_that_do_not_fit():
+    core = flat()._core
+    with pytest.raises(ValueError, match="areas: wanted one for each surfel, or none"):
+        core.with_areas(np.ones(len(core) + 1))
+    with pytest.raises(ValueError, match="indices: wanted those of surfels"):
+        core.select(np.array([len(core)], np.uint32))

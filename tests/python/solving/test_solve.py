@@ -224,3 +224,12 @@ def test_warnings_name_the_line_that_solved(solver):
     with pytest.warns(UserWarning, match="all of it stays black") as said:
         solver(sf.Scene([ball]))
     assert [Path(w.filename).name for w in said] == [Path(__file__).name]
+
+
+def test_an_estimate_that_is_no_solution_is_warned_of():
+    """A point lamp 1e-3 from a corner lights a thousandth of one patch of each wall."""
+    room = sf.Surfels.from_mesh(shapes.box(patches=3, inward=True)[:2], reflectance=0.5)
+    scene = sf.Scene([room], [sf.PointLight(room.bounds[0] + 1e-3, 1.0)])
+    with pytest.warns(UserWarning, match=r"the irradiance is off by an estimated \d+%: light is concentrated on less"):
+        solution = sf.solve_meshless(scene)
+    assert solution.error > 0.25
