@@ -64,8 +64,8 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         )
     if result["error"] > MUCH_ERROR:
         warn(
-            f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch or "
-            "a disk, or surfaces are far larger than what is around them; finer ones help"
+            f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch "
+            "or a disk, or surfaces are far larger than what is around them; finer ones help"
         )
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
