@@ -192,6 +192,13 @@ void bind_scene(py::module_& module) {
                                        out.append(py::make_tuple(of.object, of.surfels, of.contact));
                                    return out;
                                })
+        .def_property_readonly("gaps",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const NarrowGap& gap : c.gaps)
+                                       out.append(py::make_tuple(gap.one, gap.other, gap.area, gap.width));
+                                   return out;
+                               })
         .def_property_readonly("close_sheets", [](const Coincidence& c) {
             py::list out;
             for (const CloseSheet& s : c.close_sheets)

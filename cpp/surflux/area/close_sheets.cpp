@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "surflux/area/effective_area.h"
 #include "surflux/area/pieces.h"
@@ -14,6 +15,9 @@ namespace surflux {
 namespace {
 
 constexpr double close_patches = 1e-4;  // of the size of the scene: half a millimetre in a room of 5 m
+
+// Of coordinates, how far off what the user meant to be one place may be: a few roundings of doubles.
+constexpr double one_place = 0x1p-48;
 
 // How far a place is from a triangle that it lies over or under; infinite where it does not.
 double distance(const Vec3& place, const Triangle& t) {
@@ -95,6 +99,46 @@ void CloseSheetFinder::patch(std::uint32_t i, const std::vector<std::uint32_t>& 
     for (std::size_t k = 0; k < over.size(); ++k)
         if (taken[k] > low * s_.radii[i])  // else of edges that touch
             out.push_back({i, scene_.object[i], scene_.object[over[k]], false, taken[k], heights[k]});
+}
+
+void CloseSheetFinder::find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near,
+                                   std::vector<Facing>& out) const {
+    const double wide = 2.0 * extent_.contact_of(i);
+    for (const std::uint32_t k : near) {
+        if (k < i || !is_patch(i) || dot(s_.normals[i], s_.normals[k]) > -flat_normals) continue;
+        const double gap = dot(s_.normals[i], s_.positions[k] - s_.positions[i]);
+        const double rise = length(cross(s_.normals[i], s_.normals[k])) * (s_.radii[i] + s_.radii[k]);
+        // The origin of the coordinates may be far off the scene.
+        const double least = one_place * (extent_.size + length(s_.positions[i]));
+        if (!(gap + rise > least && gap - rise < wide)) continue;
+        const Triangle* all = s_.triangles.data();
+        Pieces rest = pieces_of(all + triangles_[i], all + triangles_[i + 1], s_.positions[i]);
+        const double whole = area_of(rest);
+        for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1] && !rest.empty(); ++t) {
+            Triangle turned = s_.triangles[t];  // to face the patch's way, as pieces do
+            std::swap(turned.b, turned.c);
+            rest = without(rest, turned, s_.positions[i], least, wide);
+        }
+        const double area = whole - area_of(rest);
+        if (area > wide * s_.radii[i]) out.push_back({scene_.object[i], scene_.object[k], area, gap});
+    }
+}
+
+std::vector<NarrowGap> CloseSheetFinder::gaps(const std::vector<std::vector<Facing>>& facing) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, NarrowGap> sums;
+    for (const auto& some : facing)
+        for (const Facing& at : some) {
+            NarrowGap& sum = sums[{at.one, at.other}];
+            sum.one = at.one, sum.other = at.other;
+            sum.area += at.area;
+            sum.width += at.area * at.width;
+        }
+    std::vector<NarrowGap> out;
+    for (auto& [key, sum] : sums) {
+        sum.width /= sum.area;
+        out.push_back(sum);
+    }
+    return out;
 }
 
 // Effective areas: those of the scene may not be known yet.

@@ -26,6 +26,14 @@ struct CloseSheet {
     double height = 0.0;  // mean
 };
 
+// Patches that face each other, closer than rays can tell apart (Extent::contact) but not at one place: they exchange
+// no light.
+struct NarrowGap {
+    std::uint32_t one = 0, other = 0;  // objects
+    double area = 0.0;
+    double width = 0.0;  // mean
+};
+
 // Finds them surfel by surfel: disks no farther from a patch than a quarter of their radius, and patches no more than
 // 1e-4 of the scene's size over others of their plane, if farther than touching is. Const once made, for any number of
 // threads.
@@ -43,6 +51,14 @@ public:
         double area, height;  // no area of a point yet
     };
     void find(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Meeting>& out) const;
+
+    // Of patch i and later ones; the same for gaps.
+    struct Facing {
+        std::uint32_t one, other;
+        double area, width;
+    };
+    void find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Facing>& out) const;
+    static std::vector<NarrowGap> gaps(const std::vector<std::vector<Facing>>& facing);
 
     // What all meetings come to, ascending; of two objects first points over the mesh.
     std::vector<CloseSheet> sheets(const std::vector<std::vector<Meeting>>& meetings, const Progress& progress) const;

@@ -17,6 +17,7 @@ struct Covers {
     std::vector<Cover> covers;
     std::vector<double> uncovered;
     std::vector<CloseSheet> close_sheets;
+    std::vector<NarrowGap> gaps;
 };
 
 class CoverFinder {
@@ -32,6 +33,7 @@ public:
         const std::size_t blocks = (s_.size() + block - 1) / block;
         std::vector<std::vector<Cover>> covers(blocks);
         std::vector<std::vector<CloseSheetFinder::Meeting>> meetings(blocks);
+        std::vector<std::vector<CloseSheetFinder::Facing>> facing(blocks);
         parallel_blocks(
             s_.size(), block,
             [&](std::size_t begin, std::size_t end) {
@@ -40,12 +42,14 @@ public:
                     const auto i = static_cast<std::uint32_t>(k);
                     sheets_.patches_near(i, near);
                     sheets_.find(i, near, meetings[begin / block]);
+                    sheets_.find_facing(i, near, facing[begin / block]);
                     if (triangles_[i] != triangles_[i + 1]) cover(i, near, covers[begin / block], out.uncovered[i]);
                 }
             },
             progress);
         for (const auto& some : covers) out.covers.insert(out.covers.end(), some.begin(), some.end());
         out.close_sheets = sheets_.sheets(meetings, progress);
+        out.gaps = CloseSheetFinder::gaps(facing);
         return out;
     }
 
@@ -106,8 +110,12 @@ std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     const Extent extent(scene.surfels);
     Covers covers = CoverFinder(scene, extent).run(progress);
-    return {std::move(covers.covers), std::move(covers.uncovered), std::move(covers.close_sheets),
-            find_disk_overlaps(scene, extent, progress), find_coarse(scene, extent)};
+    return {std::move(covers.covers),
+            std::move(covers.uncovered),
+            std::move(covers.close_sheets),
+            std::move(covers.gaps),
+            find_disk_overlaps(scene, extent, progress),
+            find_coarse(scene, extent)};
 }
 
 void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {

@@ -23,6 +23,7 @@ struct Coincidence {
     std::vector<Cover> covers;
     std::vector<double> uncovered;  // of each patch, the share of it that no later patch covers; 1 of disks
     std::vector<CloseSheet> close_sheets;
+    std::vector<NarrowGap> gaps;  // ascending
     DiskOverlaps disks;
     std::vector<Coarse> coarse;  // ascending
 };

@@ -15,7 +15,7 @@ _COVERED = 1e-3
 
 def warn_of_layers(scene):
     """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
-    for text in (*_layers(scene), *_coarse(scene), *_divided(scene)):
+    for text in (*_layers(scene), *_gaps(scene, glowing=True), *_coarse(scene), *_divided(scene)):
         warn(text)
 
 
@@ -33,16 +33,18 @@ def coincidence_of(scene):
     for one, other, joined, _, _ in found.overlaps:
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
-    lines += [*_layers(scene, _LEAST_CHECKED), *_coarse(scene), *_divided(scene)]
+    lines += [*_layers(scene, _LEAST_CHECKED), *_gaps(scene), *_coarse(scene), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
+    gaps = [dict(zip(("one", "other", "area", "width"), g, strict=True)) for g in found.gaps]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
     divided = [{"object": k, "patches": n} for k, n in enumerate(scene._count_divided()) if n]
     found = {
         "covered": len(covered),
         "overlaps": overlaps,
         "close_sheets": sheets,
+        "gaps": gaps,
         "coarse": coarse,
         "divided": divided,
     }
@@ -72,6 +74,20 @@ def _close_sheets(scene, least):
             f"{who} lie some {height:.2g} {'over or under' if points else 'over'} the mesh of object {mesh}, facing "
             f"the same way, on {area:.3g} of its area: taken as two sheets, of which the lower gets no light. If they "
             "are one surface, leave one of them out"
+        )
+
+
+def _gaps(scene, glowing=False):
+    """What stands in a gap that rays cannot see. Light that comes in from its edges is next to none, so that a solution
+    lacks only what one of its sides emits."""
+    for one, other, area, width in scene._find_coincidence().gaps:
+        if glowing and not any(scene.objects[k].emission.any() for k in (one, other)):
+            continue
+        who = f"object {one}: faces of it" if one == other else f"objects {one} and {other}: faces of them"
+        yield (
+            f"{who} stand {width:.2g} apart, facing each other, on {area:.3g} of their area, closer than rays can tell "
+            "apart in a scene of this size: they may exchange no light. Move them apart, make them touch, or make a scene "
+            "of them"
         )
 
 

@@ -275,3 +275,35 @@ def test_a_point_that_floats_cannot_tell_from_what_is_beside_it_is_spoken_of(rec
         said = [str(w.message) for w in recwarn if "object 0: 1 surfel so far" in str(w.message)]
         assert bool(said) == speaks
     assert "within up to 0.95 of them" in said[0]
+
+
+def facing(gap, emission, center=(0.0, 0.0, 0.0)):
+    """A glowing square of 1 x 1 that faces another, moved by a quarter."""
+    lower = patch(center, [1, 0, 0], [0, 1, 0], 0.5, 0.0, 0.01)
+    upper = patch(np.add(center, [0.25, 0, gap]), [0, 1, 0], [1, 0, 0], 0.5, emission, 0.01)
+    return sf.Scene([lower, upper])
+
+
+@every_solver
+def test_a_gap_that_rays_cannot_see_is_spoken_of(solver):
+    with pytest.warns(UserWarning, match=r"objects 0 and 1: .* 1e-07 apart, facing each other, on 0.75 of their area"):
+        solver(facing(1e-7, 1.0))
+
+
+@pytest.mark.parametrize("gap, emission", [(1e-5, 1.0), (0.0, 1.0), (1e-16, 1.0), (1e-7, 0.0)])
+def test_only_gaps_that_lack_light_are_spoken_of(gap, emission, recwarn):
+    """Wider ones are seen; none, up to rounding, is meant; and into a dark one no light comes."""
+    scene = facing(gap, emission)
+    sf.reference_irradiance(scene, [[0.5, 0.5, 1]], [[0, 0, 1]], samples=16)
+    assert not [w for w in recwarn if "apart" in str(w.message)]
+    assert len(scene._find_coincidence().gaps) == (gap == 1e-7)
+
+
+def test_check_names_a_gap_that_rays_cannot_see(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    square = '[[object]]\nshape = "rectangle"\ncorner = [0, 0, {}]\nedge_{} = [1, 0, 0]\nedge_{} = [0, 1, 0]\n'
+    path.write_text(square.format(0, "u", "v") + square.format(1e-7, "v", "u"))
+    assert cli.main(["check", str(path), "--json"]) == 0
+    (gap,) = json.loads(capsys.readouterr().out)["gaps"]
+    assert (gap["one"], gap["other"]) == (0, 1)
+    assert gap["area"] == pytest.approx(1.0, rel=1e-6) and gap["width"] == pytest.approx(1e-7, rel=1e-6)
