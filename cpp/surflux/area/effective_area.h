@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/neighbors/disk_kernel.h"
 #include "surflux/scene/surfels.h"
 
 namespace surflux {
@@ -17,7 +18,8 @@ enum class AreaBackend { automatic, cpu, gl };
 
 struct AreaOptions {
     AreaMethod method = AreaMethod::curved;
-    double kappa = 3.0;    // how fast a surfel's influence falls with distance (paper: exp(-kappa r / R), D04 eq. 6)
+    double kappa =
+        sharing_power;     // how fast a surfel's influence falls with distance (paper: exp(-kappa r / R), D04 eq. 6)
     int resolution = 32;   // pixels across a disk, n_x = n_y of D04 5.3
     double epsilon = 0.8;  // neighbours on the same surface have n_i . n_j above this, D04 eq. 10
     AreaBackend backend = AreaBackend::automatic;

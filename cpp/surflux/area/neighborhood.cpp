@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "surflux/core/morton.h"
+#include "surflux/neighbors/disk_kernel.h"
 #include "surflux/neighbors/piles.h"
 
 namespace surflux {
@@ -14,12 +15,9 @@ namespace {
 // Cosine between the normals on either side of the sharpest crease over which surfels share their surroundings;
 // excludes the far side of a thin sheet.
 constexpr double sharpest_crease = -0.5;
-// How far a disk counts, over its radius. With 1 random points on a torus miss .06 % of its area at any density, with
-// 1.3 .004 %.
-constexpr double domain_ratio = 1.3;
-// What lies higher over a disk, over the sum of the two domains, and steeper, is another layer. On a smooth surface
-// with n_i . n_j = .8 the slope is .33; a jitter of a tenth of the spacing is that high in one case in a thousand.
-constexpr double layer_height = 0.27, layer_slope = 0.35;
+// What lies higher over a disk than layer_height, over the sum of the two domains, and steeper, is another layer. On a
+// smooth surface with n_i . n_j = .8 the slope is .33.
+constexpr double layer_slope = 0.35;
 // Between the normals of disks at one place that are one disk: they are apart by what floats or an estimate leave.
 constexpr double pile_cosine = 0.999;
 // What may stick out over a crease's plane, over the sum of the two radii.

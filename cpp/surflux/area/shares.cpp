@@ -7,6 +7,7 @@
 #include "surflux/area/disk_integrator.h"
 #include "surflux/area/neighborhood.h"
 #include "surflux/core/error.h"
+#include "surflux/neighbors/disk_kernel.h"
 
 namespace surflux {
 
@@ -22,8 +23,7 @@ double paper_weight(const Member& j, double kappa, double x, double y) {
 
 // Over that of the surfel itself, which may be infinite; see effective_area.h.
 double curved_weight(const Member& j, double kappa, const Vec3& p, double own_square) {
-    const double q = length_squared(p - j.position), taper = 1.0 - q / (j.radius * j.radius);
-    return taper > 0.0 ? std::pow(own_square / std::max(q, 1e-9), kappa) * taper : 0.0;
+    return disk_weight(length_squared(p - j.position), j.radius * j.radius, own_square, 1e-9, kappa);
 }
 
 bool inside(const std::vector<HalfPlane>& ends, double x, double y) {

@@ -8,6 +8,7 @@
 #include "surflux/core/sampling.h"
 #include "surflux/lights/spot_cone.h"
 #include "surflux/neighbors/disk_index.h"
+#include "surflux/neighbors/disk_kernel.h"
 
 namespace surflux {
 
@@ -23,9 +24,7 @@ constexpr std::size_t rays_each = 256, least_rays = 4096, wide_rays = std::size_
                       most_rays = std::size_t{1} << 20;
 constexpr double wide_cone = 0.3;  // half an angle: rays of wider ones miss most of what is narrow
 constexpr double evenness = 0.5;   // of even points' standard error in that of random ones, as in direct.cpp
-// As in area/: how far a disk counts over its radius, and what lies as high over it, over the sum of two radii, is
-// another layer. Between normals of one surface: as in area/coincidence.
-constexpr double domain_ratio = 1.3, layer_height = 0.27, alike = 0.5;
+constexpr double alike = 0.5;      // cosine between normals of one surface, as in area/coincidence
 
 // What leaves a light along a ray, per unit of its colour.
 struct Beam {
@@ -132,15 +131,15 @@ public:
         near.clear();
         out.clear();
         index_.reaching(place, 0.0, near, domain_ratio);
-        double sum = 0.0, nearest = s.radii[hit];
+        const double least = 1e-10 * s.radii[hit] * s.radii[hit];
+        double sum = 0.0, own_square = s.radii[hit] * s.radii[hit];
         for (const Neighbor& found : near)
-            if (disks_[found.index] == hit) nearest = std::max(found.distance, 1e-5 * s.radii[hit]);
+            if (disks_[found.index] == hit) own_square = std::max(found.distance * found.distance, least);
         for (const Neighbor& found : near) {
             const std::uint32_t k = disks_[found.index];
             if (k != hit && !shares(k, hit, place, direction)) continue;
             const double reach = domain_ratio * s.radii[k],
-                         over = nearest / std::max(found.distance, 1e-5 * s.radii[hit]);
-            const double weight = std::pow(over, 6) * (1.0 - found.distance * found.distance / (reach * reach));
+                         weight = disk_weight(found.distance * found.distance, reach * reach, own_square, least);
             sum += weight;
             out.push_back({k, weight});
         }
