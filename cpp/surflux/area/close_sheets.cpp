@@ -9,6 +9,7 @@
 
 #include "surflux/area/effective_area.h"
 #include "surflux/area/pieces.h"
+#include "surflux/core/thread_scratch.h"
 
 namespace surflux {
 
@@ -48,7 +49,7 @@ void CloseSheetFinder::patches_near(std::uint32_t i, std::vector<std::uint32_t>&
     out.clear();
     if (!index_) return;
     thread_local std::vector<Neighbor> near;
-    near.clear();
+    const ThreadScratch scratch(near);
     const double reach = is_patch(i) ? s_.radii[i] + std::max(close_patches * extent_.size, 2.0 * extent_.contact_of(i))
                                      : close_disk * s_.radii[i];
     index_->reaching(s_.positions[i], reach, near);

@@ -10,6 +10,7 @@
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/thread_scratch.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/neighbors/piles.h"
 
@@ -247,6 +248,7 @@ public:
         const double area = s_.areas[i] * static_cast<double>(disk.surfels.size());
         const double reach = std::sqrt(area / pi) * std::sqrt(4.0 / 7.0);
         thread_local std::vector<Neighbor> near;
+        const ThreadScratch scratch(near);
         disks_.others(d, reach, near);
         const auto strange = [&](const Neighbor& found) {
             return !same_surface(scene_, i, disks_[found.index].surfels.front());
@@ -267,7 +269,7 @@ public:
 private:
     double share_at(const Vec3& place, const std::vector<Neighbor>& near) const {
         thread_local std::vector<std::uint32_t> objects;
-        objects.clear();
+        const ThreadScratch scratch(objects);
         for (const Neighbor& found : near) {
             const Disk& k = disks_[found.index];
             if (length_squared(place - k.position) < k.radius * k.radius && !is_beyond_end(k.surfels.front(), place))

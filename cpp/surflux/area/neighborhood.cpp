@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "surflux/core/morton.h"
+#include "surflux/core/thread_scratch.h"
 #include "surflux/neighbors/disk_kernel.h"
 #include "surflux/neighbors/piles.h"
 
@@ -138,8 +139,8 @@ void NeighborhoodFinder::gather(std::size_t i, double ratio, Neighborhood& out) 
     const Disk& disk = disks_[i];
     thread_local std::vector<Neighbor> near;
     thread_local std::vector<Vec3> offsets;
-    near.clear();
-    offsets.clear();
+    const ThreadScratch near_scratch(near);
+    const ThreadScratch offsets_scratch(offsets);
     index_.reaching(disk.position, disk.radius, near, ratio);
     // A disk whose radius squared is 0 reaches nothing, not even itself.
     near.erase(std::remove_if(near.begin(), near.end(), [i](const Neighbor& n) { return n.index == i; }), near.end());
@@ -226,7 +227,7 @@ bool NeighborhoodFinder::add_borders(std::size_t i, const std::vector<Member>& a
     if (!sides.empty() && std::none_of(sides.begin(), sides.end(), ends_disk)) return true;
 
     thread_local std::vector<Neighbor> near;
-    near.clear();
+    const ThreadScratch scratch(near);
     const Disk& disk = disks_[i];
     index_.centered_within(disk.position, border_reach * std::max(spacing, 0.6) * out.radius, near);
     points.assign(1, {0.0, 0.0});

@@ -7,6 +7,7 @@
 #include "surflux/core/gauss_legendre.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/thread_scratch.h"
 #include "surflux/lights/narrow_light.h"
 #include "surflux/lights/polygon.h"
 #include "surflux/lights/sample_points.h"
@@ -206,7 +207,7 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
     double all = 0.0, passed = 0.0;
     int taken = 0, lit = 0, dark = 0;
     thread_local std::vector<Triangle> lit_part;
-    lit_part.clear();
+    const ThreadScratch scratch(lit_part);
     if (receiver.is_patch()) light.find_lit(receiver, lit_part);
     double lit_area = 0.0;
     for (const Triangle& t : lit_part) lit_area += area_of(t);

@@ -6,6 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/thread_scratch.h"
 #include "surflux/lights/spot_cone.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/neighbors/disk_kernel.h"
@@ -128,7 +129,7 @@ public:
     void at(std::uint32_t hit, const Vec3& place, const Vec3& direction, std::vector<Share>& out) const {
         const Surfels& s = scene_.surfels;
         thread_local std::vector<Neighbor> near;
-        near.clear();
+        const ThreadScratch scratch(near);
         out.clear();
         index_.reaching(place, 0.0, near, domain_ratio);
         const double least = 1e-10 * s.radii[hit] * s.radii[hit];
