@@ -5,6 +5,7 @@
 
 #include "surflux/core/morton.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/polygon.h"
 
 namespace surflux {
 
@@ -81,25 +82,38 @@ LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, d
     // which is the sum of them all in the mean.
     LightRay kept;
     double kept_weight = 0.0, sum = 0.0;
-    const auto offer = [&](const LightRay& ray) {
+    const auto offer = [&](const LightRay& ray, bool is_of_lamp) {
         const double weight = brightness(ray.irradiance);
         if (!(weight > 0.0)) return;
         sum += weight;
         const double share = weight / sum;
         if (choice < share) {
             kept = ray;
+            kept.is_of_lamp = is_of_lamp;
             kept_weight = weight;
             choice /= share;
         } else {
             choice = (choice - share) / (1.0 - share);
         }
     };
-    for (const PointLike& light : point_like_) offer(towards(light, point, normal));
-    for (const Rectangle& light : areas_) offer(towards(light, point, normal, u, v));
-    for (std::size_t k = 0; k < images_.size(); ++k) offer(towards_sky(k, normal, u, v));
-    if (!emitters_.empty()) offer(towards_emitters(point, normal, u, v));
+    for (const PointLike& light : point_like_) offer(towards(light, point, normal), true);
+    for (const Rectangle& light : areas_) offer(towards(light, point, normal, u, v), true);
+    for (std::size_t k = 0; k < images_.size(); ++k) offer(towards_sky(k, normal, u, v), false);
+    if (!emitters_.empty()) offer(towards_emitters(point, normal, u, v), false);
     if (kept_weight > 0.0) kept.irradiance *= sum / kept_weight;
     return kept;
+}
+
+Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {
+    Rgb out;
+    for (const PointLike& light : point_like_) out += towards(light, point, normal).irradiance;
+    for (const Rectangle& light : areas_) {
+        if (dot(light.normal, point - light.corner) <= 0.0) continue;
+        const Vec3 corners[] = {light.corner, light.corner + light.u, light.corner + light.u + light.v,
+                                light.corner + light.v};
+        out += element_to_polygon(point, normal, corners, 4) * light.exitance;
+    }
+    return out;
 }
 
 Rgb LightSampler::found_on_way(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {

@@ -15,6 +15,7 @@ struct LightRay {
     double length = 0.0;
     Rgb irradiance;
     std::uint32_t target = Hit::none;
+    bool is_of_lamp = false;  // neither of the sky nor of a surfel
     // Does it arrive, if that is what it meets first within its length?
     bool arrives(const Hit& hit) const { return target == Hit::none ? !hit : hit.front && hit.surfel == target; }
 };
@@ -36,6 +37,8 @@ public:
     // One ray for all lights: of one candidate towards each, one is chosen in proportion to what it would bring.
     // (u, v) choose the place on each light, `choice` the light; all in [0, 1).
     LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;
+    // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
+    Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
     // What a ray drawn with density cos / pi finds of lights that sample() aims at too, and of the constant sky, as
     // irradiance: pi times the radiance times the share of this way. `hit` is what it meets first.
     Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {

@@ -27,7 +27,7 @@ void ResidualRays::aim(const Departure& from, const double* u, double choice, co
     if (!(light.length > 0.0)) return;
     const bool free = light.target == Hit::none;
     (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
-    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target, is_first});
+    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target, light.is_of_lamp, is_first});
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {
@@ -45,8 +45,9 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
     const Frame frame = frame_around(place.normal);
     for (int r = 0; r < count && !lights_.empty(); ++r) {
         const double* u = sequences.lights.next();
-        aim({points_.at(place, u[2], u[3]), place.normal, place.surfel}, u, sequences.next_choice(), {1, 1, 1},
-            true);
+        const Vec3 from = points_.at(place, u[2], u[3]);
+        sum.lamps.unoccluded += lights_.unoccluded(from, place.normal);
+        aim({from, place.normal, place.surfel}, u, sequences.next_choice(), {1, 1, 1}, true);
     }
     for (int r = 0; r < count; ++r) {
         const double* u = sequences.directions.next();
@@ -54,9 +55,10 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
         const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
         const Hit hit = tracer_.closest(place.surfel, from, direction);
         const Rgb at_end = lights_.found_at_end(place.normal, direction, hit);
-        const Rgb found = lights_.found_on_way(from, place.normal, direction, hit) + at_end;
-        sum.irradiance += found;
-        sum.of_all += found;
+        sum.irradiance += at_end;
+        sum.of_all += at_end;
+        sum.lamps.lit += lights_.found_on_way(from, place.normal, direction, hit);
+        sum.lamps.all += lights_.found_on_way(from, place.normal, direction, {});
         if (!hit || !hit.front) {
             sum.lost += 1.0;
             continue;
@@ -79,11 +81,17 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
     }
     rays += static_cast<std::size_t>(count) + shadow_.size() + towards_.size() + ahead_.size();
     tracer_.free(shadow_, free_);
-    for (std::size_t k = 0; k < shadow_.size(); ++k)
-        if (free_[k]) {
-            sum.irradiance += shadow_gain_[k].irradiance;
-            if (shadow_gain_[k].is_first) sum.of_all += shadow_gain_[k].irradiance;
+    for (std::size_t k = 0; k < shadow_.size(); ++k) {
+        const Gain& gain = shadow_gain_[k];
+        if (gain.is_first && gain.is_of_lamp) sum.lamps.all += gain.irradiance;
+        if (!free_[k]) continue;
+        if (gain.is_first && gain.is_of_lamp) {
+            sum.lamps.lit += gain.irradiance;
+        } else {
+            sum.irradiance += gain.irradiance;
+            if (gain.is_first) sum.of_all += gain.irradiance;
         }
+    }
     tracer_.closest(towards_, hits_);
     for (std::size_t k = 0; k < towards_.size(); ++k)
         if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) {

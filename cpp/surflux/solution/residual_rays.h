@@ -47,7 +47,7 @@ private:
     struct Gain {
         Rgb irradiance;
         std::uint32_t target;
-        bool is_first;  // bounce, from the place itself
+        bool is_of_lamp, is_first;  // of the first bounce, from the place itself
     };
     void aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first);
     bool is_near(const Hit& hit) const;

@@ -60,7 +60,7 @@ public:
     }
 
     Rgb residual(const Residual& r, std::size_t half) const {
-        return r.halves[half]->irradiance / rays_ - r.irradiance;
+        return (r.halves[half]->irradiance + r.halves[half]->lamps.sum()) / rays_ - r.irradiance;
     }
 
     // Mean errors of all regions by one half.
@@ -115,7 +115,7 @@ public:
 private:
     // Of one bounce, and c of error_from().
     Rgb one_bounce(const Residual& r, std::size_t half) const {
-        return r.halves[half]->of_all / rays_ - r.irradiance;
+        return (r.halves[half]->of_all + r.halves[half]->lamps.sum()) / rays_ - r.irradiance;
     }
     Rgb control(const Residual& r, std::size_t half) const {
         const Gathered& h = *r.halves[half];
@@ -235,10 +235,18 @@ Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()
     }
 }
 
+Rgb Gathered::Lamps::sum() const {
+    Rgb out;
+    for (int c = 0; c < 3; ++c)
+        if (all[c] > 0.0) out[c] = lit[c] / all[c] * unoccluded[c];
+    return out;
+}
+
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
                          const Rgb& balance) {
     for (const Residual& r : residuals) {
-        const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance;
+        const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance +
+                         r.halves[0]->lamps.sum() + r.halves[1]->lamps.sum();
         if (!std::isfinite(both.x + both.y + both.z)) return {1.0, 1.0};  // nothing is sure of it
     }
     const CoarseSystem system(residuals, regions, rays_each, balance);

@@ -19,11 +19,18 @@ struct Regions {
 // The irradiance that one half of the rays of a place gathers when surfaces send what a solution says, and how much of
 // it depends on what: by region, what reaches the place per unit of irradiance there.
 struct Gathered {
+    // Of lamps, as sums: what samples bring that are lit, and all of them, for which there is a closed form.
+    struct Lamps {
+        Rgb lit, all, unoccluded;
+        // Ratio estimator (Cochran 1977, 6.2): only places of which a lamp is partly blocked have noise.
+        Rgb sum() const;
+    };
     explicit Gathered(std::size_t regions) : from(regions), met(regions) {}
-    Rgb irradiance;
+    Lamps lamps;
+    Rgb irradiance;  // but that of lamps
     std::vector<Rgb> from;
     // The same of one bounce, of which each surfel sends one value: rays that meet fronts, and others; T B; and with
-    // lights' own.
+    // the sky.
     std::vector<double> met;
     double lost = 0.0;
     Rgb of_surfels, of_all;
