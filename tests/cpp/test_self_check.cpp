@@ -5,6 +5,8 @@
 #include <numeric>
 
 #include "shapes.h"
+#include "surflux/core/random.h"
+#include "surflux/lights/polygon.h"
 #include "surflux/solution/self_check.h"
 
 namespace surflux {
@@ -46,6 +48,76 @@ TEST(SelfCheck, SeesDirectLight) {
     EXPECT_LT(error_of(scene, 1.0), 1e-9);
     EXPECT_NEAR(error_of(scene, 1.1), 0.1, 1e-6);
     EXPECT_NEAR(error_of(scene, 0.9), 0.1, 1e-6);
+}
+
+// A lamp off the centre of a ball of radius 2, which reflects .99: all of it receives as much from each surfel, so that
+// H = D + rho I / R^2 / (1 - rho), with D from a fifth of its mean to many times that. Were the mean residual that of
+// the surfels drawn, its chance would count a hundred times.
+TEST(SelfCheck, MeanErrorOfAClosedRoomIsNoChance) {
+    const double rho = 0.99, radius = 2.0, off = 0.003;
+    const Vec3 lamp{0.8, 0.3, 0.4};
+    const Scene scene = shapes::scene_of({shapes::sphere(2000, radius, -1.0, rho, 0.0)}, {PointLight{lamp, {4, 4, 4}}});
+    Solution solution = solution_of(scene, std::vector<Rgb>(scene.surfels.size()));
+    for (std::size_t i = 0; i < scene.surfels.size(); ++i) {
+        const Vec3 d = lamp - scene.surfels.positions[i];
+        const double distance = length(d);
+        solution.direct[i] = Rgb{4, 4, 4} * (dot(d, scene.surfels.normals[i]) / (distance * distance * distance));
+        const double reflected = rho * 4.0 / (radius * radius) / (1.0 - rho);
+        solution.irradiance[i] = (1.0 + off) * (solution.direct[i] + Rgb{reflected, reflected, reflected});
+    }
+    for (const std::uint64_t seed : {0, 1, 2}) {
+        SelfCheckOptions options;
+        options.seed = seed;
+        const double error = gathering_error(scene, Tracer(scene), solution, options).estimate.error;
+        EXPECT_GT(error, 0.7 * off) << seed;
+        EXPECT_LT(error, 1.5 * off) << seed;
+    }
+}
+
+// Of an area light within a ball that nothing blocks its samples tell nothing that Lambert's formula does not: no noise
+// of theirs is an error. Points of which each is its centre, so that there is no mean over places either.
+TEST(SelfCheck, UnblockedLampHasNoNoise) {
+    const AreaLight lamp{{-0.2, -0.2, 0.1}, {0, 0.4, 0}, {0.4, 0, 0}, {30, 30, 30}};
+    const Vec3 corners[] = {{-0.2, -0.2, 0.1}, {-0.2, 0.2, 0.1}, {0.2, 0.2, 0.1}, {0.2, -0.2, 0.1}};
+    const Scene scene = shapes::scene_of({shapes::sphere(500, 1.0, -1.0, 0.0, 0.0)}, {lamp});
+    Solution solution = solution_of(scene, std::vector<Rgb>(scene.surfels.size()));
+    const Surfels& s = scene.surfels;
+    for (const double off : {0.0, 1e-3}) {
+        for (std::size_t i = 0; i < s.size(); ++i)
+            if (s.positions[i].z < 0.1)  // it shines down
+                solution.irradiance[i] = solution.direct[i] =
+                    (1.0 + off) * element_to_polygon(s.positions[i], s.normals[i], corners, 4) * lamp.exitance;
+        const double error = gathering_error(scene, Tracer(scene), solution, {}).estimate.error;
+        EXPECT_NEAR(error, off, 1e-6);
+    }
+}
+
+// Regions with one place in each half, of which all reflect .99 and have an error of mean 0: the estimate is chance, a
+// product of two independent means, which passes three of its standard deviations in one of a hundred cases.
+TEST(SelfCheck, KnowsTheChanceOfRegionsWithOnePlace) {
+    constexpr std::size_t count = 20, trials = 200;
+    Surfels walls = shapes::cube_inside(4, 0.99, 0.0);
+    Regions regions(walls, count);
+    std::size_t surprises = 0;
+    for (std::size_t trial = 0; trial < trials; ++trial) {
+        Random random(7, trial);
+        std::vector<Gathered> sums(4 * regions.count, Gathered(regions.count));
+        std::vector<Residual> residuals;
+        for (std::uint32_t k = 0; k < 2 * regions.count; ++k) {
+            const double chance = 0.02 * (random.uniform() - 0.5);
+            for (Gathered* half : {&sums[2 * k], &sums[2 * k + 1]}) {
+                half->irradiance = half->of_all = Rgb{1, 1, 1} * (1.0 + chance);
+                for (std::size_t g = 0; g < regions.count; ++g) {
+                    half->met[g] = regions.share[g];
+                    half->from[g] = regions.share[g] * regions.reflectance[g];
+                }
+            }
+            residuals.push_back({{1, 1, 1}, {0, 0, 0}, {1, 1, 1}, k / 2, {&sums[2 * k], &sums[2 * k + 1]}});
+        }
+        const ErrorEstimate estimate = error_from(residuals, regions, 1.0, {});
+        surprises += estimate.error > 6.0 * estimate.uncertainty;
+    }
+    EXPECT_LT(surprises, trials / 20);
 }
 
 // Nothing is sure of what is not a number.

@@ -27,7 +27,8 @@ void ResidualRays::aim(const Departure& from, const double* u, double choice, co
     if (!(light.length > 0.0)) return;
     const bool free = light.target == Hit::none;
     (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
-    (free ? shadow_gain_ : towards_gain_).push_back({throughput * light.irradiance, light.target, light.is_of_lamp, is_first});
+    (free ? shadow_gain_ : towards_gain_)
+        .push_back({throughput * light.irradiance, light.target, light.is_of_lamp, is_first});
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {

@@ -86,8 +86,8 @@ public:
             const std::uint32_t g = residuals_[k].region;
             const double count = of_[half][g].count;
             if (count == 0.0) continue;
-            const Rgb term = weight[g] * one_bounce(residuals_[k], k % 2) -
-                             share_[g] * of_control * control(residuals_[k], k % 2);
+            const Rgb term =
+                weight[g] * one_bounce(residuals_[k], k % 2) - share_[g] * of_control * control(residuals_[k], k % 2);
             terms[g].add(term / count, term / count);
         }
         Rgb variance, squares;
