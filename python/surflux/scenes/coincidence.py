@@ -85,8 +85,8 @@ def _gaps(scene, glowing=False):
             continue
         who = f"object {one}: faces of it" if one == other else f"objects {one} and {other}: faces of them"
         yield (
-            f"{who} stand {width:.2g} apart, facing each other, on {area:.3g} of their area, closer than rays can tell "
-            "apart in a scene of this size: they may exchange no light. Move them apart, make them touch, or make a scene "
+            f"{who} stand {width:.2g} apart, facing each other, on {area:.3g} of their area, closer than rays can "
+            "tell apart in a scene of this size: they may exchange no light. Move them apart, make them touch, or make a scene "
             "of them"
         )
 
