@@ -130,6 +130,16 @@ TEST(SelfCheck, KnowsTheChanceOfRegionsWithOnePlace) {
 TEST(SelfCheck, ClaimsNothingOfNaN) {
     const Scene scene = shapes::scene_of({shapes::cube_inside(4, 0.5, 1.0)});
     EXPECT_EQ(error_of(scene, std::numeric_limits<double>::quiet_NaN()), 1.0);
+    // One surfel, drawn or not: of four tries most do not draw it, nor meet it with all of their rays.
+    const Scene ball = shapes::scene_of({shapes::sphere(2000, 2.0, 1.0, 0.5, 1.0)});
+    const Tracer tracer(ball);
+    for (std::size_t bad = 0; bad < 2000; bad += 500) {
+        std::vector<Rgb> irradiance(ball.surfels.size(), Rgb{1, 1, 1});
+        irradiance[bad].y = std::numeric_limits<double>::quiet_NaN();
+        SelfCheckOptions options;
+        options.surfels = 20;
+        EXPECT_EQ(gathering_error(ball, tracer, solution_of(ball, irradiance), options).estimate.error, 1.0);
+    }
 }
 
 }  // namespace

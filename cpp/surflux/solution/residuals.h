@@ -29,8 +29,8 @@ struct Gathered {
     Lamps lamps;
     Rgb irradiance;  // but that of lamps
     std::vector<Rgb> from;
-    // The same of one bounce, of which each surfel sends one value: rays that meet fronts, and others; T B; and with
-    // the sky.
+    // Of one bounce alone, of which each surfel sends one value: rays that meet fronts, by region, and all others; T B;
+    // and `irradiance`.
     std::vector<double> met;
     double lost = 0.0;
     Rgb of_surfels, of_all;
@@ -58,10 +58,10 @@ struct ErrorEstimate {
 // symmetric, with rows that make A_k together with what they lose. And what is sent arrives or is lost, sum A T B =
 // sum A B (1 - l) with l the share lost of what a surfel sends: the mean of c = D + T B + l B - H over all surfels is
 // that of D + B - H, `balance`, which no rays are needed for, so that c is a control variate of r. With m_k the mean of
-// r over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c') cov(m_k, c') /
-// var(c'), the regression of least variance (Cochran 1977, 7.3), whose moments come from the sample, within regions.
-// Where nothing is lost c is r but for the error of D; where most is, they have little in common, and so little is
-// gained.
+// r, of one bounce, over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c')
+// cov(m_k, c') / var(c'), the regression of least variance (Cochran 1977, 7.3), whose moments come from the sample,
+// within regions. Where nothing is lost c is r but for the error of D; where most is, they have little in common, and
+// so little is gained.
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
                          const Rgb& balance);
 
