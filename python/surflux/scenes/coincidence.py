@@ -39,16 +39,8 @@ def coincidence_of(scene):
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
     gaps = [dict(zip(("one", "other", "area", "width"), g, strict=True)) for g in found.gaps]
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
-    divided = [{"object": k, "patches": n} for k, n in enumerate(scene._count_divided()) if n]
-    found = {
-        "covered": len(covered),
-        "overlaps": overlaps,
-        "close_sheets": sheets,
-        "gaps": gaps,
-        "coarse": coarse,
-        "divided": divided,
-    }
-    return found, lines
+    lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse}
+    return {"covered": len(covered), **lists}, lines
 
 
 def _layers(scene, least=_LAYERED):
@@ -78,16 +70,15 @@ def _close_sheets(scene, least):
 
 
 def _gaps(scene, glowing=False):
-    """What stands in a gap that rays cannot see. Light that comes in from its edges is next to none, so that a solution
-    lacks only what one of its sides emits."""
+    """Gaps that rays cannot see. Next to no light comes in from their edges: what lacks is what a side emits."""
     for one, other, area, width in scene._find_coincidence().gaps:
         if glowing and not any(scene.objects[k].emission.any() for k in (one, other)):
             continue
         who = f"object {one}: faces of it" if one == other else f"objects {one} and {other}: faces of them"
         yield (
-            f"{who} stand {width:.2g} apart, facing each other, on {area:.3g} of their area, closer than rays can "
-            "tell apart in a scene of this size: they may exchange no light. Move them apart, make them touch, or make a scene "
-            "of them"
+            f"{who} stand {width:.2g} apart, facing each other, on {area:.3g} of their area, closer than rays can tell "
+            "apart in a scene of this size: they may exchange no light. Move them apart, make them touch, or make a "
+            "scene of them"
         )
 
 

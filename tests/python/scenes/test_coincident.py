@@ -290,7 +290,7 @@ def test_a_gap_that_rays_cannot_see_is_spoken_of(solver):
         solver(facing(1e-7, 1.0))
 
 
-@pytest.mark.parametrize("gap, emission", [(1e-5, 1.0), (0.0, 1.0), (1e-16, 1.0), (1e-7, 0.0)])
+@pytest.mark.parametrize(("gap", "emission"), [(1e-5, 1.0), (0.0, 1.0), (1e-16, 1.0), (1e-7, 0.0)])
 def test_only_gaps_that_lack_light_are_spoken_of(gap, emission, recwarn):
     """Wider ones are seen; none, up to rounding, is meant; and into a dark one no light comes."""
     scene = facing(gap, emission)
@@ -306,4 +306,5 @@ def test_check_names_a_gap_that_rays_cannot_see(tmp_path, capsys):
     assert cli.main(["check", str(path), "--json"]) == 0
     (gap,) = json.loads(capsys.readouterr().out)["gaps"]
     assert (gap["one"], gap["other"]) == (0, 1)
-    assert gap["area"] == pytest.approx(1.0, rel=1e-6) and gap["width"] == pytest.approx(1e-7, rel=1e-6)
+    assert gap["area"] == pytest.approx(1.0, rel=1e-6)
+    assert gap["width"] == pytest.approx(1e-7, rel=1e-6)
