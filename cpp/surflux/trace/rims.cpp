@@ -22,7 +22,7 @@ constexpr std::size_t surrounding = 33;
 constexpr float patch_reach = 1.25f;
 
 // How often the disks around the place where a ray seems to come out are asked whether it does. More than twice changes
-// nothing on spheres, ellipsoids, rounded boxes and statues.
+// next to nothing on spheres, ellipsoids, rounded boxes and statues.
 constexpr int steps = 2;
 
 // Disks of one object, or of all, that rays meet; one for each place.
