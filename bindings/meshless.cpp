@@ -57,10 +57,7 @@ public:
         std::vector<std::uint8_t> hidden(places.size(), 0);
         const Progress report = to_progress(progress);
         without_gil([&] {
-            std::call_once(sight_once_, [&] {
-                sight_ = std::make_unique<BasisSight>(scene_, tracer_, field_->basis);
-                sight_->extend({}, report);
-            });
+            make_sight(report);
             parallel_blocks(
                 places.size(), 64,
                 [&](std::size_t begin, std::size_t end) {
@@ -130,8 +127,14 @@ public:
         const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
         const Camera view = to_camera(camera);
         const MeshlessImage image = without_gil([&] {
-            std::call_once(drawn_once_, [&] { drawn_ = std::make_unique<DrawnFunctions>(*field_); });
-            return meshless_image(*field_, *drawn_, scene_, lamps, view, width, height, {top, rows}, culling);
+            make_sight({});
+            std::call_once(drawn_once_, [&] {
+                drawn_ = std::make_unique<DrawnFunctions>(*field_);
+                parted_ = std::make_unique<PartedSurfels>(*field_, scene_, *sight_);
+            });
+            const std::lock_guard<std::mutex> lock(image_mutex_);  // of what is found out about surfels on the way
+            return meshless_image(*field_, *drawn_, parted_.get(), scene_, lamps, view, width, height, {top, rows},
+                                  culling);
         });
         py::dict out;
         out["all"] = to_pixels(image.all, image.height, width, 3);
@@ -140,6 +143,8 @@ public:
         out["normal"] = to_pixels(image.normal, image.height, width, 3);
         out["index"] = to_pixels(image.index, image.height, width, 1);
         out["position"] = to_array(image.position).attr("reshape")(image.height, width, 3);
+        out["parted"] = to_array(image.parted).attr("reshape")(image.height, width);
+        out["hidden"] = to_array(image.hidden).attr("reshape")(image.height, width);
         out["fallbacks"] = image.fallbacks;
         return out;
     }
@@ -171,6 +176,13 @@ public:
     }
 
 private:
+    void make_sight(const Progress& progress) const {
+        std::call_once(sight_once_, [&] {
+            auto sight = std::make_unique<BasisSight>(scene_, tracer_, field_->basis);
+            sight->extend({}, progress);
+            sight_ = std::move(sight);
+        });
+    }
     std::pair<std::vector<Vec3>, std::vector<Vec3>> checked(const Doubles& points, const Doubles& normals) const {
         std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         require(places.size() == facing.size(), "normals: wanted as many as points");
@@ -193,6 +205,8 @@ private:
     mutable std::unique_ptr<BasisSight> sight_;
     mutable std::once_flag drawn_once_;
     mutable std::unique_ptr<DrawnFunctions> drawn_;
+    mutable std::unique_ptr<PartedSurfels> parted_;
+    mutable std::mutex image_mutex_;
 };
 
 py::dict solve_scene(const py::object& scene_object, int levels, double radius, double epsilon_e, double epsilon_omega,

@@ -74,7 +74,7 @@ MeshlessField random_field(std::size_t levels, const Vec3& offset = {}, double l
 
 MeshlessImage drawn(const MeshlessField& field, const Scene& scene, const Camera& camera, gl::Api api,
                     std::size_t width = 160, std::size_t height = 120, const std::vector<VisibleEmitter>& lamps = {}) {
-    return meshless_image(field, DrawnFunctions(field), scene, lamps, camera, width, height, {}, true, api);
+    return meshless_image(field, DrawnFunctions(field), nullptr, scene, lamps, camera, width, height, {}, true, api);
 }
 
 std::size_t pixels_of(const MeshlessImage& image) {

@@ -240,8 +240,9 @@ Vec3 vec3_of(const float* from) {
     return {static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2])};
 }
 
-MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
-                      const CameraFrame& frame, const Vec3& origin, std::size_t width, std::size_t height) {
+MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFunctions& functions,
+                      const PartedSurfels* parted, const Scene& scene, const CameraFrame& frame, const Vec3& origin,
+                      std::size_t width, std::size_t height) {
     const std::size_t pixels = width * height;
     MeshlessImage image;
     image.width = width;
@@ -252,6 +253,8 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
     image.normal.resize(3 * pixels);
     image.position.resize(pixels);
     image.index.resize(pixels);
+    image.parted.resize(pixels, 0);
+    image.hidden.resize(pixels, 0);
     std::atomic<std::size_t> fallbacks{0};
     parallel_for(pixels, 4096, [&](std::size_t p) {
         const std::int32_t seen = image.index[p] = raw.seen[2 * p];
@@ -264,11 +267,23 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
         const Vec3 turned = vec3_of(&raw.normal[4 * p]);
         const Vec3 normal = normalized(turned.x * frame.right + turned.y * frame.down + turned.z * frame.forward);
         store(&image.normal[3 * p], normal);
+        if (parted && parted->is_parted(static_cast<std::uint32_t>(surfel))) {
+            MeshlessField::At found;
+            image.parted[p] = 1;
+            image.hidden[p] = !parted->at(static_cast<std::uint32_t>(surfel), image.position[p], normal, found);
+            store(&image.all[3 * p], found.all);
+            store(&image.direct[3 * p], found.direct);
+            return;
+        }
         Rgb all = vec3_of(&raw.all[4 * p]), direct;
         if (functions.direct) direct = vec3_of(&raw.direct[4 * p]);
         const std::uint32_t object = scene.object[surfel];
         if (raw.all[4 * p + 3] == 0.0f && object < functions.coarsest.size() && functions.coarsest[object] >= 0) {
             ++fallbacks;
+            if (parted && parted->is_patch(static_cast<std::uint32_t>(surfel))) {
+                image.hidden[p] = 1;  // the nearest function may be behind a wall
+                return;
+            }
             thread_local std::vector<BasisWeight> weights;
             field.basis.at_level(static_cast<std::size_t>(functions.coarsest[object]), image.position[p], normal,
                                  object, weights);
@@ -291,9 +306,9 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
 
 }  // namespace
 
-MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, const Scene& scene,
-                             const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
-                             std::size_t height, const ImageRows& rows, bool culling, gl::Api api) {
+MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& functions, PartedSurfels* parted,
+                             const Scene& scene, const std::vector<VisibleEmitter>& emitters, const Camera& camera,
+                             std::size_t width, std::size_t height, const ImageRows& rows, bool culling, gl::Api api) {
     require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
             "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
     const std::size_t count = rows.within(height);
@@ -315,7 +330,16 @@ MeshlessImage meshless_image(const MeshlessField& field, const DrawnFunctions& f
             raw = draw(context.gl, field, functions, scene, geometry, frame, origin, view);
         },
         api);
-    return resolve(raw, field, functions, scene, frame, origin, width, count);
+    if (parted) {
+        std::vector<char> is_seen(scene.surfels.size(), 0);
+        for (std::size_t p = 0; p < raw.seen.size(); p += 2)
+            if (raw.seen[p] >= 0) is_seen[static_cast<std::size_t>(raw.seen[p])] = 1;
+        std::vector<std::uint32_t> seen;
+        for (std::uint32_t i = 0; i < is_seen.size(); ++i)
+            if (is_seen[i]) seen.push_back(i);
+        parted->find(std::move(seen));
+    }
+    return resolve(raw, field, functions, parted, scene, frame, origin, width, count);
 }
 
 }  // namespace surflux

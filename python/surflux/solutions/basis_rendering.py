@@ -44,6 +44,8 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     if beside and field.emitted.any():
         layers.append((surfels.reflectance * field.emitted / np.pi, False))
     seen = field.basis.image(lamps, view.camera, *fine, **part, culling=view.culling)
+    if seen["hidden"].any():
+        _fill_hidden(field, seen)
     drawn = splat(layers, fine, 1, None, **part)
     found, albedo, *rest = drawn["layers"]
     if view.direct == "traced":
@@ -68,6 +70,19 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
         places = seen["position"][middle][there], seen["normal"][middle][there].astype(np.float64)
         out["level"][there] = field.basis.levels_at(*places, index[there])
     return out
+
+
+def _fill_hidden(field, seen):
+    """Where no function speaks, surfels do, less what the layers bring of them."""
+    hidden = seen["hidden"] != 0
+    normals = seen["normal"][hidden].astype(np.float64)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    others, direct = field.at_surfels(seen["position"][hidden], normals)
+    if field.emitted is not None:
+        on = seen["index"][hidden]
+        others, direct = np.maximum(others - field.emitted[on], 0.0), np.maximum(direct - field.lit[on], 0.0)
+    seen["all"][hidden] = others + direct
+    seen["direct"][hidden] = direct
 
 
 def _traced(basis, seen):

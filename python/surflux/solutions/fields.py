@@ -24,10 +24,13 @@ class SurfelField:
         """All but direct light."""
         return self._field.at(0, points, normals, callback)
 
+    def direct(self, points, normals, callback):
+        return self._field.at(1, points, normals, callback)
+
     def irradiance(self, points, normals, direct, seed, callback):
         others = self.others(points, normals, callback)
         if direct == "interpolated":
-            return others + self._field.at(1, points, normals, callback)
+            return others + self.direct(points, normals, callback)
         return others + self._field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
 
 
@@ -46,6 +49,11 @@ class BasisField:
         functions = self.basis.functions()
         gathered = functions["gathered"] > 0
         return functions["positions"][gathered], functions["normals"][gathered]
+
+    def at_surfels(self, points, normals, callback=None):
+        """From values at surfels, for places that see no function: (all but direct light, direct light)."""
+        self._surfels = self._surfels or self._make_surfels(callback)
+        return self._surfels.others(points, normals, callback), self._surfels.direct(points, normals, callback)
 
     def irradiance(self, points, normals, direct, seed, callback):
         in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)

@@ -70,6 +70,17 @@ def test_functions_speak_for_the_air_that_they_are_in(lit_church, seed):
     assert np.count_nonzero(at > DARK * mean) <= inside.sum() / 500
 
 
+def test_pictures_of_dark_rooms_are_dark():
+    """Seen from within, of the meshless basis itself: floors beneath walls, and sheets without thickness."""
+    solution = sf.solve_meshless(church.scene(aligned=False))
+    mean = np.average(solution.radiosity[:, 0], weights=solution.surfels.areas) / np.pi
+    for low, high in church.DARK_ROOMS.values():
+        eye, target = np.array([0.1, 0.1, 0.9]), np.array([0.9, 0.9, 0.1])
+        at = [low + share * np.subtract(high, low) for share in (eye, target)]
+        seen = solution.render(sf.Camera(*at, fov=80), size=(80, 60))[..., 0]
+        assert np.count_nonzero(seen > DARK * mean) <= seen.size / 500
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_walls_that_are_modelled_twice_let_no_light_through(seed):
     """Every face again at its place, facing the same way."""
