@@ -303,7 +303,7 @@ def test_check_names_a_gap_that_rays_cannot_see(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     square = '[[object]]\nshape = "rectangle"\ncorner = [0, 0, {}]\nedge_{} = [1, 0, 0]\nedge_{} = [0, 1, 0]\n'
     path.write_text(square.format(0, "u", "v") + square.format(1e-7, "v", "u"))
-    assert cli.main(["check", str(path), "--json"]) == 0
+    assert commands.main(["check", str(path), "--json"]) == 0
     (gap,) = json.loads(capsys.readouterr().out)["gaps"]
     assert (gap["one"], gap["other"]) == (0, 1)
     assert gap["area"] == pytest.approx(1.0, rel=1e-6)
