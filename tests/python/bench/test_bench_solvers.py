@@ -96,7 +96,7 @@ def test_leaves_of_a_solution_are_taken_together():
     np.testing.assert_allclose(solvers.by_scene_surfel(leaves, values, 2), [[4, 0, 3], [7, 7, 7]])
 
 
-@pytest.mark.parametrize(("name", "surfels"), [("three spheres", 4326), ("Cornell box", 2504)])
+@pytest.mark.parametrize(("name", "surfels"), [("three spheres", 4326), ("Cornell box", 2568)])
 def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
     built = scenes.build(name)
     assert len(built.scene.surfels) == surfels

@@ -160,7 +160,8 @@ def test_hard_files_are_solved_or_refused_with_a_reason(name, scans):
             assert wanted in str(caught.value)
             continue
         s = make(path)
-        assert len(s) == wanted
+        # Of patches that walls stand on there are several.
+        assert (len(s) if s.faces is None else len(np.unique(s.faces))) == wanted
         if len(s) > 500:
             s = s.thinned(500)
         solution = sf.solve(sf.Scene([s], [sf.Environment(1.0)]))
