@@ -58,8 +58,8 @@ def test_the_sun_reaches_sponza_s_floor(sponza):
 def test_the_statue_stands_on_its_plinth():
     scene = sf.load_scene(DATA / "statue.toml")
     room, plinth, statue = scene.objects
-    assert 99_000 < len(statue) <= 100_000
-    assert len(statue.triangles) == 100_000
+    assert 99_000 < len(np.unique(statue.faces)) <= 100_000
+    assert 100_000 <= len(statue.triangles) < 100_100  # some are cut where the plinth stands on them
     low, high = statue.triangles.min(axis=(0, 1)), statue.triangles.max(axis=(0, 1))
     top = plinth.points[:, 2].max()
     assert 0.0 < low[2] - top < 0.01  # neither floating nor sunk
