@@ -14,12 +14,24 @@ BY_NAME = {case.name: case for case in CASES}
 SAMPLES = 1024
 
 
+# Of cases, seconds each.
+SLOW = (
+    "behind a slit",
+    "two long rooms",
+    "canyon",
+    "disks with one between, patches",
+    "squares with one between, patches",
+)
+
+
 def runs():
+    """All entries of the table; those of some cases, and of patches by two of the solvers, count as slow."""
     for case in CASES:
         problem = problem_of(case, case.densities[0])
         for name, solver in SOLVERS.items():
             if solver.takes(problem):
-                yield pytest.param(case, solver, id=f"{case.name}-{name}")
+                slow = case.name in SLOW or (name != "solve" and case.name.endswith("patches"))
+                yield pytest.param(case, solver, id=f"{case.name}-{name}", marks=[pytest.mark.slow] * slow)
 
 
 def complaint(case, solver, found):
@@ -61,6 +73,7 @@ def test_the_path_tracer(case):
         assert abs(lean) < 4
 
 
+@pytest.mark.slow
 def test_a_wrong_solver_is_found():
     """Each kind of judgement can fail: too far off, no order, and an expected value that is another."""
     exact, plates = BY_NAME["sun, points"], BY_NAME["plates, patches"]

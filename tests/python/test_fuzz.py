@@ -168,6 +168,7 @@ def test_images(folder):
         assert refused > 30
 
 
+@pytest.mark.slow
 def test_scene_files(folder):
     loaded = 0
     also = ("cloud.ply", "mesh.obj", "sky.hdr", "..", "/dev/zero")  # what is wrong with them is said of them

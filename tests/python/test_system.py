@@ -109,6 +109,7 @@ def test_drawing_in_a_process_forked_after_drawing_is_refused():
     assert '"spawn"' in said[1]
 
 
+@pytest.mark.slow
 def test_solving_in_a_process_forked_after_solving_gives_the_same():
     said = run_apart(
         FORK
@@ -189,6 +190,7 @@ def many():
 
 
 @pytest.mark.parametrize("name", ["select", "two_sided", "with_areas", "Scene", "Field"])
+@pytest.mark.slow
 def test_other_python_threads_run_while_the_core_works(name, many):
     core, n = many._core, len(many)
     again = np.random.default_rng(1).integers(0, n, 8 * n).astype(np.uint32)  # all out of order, and many times

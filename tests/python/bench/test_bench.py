@@ -35,6 +35,7 @@ def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
         ("form factors in a cube", 0.005),
     ],
 )
+@pytest.mark.slow
 def test_errors_are_those_of_the_closed_forms(name, largest):
     row = cases.measure(name, cases.CASES[name][1], 1, None)
     assert 0.0 < row.error < largest
@@ -117,6 +118,7 @@ def test_the_cases_can_be_listed(capsys):
     assert capsys.readouterr().out.split("\n")[:-1] == list(scenes.NAMES)
 
 
+@pytest.mark.slow
 def test_tables_of_areas(monkeypatch, tmp_path, capsys):
     small = {
         "CLOUDS": {"icosphere 642": areas.CLOUDS["icosphere 642"]},

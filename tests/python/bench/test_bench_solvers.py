@@ -116,6 +116,7 @@ def test_scenes_at_full_density_are_those_of_the_files(name, surfels):
 
 
 @pytest.mark.scans
+@pytest.mark.slow
 def test_two_bunnies_as_polygons(scans):
     built = scenes.build("two bunnies", 0.1)
     assert len(built.polygons().surfels) > 137_000  # the bunnies' own faces
@@ -128,6 +129,7 @@ def test_scenes_with_other_lights_have_no_polygons():
         scenes.with_solid_lamps(scene)
 
 
+@pytest.mark.slow
 def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     small = replace(SMALL, densities={"concentric spheres": (0.25, 0.5), "three spheres": (0.25,)})
     small = replace(small, every_setting=True, knobs_at=dict.fromkeys(scenes.NAMES, 0.25))

@@ -55,6 +55,7 @@ def test_totals_converge_faster_than_second_order():
     assert order > 1.0  # in n; 1 is second order in the spacing
 
 
+@pytest.mark.slow
 def test_as_quadrature_weights_they_converge_and_beat_equal_ones():
     sizes, ours, equal = (500, 2000, 8000, 32_000), [], []
     for n in sizes:

@@ -21,6 +21,7 @@ def share_covered(surfels, probes, scale=1.0):
 
 @pytest.mark.scans
 @pytest.mark.parametrize("name", ["bunny_34834", "armadillo_43k", "buddha_50k", "dragon_50k"])
+@pytest.mark.slow
 def test_disks_cover_statues(scans, name):
     polygons = read_mesh(scans / "statues" / f"{name}.ply")[:3]
     patches = make_patches(*polygons)

@@ -85,6 +85,7 @@ def test_clouds_and_what_nothing_stands_on_stay_as_they_are():
 
 @pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
 @pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.slow
 def test_no_light_beneath_a_box_that_is_an_object_of_its_own(solver, seed):
     with pytest.warns(UserWarning, match=r"object 0: walls of other objects stand on \d+ patches of it"):
         solver(sf.Scene([floor(), box()], [LAMP]), seed=seed)

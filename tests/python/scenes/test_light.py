@@ -174,6 +174,7 @@ def test_shadows(light):
         assert np.array_equal(received(light, surfel(), patch([-1, -1, 2.1], *size)), open_air)
 
 
+@pytest.mark.slow
 def test_half_a_light():
     """A half plane over x > 0 hides half of a light that is symmetric about it."""
     roof = patch([0, -50, 1], [50, 0, 0], [0, 100, 0], rho=0.0)

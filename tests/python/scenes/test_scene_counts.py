@@ -107,6 +107,7 @@ def test_orient_turns_what_points_inwards(load, tmp_path):
 
 
 @pytest.mark.scans
+@pytest.mark.slow
 def test_the_gallery(scans):
     scene = sf.load_scene(DATA / "gallery.toml", surfels=20_000)
     assert sum(counts(scene)) == 20_000

@@ -14,6 +14,7 @@ from surflux.pictures.images import resolved_exposure
 
 
 @pytest.mark.parametrize("name", ["three_spheres", "statues", "cornell"])
+@pytest.mark.slow
 def test_splats_agree_with_ray_casting(name):
     """At least 35 dB where the solution is cast through Embree: no OpenGL, no splats, another interpolation."""
     scene = sf.load_scene(scenes.data_folder() / f"{name}.toml")

@@ -267,6 +267,7 @@ def scene_of_some_time():
 
 
 @pytest.mark.parametrize("work", [sf.solve, sf.form_factors], ids=lambda f: f.__name__)
+@pytest.mark.slow
 def test_progress_is_told(work):
     told = []
     work(scene_of_some_time(), progress=lambda done, total: told.append((done, total)) or True)
@@ -292,6 +293,7 @@ def test_false_cancels(work, after):
 
 
 @pytest.mark.parametrize("work", [sf.solve, sf.form_factors], ids=lambda f: f.__name__)
+@pytest.mark.slow
 def test_what_a_callback_raises_comes_out(work):
     class Broken(Exception):
         pass
@@ -316,6 +318,7 @@ def test_ctrl_c_without_any_callback():
 
 
 @pytest.mark.parametrize("work", [sf.solve, sf.form_factors], ids=lambda f: f.__name__)
+@pytest.mark.slow
 def test_bars_go_to_stderr(work, capfd):
     work(scene_of_some_time(), progress=True)
     out, err = capfd.readouterr()

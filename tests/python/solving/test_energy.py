@@ -96,6 +96,7 @@ def solved(name):
 
 
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.slow
 def test_contact_gives_finite_values_and_rows_of_at_most_one(name):
     scene, solution = solved(name)
     for values in (solution.radiosity, solution.irradiance, solution.direct):

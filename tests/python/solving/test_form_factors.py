@@ -69,6 +69,7 @@ def factors_past_a_rectangle(cells, block, height):
 
 
 @pytest.mark.parametrize(("side", "error"), [(6, 1e-2), (6, 1e-3), (3, 1e-4)])
+@pytest.mark.slow
 def test_partly_blocked_pairs_come_to_the_stated_error(side, error):
     block, height = (0.3, 0.62, 0.25, 0.71), 0.4
     cells = np.array([[i, i + 1, j, j + 1] for i in range(side) for j in range(side)]) / side
@@ -214,6 +215,7 @@ def test_one_surfel_alone_sees_nothing():
     assert escape.tolist() == [1.0]
 
 
+@pytest.mark.slow
 def test_same_for_any_number_of_threads_and_every_run():
     scene = sf.Scene([cube_inside(5), ball_inside(200, 0.2, [0.5, 0.5, 0.5], sign=1)])
     first = sf.form_factors(scene, seed=3, threads=1)

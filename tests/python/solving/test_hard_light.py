@@ -113,6 +113,7 @@ def through_slit(width):
 
 @pytest.mark.parametrize(("width", "within"), [(0.1, 0.02), (0.01, 0.12), (0.001, 0.3)])
 @pytest.mark.parametrize("lamp", ["patches", "area light"])
+@pytest.mark.slow
 def test_slits_let_through_what_they_should(lamp, width, within):
     """Flux between two walls of 16 x 16 patches; the mean over seeds, because few rays find a narrow slit."""
     receiver = patch([2, 0, 0], [0, 0, 1], [0, 1, 0], 0.0, 0.0, 1 / 256)

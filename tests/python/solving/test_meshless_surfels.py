@@ -51,6 +51,7 @@ def test_surfels_finer_than_the_last_level_have_light_of_their_own():
 
 
 @pytest.mark.parametrize("rays", [16, 64, 256])
+@pytest.mark.slow
 def test_noise_does_not_choose_surfels(rays):
     """However few the rays, surfels are nearer to the light of many than the basis is at their centres."""
     walls, faces, _ = shapes.box(1.0, 20, inward=True)

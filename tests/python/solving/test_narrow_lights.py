@@ -27,6 +27,7 @@ def power_of_spot(cone, penumbra):
 
 @every_solver
 @pytest.mark.parametrize("cone", [1.0, 3.0])
+@pytest.mark.slow
 def test_a_narrow_spot_on_wide_patches(solver, cone):
     """On patches of .25 m, in the middle of one, across an edge and at a corner of four."""
     ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.0625)
@@ -54,6 +55,7 @@ def ball(seed, n=2000):
 
 @every_solver
 @pytest.mark.parametrize("cone", [0.1, 1.0, 3.0, 9.0])
+@pytest.mark.slow
 def test_a_narrow_spot_on_points(solver, cone):
     """Its circle is a hundredth of the points' spacing, up to four times as wide as that; all of it is on them."""
     power = 5.0 * power_of_spot(cone, 0.05)
@@ -110,6 +112,7 @@ def power_on_square(light, at):
 
 @every_solver
 @pytest.mark.parametrize("height", [0.004, 0.02, 0.1])
+@pytest.mark.slow
 def test_a_small_lamp_close_over_a_floor(solver, height):
     """On points .05 apart, and on patches of .25 m: all that goes down arrives, but for what the square's end takes."""
     at = np.array([1.012, 0.97, height])
@@ -152,6 +155,7 @@ def lights_in_a_ceiling():
 
 @pytest.mark.parametrize("light", lights_in_a_ceiling().values(), ids=lights_in_a_ceiling())
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.3, 0.1, 0.777)])
+@pytest.mark.slow
 def test_a_lamp_in_the_plane_of_a_ceiling_loses_nothing(light, offset):
     ground = patch([0, 0, 0], 2 * X, 2 * Y, 0.0, 0.0, 0.04)
     ceiling = patch([0, 0, 1.7], 2 * Y, 2 * X, 0.0, 0.0, 0.04)

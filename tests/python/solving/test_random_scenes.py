@@ -2,6 +2,7 @@
 
 import hypothesis.strategies as st
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 
 import surflux as sf
@@ -53,6 +54,7 @@ SETTINGS = settings(max_examples=100, deadline=None, derandomize=True, suppress_
 
 @SETTINGS
 @given(scenes(), st.booleans())
+@pytest.mark.slow
 def test_the_exchange_is_reciprocal_and_closed(scene, visibility):
     areas = scene._to_core().surfels.areas  # which count once where disks of two objects are one surface
     if not visibility:
@@ -76,6 +78,7 @@ def test_the_exchange_is_reciprocal_and_closed(scene, visibility):
 
 @SETTINGS
 @given(scenes())
+@pytest.mark.slow
 def test_light_is_neither_made_nor_lost(scene):
     solution = sf.solve(scene)
     s = solution.surfels
@@ -112,6 +115,7 @@ def disks_and_seed(draw):
 
 @SETTINGS
 @given(disks_and_seed())
+@pytest.mark.slow
 def test_radiosity_is_linear_in_emission(given):
     """B(a E + b E') = a B(E) + b B(E'), to what conjugate gradients leave. All emit in each: one set of rays."""
     scene, random = given
@@ -127,6 +131,7 @@ def test_radiosity_is_linear_in_emission(given):
 
 @SETTINGS
 @given(disks_and_seed())
+@pytest.mark.slow
 def test_whiter_walls_are_brighter(given):
     """B grows with every rho, everywhere, and is never below E: all F >= 0."""
     scene, random = given

@@ -60,6 +60,7 @@ def speck(rho=0.5):
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.98])
+@pytest.mark.slow
 def test_furnace(rho):
     """B = E / (1 - rho) all over, so H = 1 / (1 - rho); the polygons of a cube close exactly."""
     cube = cube_inside(2, rho, 1.0)

@@ -80,6 +80,7 @@ PASSES = {
 
 
 @pytest.mark.parametrize("name", PASSES)
+@pytest.mark.slow
 def test_same_on_1_2_and_4_threads(name):
     with thread_limit(1):
         first = PASSES[name]()

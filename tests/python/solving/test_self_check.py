@@ -58,6 +58,7 @@ def test_it_sees_what_one_value_per_surfel_loses(patch_area):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+@pytest.mark.slow
 def test_it_sees_direct_light_and_what_it_brings(solve, seed):
     """Borders of a shadow with few shadow rays: what is off is direct light, which no bounce shows."""
     scene = ball_over_a_floor(0.6, 0.01)
@@ -97,6 +98,7 @@ def ball_on_a_floor():
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("solver", ["rays", "meshless"])
+@pytest.mark.slow
 def test_it_is_the_error_of_ordinary_scenes(ball_on_a_floor, solver, seed):
     solution = DEFAULT[solver](ball_on_a_floor.scene, seed=seed)
     error, doubt = ball_on_a_floor.error(solution)

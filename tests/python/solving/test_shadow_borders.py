@@ -46,6 +46,7 @@ def direct(scene, points):
     return found[:, 0]
 
 
+@pytest.mark.slow
 def test_insertion_halves_the_error_at_shadow_borders(scene, borders):
     """Interpolated, not traced, for at most twice the surfels; without noise of the reference in it."""
     truth, spread = sf.reference_irradiance(scene, borders, up(borders), samples=4096)

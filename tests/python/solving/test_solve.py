@@ -226,6 +226,7 @@ def test_warnings_name_the_line_that_solved(solver):
     assert [Path(w.filename).name for w in said] == [Path(__file__).name]
 
 
+@pytest.mark.slow
 def test_an_estimate_that_is_no_solution_is_warned_of():
     """A point lamp 1e-3 from a corner lights a thousandth of one patch of each wall."""
     room = sf.Surfels.from_mesh(shapes.box(patches=3, inward=True)[:2], reflectance=0.5)

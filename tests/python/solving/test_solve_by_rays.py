@@ -138,6 +138,7 @@ def test_history_tells_what_was_done(insert):
     assert len(solution.surfels) == len(scene.surfels) + last["inserted"] * 3 / 4
 
 
+@pytest.mark.slow
 def test_it_is_as_far_off_as_it_says():
     scene = furnished()
     solution = by_rays(scene)
@@ -235,6 +236,7 @@ def room_with(emission, size):
     ],
     ids=["small", "large", "everywhere"],
 )
+@pytest.mark.slow
 def test_what_glows(scene, within):
     solution = by_rays(scene)
     assert np.all(solution.direct == 0.0)

@@ -56,6 +56,7 @@ def test_bounces_of_a_furnace():
 
 
 @pytest.mark.parametrize("indirect_only", [True, False])
+@pytest.mark.slow
 def test_bounces_in_a_sphere_with_a_light(indirect_only):
     """What a sphere reflects is the same all over: H = D + mean(D) (rho + ... + rho^n)."""
     room = ball(3, sign=-1, kind="patches", rho=0.6)
@@ -70,6 +71,7 @@ def test_bounces_in_a_sphere_with_a_light(indirect_only):
             np.testing.assert_allclose(found.irradiance, found.direct, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_with_direct_light_in_the_basis_it_is_the_same_light():
     scene = lit_box(4)
     outside, inside = (sf.solve_meshless(scene, levels=4, indirect_only=flag) for flag in (True, False))
@@ -102,6 +104,7 @@ def test_of_patches_it_is_the_mean():
     np.testing.assert_allclose(indirect, (solution.irradiance - solution.direct)[floor][0], rtol=0.03)
 
 
+@pytest.mark.slow
 def test_the_mesh_does_not_matter():
     """A box of six patches has the light of one of 384, and of the path tracer: points are placed on surfaces."""
     rng = np.random.default_rng(1)
@@ -156,6 +159,7 @@ def test_nothing_leaks_through_a_wall_thinner_than_the_coarse_support():
         assert np.average(light[~dark], weights=areas[~dark]) > 0.0
 
 
+@pytest.mark.slow
 def test_smooth_walls_have_no_seams():
     """Along a line over the floor: continuous, and bent by no more than twice what the path tracer's light is."""
     solution = sf.solve_meshless(lit_box(), levels=4)
@@ -230,6 +234,7 @@ def test_history_tells_what_was_done(solved):
     assert last["power_absorbed"] == pytest.approx(last["power_in"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_finer_where_light_changes_and_no_finer_than_asked():
     counts = {e: sf.solve_meshless(lit_box(), levels=3, epsilon_e=e).history[-1]["cut"] for e in (0.2, 0.05, 0.02)}
     assert counts[0.2] < counts[0.05] < counts[0.02]
@@ -325,6 +330,7 @@ def test_far_from_the_origin_it_is_the_same(offset):
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
+@pytest.mark.slow
 def test_the_unit_does_not_matter(scale):
     def light(unit):
         vertices, faces, _ = shapes.box(unit, 3, inward=True)

@@ -17,6 +17,7 @@ def sponza():
         return sf.load_scene(DATA / "sponza.toml")
 
 
+@pytest.mark.slow
 def test_sponza_stands_upright_in_metres(sponza):
     s = sponza.surfels
     assert len(s) > 262_267
@@ -43,6 +44,7 @@ def test_sponza_s_leaves_have_backs_and_its_curtains_need_none(sponza):
     assert closed < 0.1
 
 
+@pytest.mark.slow
 def test_the_sun_reaches_sponza_s_floor(sponza):
     """Across the court, some places in the sun and some in the shade; the aisles behind the curtains are dim."""
     y = np.linspace(-2.0, 2.2, 22)

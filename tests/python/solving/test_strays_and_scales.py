@@ -42,6 +42,7 @@ PASSES = {
 
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("name", PASSES)
+@pytest.mark.slow
 def test_light_does_not_depend_on_the_unit_of_length(name, scale):
     """To the rounding of logarithms of lengths, which contour integrals add up: 1e-9, what form factors promise."""
     expected, found = PASSES[name](lit_room(), 1.0), PASSES[name](lit_room(scale), scale)
@@ -49,6 +50,7 @@ def test_light_does_not_depend_on_the_unit_of_length(name, scale):
 
 
 @pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.slow
 def test_light_by_functions_does_not_depend_on_the_unit_of_length(scale):
     """Points draw their numbers from where they are: another unit is another seed, and no farther off than one."""
     one = sf.solve_meshless(lit_room(), levels=3)
@@ -112,6 +114,7 @@ def test_a_sheet_close_over_a_floor_stands_apart_from_it(distance):
 
 
 @pytest.mark.parametrize("distance", [1e2, 1e5])
+@pytest.mark.slow
 def test_a_stray_triangle_of_the_same_mesh_takes_no_points(distance):
     """No farther from the room without it than another seed is (it was 12 % off)."""
     solutions = [sf.solve_meshless(scene) for scene in (lit_room(), lit_room(stray_triangle=distance))]

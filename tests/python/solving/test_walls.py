@@ -41,6 +41,7 @@ def assert_none_is_lost(found, indirect, error):
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.slow
 def test_a_church_keeps_its_rooms_dark_and_its_walls_lit(lit_church, seed):
     scene, inside, others, total, error, direct = lit_church
     solution = sf.solve(scene, seed=seed)
@@ -70,6 +71,7 @@ def test_functions_speak_for_the_air_that_they_are_in(lit_church, seed):
     assert np.count_nonzero(at > DARK * mean) <= inside.sum() / 500
 
 
+@pytest.mark.slow
 def test_pictures_of_dark_rooms_are_dark():
     """Seen from within, of the meshless basis itself: floors beneath walls, and sheets without thickness."""
     solution = sf.solve_meshless(church.scene(aligned=False))
@@ -82,6 +84,7 @@ def test_pictures_of_dark_rooms_are_dark():
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.slow
 def test_walls_that_are_modelled_twice_let_no_light_through(seed):
     """Every face again at its place, facing the same way."""
     corners, faces = church.mesh(size=3.0, aligned=False)

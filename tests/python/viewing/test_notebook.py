@@ -48,6 +48,7 @@ def is_red(image):
 
 
 @pytest.mark.parametrize("cell", [0, 1])
+@pytest.mark.slow
 def test_a_view_is_a_page_in_a_frame(outputs, browser, tmp_path, cell):
     (tmp_path / "cell.html").write_text(f"<!doctype html><body>{outputs[cell]['text/html']}</body>")
     browser.ask("Page.navigate", url=(tmp_path / "cell.html").as_uri())

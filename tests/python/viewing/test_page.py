@@ -44,6 +44,7 @@ def test_disks_have_their_place_size_and_colour(browser, tmp_path, style):
     assert at(image, 0, 1.5).tolist() == [255, 255, 255]
 
 
+@pytest.mark.slow
 def test_from_behind_nothing_is_drawn(browser, tmp_path):
     both = pair(reflectance=RED), sf.Surfels.from_mesh(SQUARE, reflectance=RED)
     for thing in both:
@@ -124,6 +125,7 @@ def test_a_lamp_is_seen_from_its_front(browser, tmp_path):
     assert (image.max(axis=2) < 5).sum() == pytest.approx((0.5 / 4.5 * 360) ** 2, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_drag_turns_it(browser, tmp_path):
     colors = [RED, GREEN]
     both = sf.Surfels([[0, 0, 0.01], [0, 0, -0.01]], [[0, 0, 1], [0, 0, -1]], radii=0.8, reflectance=colors)
@@ -147,6 +149,7 @@ def test_the_wheel_comes_closer(browser, tmp_path):
     assert is_red(browser.picture()).sum() == pytest.approx(before / 4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_where_drawing_takes_long_all_is_there_in_the_end(browser, tmp_path):
     x = np.linspace(-1, 1, 41)
     points = [[a, b, 0] for b in x for a in x]

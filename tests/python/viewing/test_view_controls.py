@@ -32,6 +32,7 @@ def press(view, key):
     keys.CharEvent()
 
 
+@pytest.mark.slow
 def test_every_key_changes_the_picture_or_says_why_not(listening, lit):
     view, _ = listening(lit, start=ABOVE)
     view.pick(3)
