@@ -15,6 +15,8 @@ from surflux.solutions.solution import Solution
 
 # Share of the power that enters a scene, above which what backs of surfaces take of it is said.
 MUCH_INTO_BACKS = 0.01
+# Of what enters, above which light that is neither absorbed nor gone is said.
+MUCH_LOST = 0.01
 # Of the RMS irradiance: an estimate above this is no solution.
 MUCH_ERROR = 0.25
 # What a solver of _core gives that a Solution takes as it is.
@@ -62,6 +64,10 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
             f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or lie "
             "back to back with another object at the same place"
         )
+    lost = figures["power_lost"]
+    if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * figures["power_lost_error"]):
+        share = abs(lost) / figures["power_in"]
+        warn(f"{share:.1%} of the light is {'lost' if lost > 0.0 else 'made'} by the solver: more rays or levels help")
     if result["error"] > MUCH_ERROR:
         warn(
             f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch "

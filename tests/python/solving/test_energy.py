@@ -132,3 +132,19 @@ def test_light_ends_where_rays_find_it_to_end(name):
 def test_all_light_is_accounted_for(name):
     """To 1e-3 of what is emitted, as in all other scenes."""
     assert abs(left_over(name)) <= GOAL
+
+
+def test_light_that_a_solver_makes_is_warned_of():
+    """A long room that reflects .999, lit by a wall of its own: 5e-5 too much a bounce comes back a thousand times."""
+    room = sf.Surfels.from_mesh(shapes.box((1.0, 1.0, 4.0), inward=True)[:2], patch_area=0.04, reflectance=0.999)
+    room = room.replace(emission=(room.points[:, 2] < room.bounds[0, 2] + 1e-6).astype(float))
+    with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is (made|lost) by the solver: ") as said:
+        solution = sf.solve_meshless(sf.Scene([room]))
+    figures = solution.history[-1]
+    off = figures["power_lost"] / figures["power_in"]
+    exact = room.emission[:, 0] @ room.areas / room.areas.sum() / 0.001
+    mean = np.average(solution.radiosity[:, 0], weights=solution.surfels.areas)
+    assert mean / exact - 1 == pytest.approx(-off, rel=0.02)  # the balance knows, and so does the estimate
+    assert solution.error == pytest.approx(abs(off), rel=0.1)
+    (text,) = [str(w.message) for w in said if "by the solver" in str(w.message)]
+    assert text.startswith(f"{abs(off):.1%} of the light is {'lost' if off > 0 else 'made'}")
