@@ -50,7 +50,7 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     found, albedo, *rest = drawn["layers"]
     if view.direct == "traced":
         found += albedo / np.pi * _traced(field.basis, seen)
-    elif not beside:
+    else:  # what the basis holds of it: all, or the light of the sky
         found += albedo / np.pi * seen["direct"]
     indirect = albedo / np.pi * (seen["all"] - seen["direct"])
     if rest:

@@ -9,7 +9,7 @@ CAMERA = sf.Camera([0.5, -1.6, 0.5], [0.5, 0.5, 0.45], fov=48)
 LAMP = sf.AreaLight([0.3, 0.3, 0.99], [0, 0.4, 0], [0.4, 0, 0], 12.0)
 
 
-def room():
+def room(lights=(LAMP,)):
     """A room of coarse patches, one wall red, with a ball of disks that touches a box."""
     wall = sf.Surfels.from_mesh(
         (
@@ -26,7 +26,7 @@ def room():
     normals = np.stack([r * np.cos(phi), r * np.sin(phi), z], 1)
     # Sunk a little into the floor, so that the two interpenetrate.
     ball = sf.Surfels([0.5, 0.5, 0.18] + 0.2 * normals, normals=normals, reflectance=[0.3, 0.5, 0.8])
-    return sf.Scene([wall, ball], lights=[LAMP], camera=CAMERA)
+    return sf.Scene([wall, ball], lights=list(lights), camera=CAMERA)
 
 
 @pytest.fixture(scope="module")
@@ -152,6 +152,31 @@ def test_traced_direct_light_has_sharp_shadows(scene, solution):
 def test_with_direct_light_in_the_basis_the_picture_is_much_the_same(solution, with_direct):
     one, other = (s.render(size=(80, 60)) for s in (solution, with_direct))
     assert np.abs(one - other).mean() < 0.03 * one.mean()
+
+
+LIGHTS = {
+    "sky": [sf.Environment(1.0)],
+    "lamp": [LAMP],
+    "point": [sf.PointLight([0.7, 0.2, 0.9], 4.0)],
+    "sky and point": [sf.Environment(1.0), sf.PointLight([0.7, 0.2, 0.9], 1.0)],
+}
+
+
+@pytest.mark.parametrize("indirect_only", [True, False])
+@pytest.mark.parametrize("lights", LIGHTS)
+def test_every_light_is_in_the_picture_once(lights, indirect_only, tmp_path):
+    """Interpolated, traced, and from a file: three ways to the same radiance."""
+    scene = room(LIGHTS[lights])
+    found = sf.solve_meshless(scene, levels=3, rays=64, epsilon_e=0.1, indirect_only=indirect_only)
+    found.save(tmp_path / "room.ply")
+    views = [
+        found.render(CAMERA, (120, 90)),
+        found.render(CAMERA, (120, 90), direct="traced"),
+        sf.load_solution(tmp_path / "room.ply").render(CAMERA, (120, 90)),
+    ]
+    means = [view.mean() for view in views]
+    assert means[0] > 0
+    np.testing.assert_allclose(means, means[0], rtol=0.03)
 
 
 def test_the_scene_moved_far_away_looks_the_same(solution):
