@@ -4,19 +4,19 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/hemisphere.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t aimed_stream = 0xa13ed;
+constexpr std::uint64_t aimed_stream = 0xa13ed, cosine_stream = 0xc051e;
 
-}  // namespace
-
-std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
-                                  const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
-                                  const Progress& progress) {
+// `over_hemisphere`: the surfels, if rays over the hemisphere are to be shot here, too.
+std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tracer, const LightSampler& lights,
+                               const SurfelPoints& points, const std::vector<Place>& places,
+                               const DirectOptions& options, std::uint64_t seed, const Progress& progress) {
     std::vector<Rgb> out(places.size());
     if (lights.empty()) return out;
     parallel_blocks(
@@ -30,7 +30,28 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
                 EvenPoints even(4, seed + aimed_stream, stream_of(place));
                 Random random(seed + aimed_stream, stream_of(place));
                 int taken = 0, blocked = 0, lit = 0;
+                EvenPoints even_cosine(4, seed + cosine_stream, stream_of(place));
+                const Frame frame = frame_around(place.normal);
+                const auto shoot_over_hemisphere = [&](int count) {
+                    rays.clear();
+                    for (int r = 0; r < count; ++r) {
+                        const double* u = even_cosine.next();
+                        rays.push_back({{points.at(place, u[2], u[3]), place.normal, place.surfel},
+                                        frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+                    }
+                    tracer.closest(rays, hits);
+                    for (int r = 0; r < count; ++r) {
+                        const Ray& ray = rays[static_cast<std::size_t>(r)];
+                        const Hit& hit = hits[static_cast<std::size_t>(r)];
+                        const bool meets =
+                            hit && !absorbs(hit, place.normal, *over_hemisphere, tracer.contact(hit.surfel));
+                        const Rgb found = meets ? lights.found_at_end(place.normal, ray.direction, hit) : Rgb{};
+                        (found == Rgb{} ? blocked : lit) += 1;
+                        out[k] += found;
+                    }
+                };
                 const auto take = [&](int count) {
+                    if (over_hemisphere) shoot_over_hemisphere(count - taken);
                     rays.clear();
                     light.clear();
                     for (; taken < count; ++taken) {
@@ -56,6 +77,20 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
         },
         progress);
     return out;
+}
+
+}  // namespace
+
+std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
+                                  const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
+                                  const Progress& progress) {
+    return irradiance_of(nullptr, tracer, lights, points, places, options, seed, progress);
+}
+
+std::vector<Rgb> emitted_irradiance(const Scene& scene, const Tracer& tracer, const LightSampler& emitters,
+                                    const SurfelPoints& points, const std::vector<Place>& places,
+                                    const DirectOptions& options, std::uint64_t seed, const Progress& progress) {
+    return irradiance_of(&scene.surfels, tracer, emitters, points, places, options, seed, progress);
 }
 
 }  // namespace surflux

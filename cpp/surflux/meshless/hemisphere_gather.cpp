@@ -60,6 +60,9 @@ public:
     std::vector<LightRay> light;
     std::vector<Rgb> gain;
     std::vector<char> second_half;
+    std::vector<Ray> ahead;  // over the hemisphere of what is lit, for what of emitters such rays find
+    std::vector<Rgb> ahead_gain;
+    std::vector<char> ahead_second_half;
     // What rays are aimed at, and what each brings of the light that is there.
     struct Aimed {
         LitPatches::Target at;
@@ -166,6 +169,13 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
+    if (!light_.emitters().empty()) {
+        const Vec3 direction =
+            frame_around(s.normals[i]).to_world(square_to_cosine_hemisphere(random.uniform(), random.uniform()));
+        sums.ahead.push_back({{at, s.normals[i], i}, direction});
+        sums.ahead_gain.push_back(gain);
+        sums.ahead_second_half.push_back(second_half);
+    }
     const LightRay light = light_.towards(at, s.normals[i], u);
     if (!(light.length > 0.0)) return;
     sums.towards.push_back({{at, s.normals[i], i}, light.direction, light.length});
@@ -185,6 +195,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     cosine_rays(light_.points(), place, over, options_.seed + gather_stream, sums.rays);
     tracer_.closest(sums.rays, sums.hits);
     sums.towards.clear(), sums.light.clear(), sums.gain.clear(), sums.second_half.clear();
+    sums.ahead.clear(), sums.ahead_gain.clear(), sums.ahead_second_half.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
     out.row.share = each;
     Random random(options_.seed + light_stream, stream_of(place));
@@ -205,7 +216,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             continue;
         }
         const std::uint32_t i = hit.surfel;
-        take(out.row.emitted, light_.emitters().empty() ? each * s.emission[i] : found(light_.emitters()));
+        if (finds_emission()) take(out.row.emitted, each * s.emission[i]);
         const Rgb rho = each * s.reflectance[i];
         if (rho == Rgb{}) {
             if (sends(i)) out.senders.push_back(i);
@@ -234,6 +245,14 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     tracer_.closest(sums.towards, sums.hits);
     for (std::size_t k = 0; k < sums.towards.size(); ++k)
         if (sums.light[k].arrives(sums.hits[k])) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
+    tracer_.closest(sums.ahead, sums.hits);
+    for (std::size_t k = 0; k < sums.ahead.size(); ++k) {
+        const Hit& hit = sums.hits[k];
+        const Vec3& normal = sums.ahead[k].from.normal;
+        if (hit && !absorbs(hit, normal, s, tracer_.contact(hit.surfel)))
+            sums.add_first(sums.ahead_gain[k] * light_.emitters().found_at_end(normal, sums.ahead[k].direction, hit),
+                           sums.ahead_second_half[k] != 0);
+    }
     out.row.first = sums.first;
     out.row.noise = std::abs(luminance(sums.halves[0] - sums.halves[1]));
     for (std::vector<std::uint32_t>* met : {&out.senders, &out.linked}) {

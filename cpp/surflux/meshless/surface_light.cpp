@@ -22,7 +22,7 @@ SurfaceLight::At SurfaceLight::at(const std::vector<Place>& places, const Progre
     At out;
     out.lights = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
     const DirectOptions aimed = aimed_options(options_, aimed_rays_);
-    out.emitters = aimed_irradiance(tracer_, emitters_, points_, places, aimed, seed_, progress);
+    out.emitters = emitted_irradiance(scene_, tracer_, emitters_, points_, places, aimed, seed_, progress);
     out.sky = aimed_irradiance(tracer_, skies_, points_, places, aimed, seed_ + 1, progress);
     return out;
 }

@@ -11,8 +11,10 @@
 
 namespace surflux {
 
-// Light on surfaces that needs no solving: from lights, and from rays aimed at small emitters and at images of the sky,
-// which complement what rays over a hemisphere find of them (LightSampler::found).
+// Light on surfaces that needs no solving: from lights, from emissive surfels that are few enough to be aimed at, and
+// from rays aimed at images of the sky, which complement what rays over a hemisphere find of these
+// (LightSampler::found). What emissive surfels bring rises steeply towards them and makes all other light: a basis
+// that was as fine as that light asks for would not carry their power, so it is had at each surfel, as that of lamps.
 class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.
@@ -35,7 +37,8 @@ public:
     // At places on surfaces.
     At at(const std::vector<Place>& places, const Progress& progress) const;
 
-    // One ray that brings, in the mean over u, all of at_surfel() that there is at one point.
+    // One ray that brings, in the mean over u, all of at_surfel() that there is at one point, but what a
+    // cosine-distributed ray from there finds of emitters().
     LightRay towards(const Vec3& point, const Vec3& normal, const double (&u)[3]) const {
         return all_.sample(point, normal, u[0], u[1], u[2]);
     }
