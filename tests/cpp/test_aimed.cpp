@@ -68,6 +68,29 @@ TEST(Aimed, LampsGiveWhatLambertSays) {
     }
 }
 
+TEST(Aimed, AllThatEmittersBringIsWhatTheFormFactorsSay) {
+    // A lamp that touches the floor along an edge: the balance heuristic leaves most of what is near to rays over the
+    // hemisphere. Two unit squares at a right angle exchange 0.2000438 (Hottel; Howell C-14).
+    Surfels wall, floor, rest;
+    add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 4, 4);
+    add_rectangle(wall, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 4, 4);
+    add_rectangle(rest, {-20, -20, -1}, {40, 0, 0}, {0, 40, 0}, 8, 8);
+    finish(floor, 0.5, 0.0), finish(wall, 0.0, 3.0), finish(rest, 0.0, 0.0);
+    const Scene scene = scene_of({floor, wall, rest});
+    const Tracer tracer(scene);
+    const LightSampler emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+    const SurfelPoints points(scene.surfels);
+    std::vector<Place> places = places_of(scene.surfels);
+    places.resize(16);
+    double all = 0.0;
+    for (const Rgb& found : emitted_irradiance(scene, tracer, emitters, points, places, {256, 256}, 3))
+        all += found.x / 16.0;
+    EXPECT_NEAR(all, 3.0 * 0.2000438, 3e-3 * 3.0 * 0.2);  // some standard errors of 4096 rays each way
+    double aimed = 0.0;
+    for (const Rgb& found : aimed_irradiance(tracer, emitters, points, places, {256, 256}, 3)) aimed += found.x / 16.0;
+    EXPECT_LT(aimed, 0.8 * all);
+}
+
 TEST(Aimed, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
     Surfels lid;
     add_rectangle(lid, {-1, -1, 0.5}, {2, 0, 0}, {0, 2, 0}, 1, 1);

@@ -53,6 +53,7 @@ struct Rooms {
                                   static_cast<std::uint32_t>(k / places),
                                   1.0,
                                   1.0,
+                                  1.0,
                                   {1.0 - met, 0.0, 0.0, variance_of_share(met, rays)}});
         }
         return out;
@@ -81,7 +82,7 @@ TEST(ReciprocalScaling, FactorsOfOneRoomKnowNothingOfAnother) {
     for (std::size_t k = 0; k < 300; ++k)
         for (std::size_t j = 0; j < 300; ++j) one.g.push_back(both.g[k * both.size() + j]);
     RayExchange brighter = both.exchange(rays);
-    for (std::size_t j = 300; j < 600; ++j) brighter.sender[j].radiosity = 1e6;
+    for (std::size_t j = 300; j < 600; ++j) brighter.sender[j].carried = brighter.sender[j].radiosity = 1e6;
     const ReciprocalScaling alone = scale_by_reciprocity(one.exchange(rays)), beside = scale_by_reciprocity(brighter);
     for (std::size_t j = 0; j < 300; ++j) EXPECT_NEAR(alone.senders[j], beside.senders[j], 1e-12) << j;
 }
@@ -94,7 +95,8 @@ TEST(ReciprocalScaling, EnergyIsThatOfTheSendersInAClosedRoom) {
     double sent = 0.0, received = 0.0;
     std::vector<double> light(room.size()), arrived;
     for (std::size_t j = 0; j < light.size(); ++j) {
-        light[j] = exchange.sender[j].radiosity = std::exp(-3.0 * exchange.sender[j].position.x);
+        light[j] = exchange.sender[j].carried = exchange.sender[j].radiosity =
+            std::exp(-3.0 * exchange.sender[j].position.x);
         sent += light[j];
     }
     const ReciprocalScaling found = scale_by_reciprocity(exchange);

@@ -12,6 +12,8 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t aimed_stream = 0xa13ed, cosine_stream = 0xc051e;
+// Where of so many rays over the hemisphere more than one meets what is aimed at, there are so many times as many.
+constexpr int close_share = 16, closer = 4;
 
 // `over_hemisphere`: the surfels, if rays over the hemisphere are to be shot here, too.
 std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tracer, const LightSampler& lights,
@@ -29,7 +31,7 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                 const Place& place = places[k];
                 EvenPoints even(4, seed + aimed_stream, stream_of(place));
                 Random random(seed + aimed_stream, stream_of(place));
-                int taken = 0, blocked = 0, lit = 0;
+                int taken = 0, blocked = 0, lit = 0, met = 0;
                 EvenPoints even_cosine(4, seed + cosine_stream, stream_of(place));
                 const Frame frame = frame_around(place.normal);
                 const auto shoot_over_hemisphere = [&](int count) {
@@ -46,7 +48,7 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                         const bool meets =
                             hit && !absorbs(hit, place.normal, *over_hemisphere, tracer.contact(hit.surfel));
                         const Rgb found = meets ? lights.found_at_end(place.normal, ray.direction, hit) : Rgb{};
-                        (found == Rgb{} ? blocked : lit) += 1;
+                        (found == Rgb{} ? blocked : met) += 1;
                         out[k] += found;
                     }
                 };
@@ -71,7 +73,9 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                 };
                 take(options.probes);
                 // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp.
-                if (std::min(lit, blocked) > 1) take(options.rays);
+                if (std::min(lit + met, blocked) > 1) take(options.rays);
+                // Close to what glows there is the most light, and the most noise.
+                if (met > taken / close_share) take(closer * options.rays);
                 out[k] *= 1.0 / taken;
             }
         },

@@ -317,7 +317,7 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered row;
                 shoot(places[k], counts[k], sums, row);
-                out[k] = {row.row, gather(row, coefficients, sent)};
+                out[k] = {row.row, row.row.power_scale * gather(row, coefficients, sent)};
             }
         },
         progress);
@@ -345,30 +345,46 @@ void HemisphereGather::sent(const std::vector<Rgb>& coefficients, std::vector<Rg
     });
 }
 
-void HemisphereGather::set_sender_scale(std::vector<double> scale_of, std::vector<double> lit_scale) {
+void HemisphereGather::set_sender_scale(std::vector<double> scale_of) {
     sender_scale_ = std::move(scale_of);
-    lit_scale_ = std::move(lit_scale);
+    scale_all();
+}
+
+void HemisphereGather::set_sender_power(SenderPower power) {
+    sender_power_ = std::move(power);
+    scale_all();
+}
+
+void HemisphereGather::scale_all() {
     parallel_for(rows_.size(), 64, [&](std::size_t k) { scale(rows_[k]); });
 }
 
 void HemisphereGather::scale(Gathered& of) const {
     if (sender_scale_.empty()) return;
-    double all = 0.0, linked = 0.0, lit = 0.0, lit_scaled = 0.0, emitted = 0.0, emitted_scaled = 0.0;
+    // The factor of a sum of light that is one of each sender's.
+    struct Factor {
+        double before = 0.0, after = 0.0;
+        void add(double light, double factor) { before += light, after += factor * light; }
+        double value() const { return before > 0.0 ? after / before : 1.0; }
+    };
+    Factor all, linked, lit, emitted, reflected;
+    const bool keeps_power = !sender_power_.radiosity.empty();
     const auto add = [&](std::uint32_t i) {
-        const double factor = sender_scale_[i], emission_of = emission(i);
-        all += factor;
-        lit += exitance_[i], lit_scaled += lit_scale_[i] * exitance_[i];
-        emitted += emission_of, emitted_scaled += factor * emission_of;
+        const double factor = sender_scale_[i];
+        all.add(1.0, factor);
+        lit.add(exitance_[i], keeps_power ? factor * sender_power_.exitance[i] : factor);
+        emitted.add(emission(i), factor);
+        if (keeps_power) reflected.add(factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
         return factor;
     };
     for (const std::uint32_t i : of.senders) add(i);
-    for (const std::uint32_t i : of.linked) linked += add(i);
-    const auto ratio = [](double a, double b) { return b > 0.0 ? a / b : 1.0; };
+    for (const std::uint32_t i : of.linked) linked.add(1.0, add(i));
     Row& row = of.row;
-    row.scale = ratio(static_cast<double>(of.senders.size() + of.linked.size()), all);
-    row.linked_scale = row.scale * ratio(linked, static_cast<double>(of.linked.size()));
-    row.first_scale = row.scale * ratio(lit_scaled, lit);
-    row.emitted_scale = finds_emission() ? row.scale * ratio(emitted_scaled, emitted) : 1.0;
+    row.scale = 1.0 / all.value();
+    row.linked_scale = row.scale * linked.value();
+    row.first_scale = row.scale * lit.value();
+    row.emitted_scale = row.scale * emitted.value();
+    row.power_scale = reflected.value();
 }
 
 Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {

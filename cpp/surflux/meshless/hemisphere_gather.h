@@ -36,8 +36,9 @@ public:
         Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
         double noise = 0.0;  // standard error of all that, of its luminance
         double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
-        // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found.
-        double scale = 1.0, linked_scale = 1.0, first_scale = 1.0, emitted_scale = 1.0;
+        // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found; and
+        // on top of the first two, where the light in the basis is known, what keeps its power.
+        double scale = 1.0, linked_scale = 1.0, first_scale = 1.0, emitted_scale = 1.0, power_scale = 1.0;
         double met() const { return 1.0 - escape - into_backs; }
     };
 
@@ -76,9 +77,15 @@ public:
     double emission(std::uint32_t surfel) const {
         return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }
-    // From now on what each surfel sends counts as many times, light that is not in the basis by a factor of its own,
-    // and rows are scaled to what they gathered before of the same light from everywhere.
-    void set_sender_scale(std::vector<double> scale, std::vector<double> lit_scale);
+    // From now on what each surfel sends counts as many times, and rows are scaled to what they gathered before of the
+    // same light from everywhere.
+    void set_sender_scale(std::vector<double> scale);
+    // Factors on top of these, of each surfel, that keep the power of what it sends: of light that is not in the basis,
+    // and of the light in the basis, of which surfels send about `radiosity`.
+    struct SenderPower {
+        std::vector<double> exitance, reflected, radiosity;
+    };
+    void set_sender_power(SenderPower power);
     std::size_t links() const { return links_; }
     std::size_t rays() const { return rays_; }
     // What each surfel sends of light in the basis: reflected, on the average over what of it is not inside geometry.
@@ -114,6 +121,7 @@ private:
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };
+    void scale_all();
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
@@ -134,7 +142,8 @@ private:
     GatherOptions options_;
     std::vector<double> exitance_;  // of light that is not in the basis, luminance
     LitPatches lit_;
-    std::vector<double> sender_scale_, lit_scale_;  // empty: 1
+    std::vector<double> sender_scale_;  // empty: 1
+    SenderPower sender_power_;          // empty: 1
     std::vector<Gathered> rows_;
     std::size_t links_ = 0, rays_ = 0, levels_ = 0;  // levels that rows are linked to
 };

@@ -104,15 +104,14 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const double outside = means_.outside(i);
-        const Rgb reflected = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) / outside) : Rgb{};
-        const RayExchange::Sender sender{
-            s.positions[i],
-            s.normals[i],
-            part_of_surfel_[i],
-            std::max(0.0, luminance(reflected)) + gather_.exitance(i) + gather_.emission(i),
-            gather_.sends(i) ? s.areas[i] * outside : 0.0,
-            losses_[i]};
+        const double outside = means_.outside(i), carried = reflected(i, coefficients) + gather_.emission(i);
+        const RayExchange::Sender sender{s.positions[i],
+                                         s.normals[i],
+                                         part_of_surfel_[i],
+                                         carried + gather_.exitance(i),
+                                         carried,
+                                         gather_.sends(i) ? s.areas[i] * outside : 0.0,
+                                         losses_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
             if (areas_[row] > 0.0) exchange.spread[row] += weight * sender.area * sender.loss.spread / areas_[row];
         });
@@ -136,27 +135,58 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     return surflux::scale_by_reciprocity(exchange, progress);
 }
 
-std::vector<double> MeshlessExchange::lit_scale(const ReciprocalScaling& scaling) const {
-    const Surfels& s = scene_.surfels;
-    std::vector<double> received(scaling.groups, 0.0), sent(scaling.groups, 0.0), out(s.size());
+// Of what a surfel sends of light in the basis, the luminance.
+double MeshlessExchange::reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const {
+    const double outside = means_.outside(surfel);
+    if (outside == 0.0) return 0.0;
+    return std::max(0.0, luminance(scene_.surfels.reflectance[surfel] * means_.mean(surfel, coefficients)) / outside);
+}
+
+// Of what rows gathered, shared out among those that their rays met, which send `sends`: how much came from each group.
+std::vector<double> MeshlessExchange::received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
+                                               const std::vector<double>& gathered) const {
+    std::vector<double> out(scaling.groups, 0.0);
     for (std::size_t k = 0; k < gather_.size(); ++k) {
-        double lit = 0.0;
-        gather_.for_senders(k, [&](std::uint32_t i) { lit += gather_.exitance(i); });
-        if (!(lit > 0.0)) continue;
-        // What the row found, shared out among those that its rays over the hemisphere met.
-        const double each = areas_[k] * scaling.rows[k] * luminance(gather_[k].first) / lit;
-        gather_.for_senders(
-            k, [&](std::uint32_t i) { received[scaling.group[i]] += each * scaling.senders[i] * gather_.exitance(i); });
+        double all = 0.0;
+        gather_.for_senders(k, [&](std::uint32_t i) { all += scaling.senders[i] * sends[i]; });
+        if (!(all > 0.0)) continue;
+        const double each = areas_[k] * gathered[k] / all;
+        gather_.for_senders(k, [&](std::uint32_t i) { out[scaling.group[i]] += each * scaling.senders[i] * sends[i]; });
     }
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const double met = 1.0 - scaling.lost[i] * (losses_[i].escape + losses_[i].into_backs);
-        sent[scaling.group[i]] += s.areas[i] * std::max(0.0, met) * gather_.exitance(i);
+    return out;
+}
+
+HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalScaling& scaling,
+                                                             const std::vector<Rgb>& coefficients) const {
+    const std::size_t n = scene_.surfels.size(), rows = gather_.size();
+    HemisphereGather::SenderPower out;
+    std::vector<double> exitance(n), first(rows), arrived(rows), by_means(rows, 0.0), met(scaling.groups, 0.0);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        exitance[i] = gather_.exitance(i);
+        out.radiosity.push_back(reflected(i, coefficients));
+        const double lost = scaling.lost[i] * (losses_[i].escape + losses_[i].into_backs);
+        met[scaling.group[i]] += scene_.surfels.areas[i] * means_.outside(i) * std::max(0.0, 1.0 - lost) * exitance[i];
     }
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const std::uint32_t group = scaling.group[i];
-        const double ratio = received[group] > 0.0 && sent[group] > 0.0 ? sent[group] / received[group] : 1.0;
-        out[i] = scaling.senders[i] * std::pow(ratio, scaling.sender_weight[group]);
-    }
+    std::vector<Rgb> sent;
+    gather_.sent(coefficients, sent);
+    parallel_for(rows, 64, [&](std::size_t k) {
+        const HemisphereGather::Row& row = gather_[k];
+        first[k] = row.first_scale * luminance(row.first);
+        arrived[k] = luminance(gather_.gather(k, coefficients, sent));
+        gather_.for_senders(k, [&](std::uint32_t i) { by_means[k] += scaling.senders[i] * out.radiosity[i]; });
+        by_means[k] *= row.share * row.scale;
+    });
+    const auto factors = [&](const std::vector<double>& wanted, const std::vector<double>& found) {
+        std::vector<double> of(n, 1.0);
+        for (std::size_t i = 0; i < n; ++i) {
+            const std::uint32_t group = scaling.group[i];
+            if (wanted[group] > 0.0 && found[group] > 0.0)
+                of[i] = std::pow(wanted[group] / found[group], scaling.sender_weight[group]);
+        }
+        return of;
+    };
+    out.exitance = factors(met, received(scaling, exitance, first));
+    out.reflected = factors(received(scaling, out.radiosity, by_means), received(scaling, out.radiosity, arrived));
     return out;
 }
 

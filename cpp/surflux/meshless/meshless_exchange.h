@@ -25,14 +25,19 @@ public:
     // Factors of surfels (solution/reciprocal_scaling.h), which reflect the light that the basis has with
     // `coefficients`, and send what rays find beside that.
     ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
-    // Factors of what surfels send of light that is not in the basis, on top of those: receivers close by gather it
-    // where rays end and far ones as means, of which they may see the brighter part.
-    std::vector<double> lit_scale(const ReciprocalScaling& scaling) const;
+    // Factors on top of those, which mend senders' means: receivers close by gather where rays end and far ones as
+    // means, of which they may see the brighter part. For light that is not in the basis, all receive what leaves
+    // senders, for the light with `coefficients` as much as if all saw means. Rows are scaled by then.
+    HemisphereGather::SenderPower sender_power(const ReciprocalScaling& scaling,
+                                               const std::vector<Rgb>& coefficients) const;
 
     // Where the power went. Rows may have been forgotten by then.
     Figures power(const Solution& solution) const;
 
 private:
+    double reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const;
+    std::vector<double> received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
+                                 const std::vector<double>& gathered) const;
     void find_parts(const Progress& progress);
     void find_areas();
     HemisphereLoss loss(std::uint32_t surfel) const;  // by the finest level on which light was gathered around it

@@ -143,6 +143,7 @@ private:
     void solve(double tolerance, std::size_t refined) {
         std::vector<Rgb> constant(unbounced_.size());
         for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = unbounced_[row] + first_[row];
+        for (std::size_t row = 0; row < correction_.size(); ++row) constant[row] += correction_[row];
         values_.insert(values_.end(), constant.begin() + static_cast<std::ptrdiff_t>(values_.size()), constant.end());
         LinearReport linear;
         if (options_.bounces >= 0) {
@@ -191,26 +192,36 @@ private:
         return out;
     }
 
-    // Energy that rays' noise and the weights would lose or make is kept where it is.
+    // Energy that rays' noise and the weights would lose or make is kept where it is: first of any light, as well as
+    // factors of senders can, then of what there is.
     void keep_energy() {
+        solve(std::max(options_.tolerance, balanced_tolerance), 0);
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("solve"));
         const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
         imbalance_ = scaling.before;
         imbalance_left_ = scaling.after;
-        gather_.set_sender_scale(scaling.senders, exchange.lit_scale(scaling));
         parts_ = exchange.parts();
+        gather_.set_sender_scale(scaling.senders);
         for (std::size_t row = 0; row < first_.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
             first_[row] = of.first_scale * of.first;
             unbounced_[row] += (of.emitted_scale - 1.0) * of.emitted;
         }
-        watch_.lap("solve");
+        solve(std::max(options_.tolerance, balanced_tolerance), 0);
+        gather_.set_sender_power(exchange.sender_power(scaling, field_->coefficients));
+        gather_.sent(field_->coefficients, sent_);
+        correction_.resize(first_.size());
+        for (std::size_t row = 0; row < first_.size(); ++row) {
+            const HemisphereGather::Row& of = gather_[row];
+            first_[row] = of.first_scale * of.first;
+            correction_[row] = (of.power_scale - 1.0) * gather_.gather(row, field_->coefficients, sent_);
+        }
     }
 
     void finish() {
         if (options_.bounces < 0) {
-            solve(std::max(options_.tolerance, balanced_tolerance), 0);
             keep_energy();
+            watch_.lap("solve");
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
@@ -243,7 +254,8 @@ private:
     // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
     // solution.
     std::vector<Rgb> direct_, unbounced_, first_, values_;
-    std::vector<Rgb> before_;  // values before their last bounce
+    std::vector<Rgb> correction_;  // of what each row gathers, that keeps its power; empty: none
+    std::vector<Rgb> before_;      // values before their last bounce
     Figures power_;
 };
 

@@ -196,8 +196,9 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
     }
     for (const std::uint32_t p : leaves) {
-        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, tree_.area(p), loss(p)};
+        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, 0.0, tree_.area(p), loss(p)};
         for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
+        sender.carried = sender.radiosity;
         for (const Interpolation::Weight& w : weights(p))
             exchange.spread[w.site] += w.weight * tree_.area(p) * sender.loss.spread / row_area_[w.site];
         exchange.sender.push_back(sender);

@@ -11,11 +11,11 @@ namespace {
 
 constexpr double least_rays = 256.0;  // that met a group: its factor has a standard error of 6 % at most
 constexpr int most_rounds = 50;
-constexpr double even = 1e-6;  // relative variance of radiosity within a group that sends about the same
+constexpr double even = 1e-12;  // relative variance of radiosity within a group that sends about the same
 constexpr double largest_step = 2.0;
 constexpr double least_progress = 0.95;  // of a round, or it is the last of its part
 constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
-constexpr double tolerance = 1e-6;       // of what is sent, that columns may be off by
+constexpr double tolerance = 1e-7;       // of what is sent, that columns may be off by
 
 // What rays tell of senders: the sum of their weights, and of the squares of these.
 struct Evidence {
@@ -112,20 +112,21 @@ struct GroupOfSenders {
     std::uint32_t part = 0;
     Evidence received;
     double receivers_spread = 0.0, spread = 0.0, variance = 0.0;
-    Account area, power;
-    double squared = 0.0;  // what all receive, weighted by the square of radiosity
+    double power_met = 0.0;  // of all that it sends, what its own rays say meets fronts
+    Account area, power;     // of what rows carry
+    double squared = 0.0;    // what all receive, weighted by the square of what is carried
 
-    double mean_radiosity() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
+    double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
     // Inverse-variance weight of what is sent, beside what is received.
     double sender_weight() const {
-        if (!(received.sum > 0.0) || !(power.sent > 0.0)) return 0.0;
-        const double sent_squared = power.sent * power.sent, sum_squared = received.sum * received.sum;
+        if (!(received.sum > 0.0) || !(power_met > 0.0)) return 0.0;
+        const double sent_squared = power_met * power_met, sum_squared = received.sum * received.sum;
         const double noise = received.squares / sum_squared;
         const double uncertain =
             (variance + spread * spread) / sent_squared + receivers_spread * receivers_spread / sum_squared;
         return noise / (noise + uncertain);
     }
-    // The factor a + b B of senders that send B, with which both accounts are as wanted.
+    // The factor a + b B of senders of which rows carry B, with which both accounts are as wanted.
     void factor(double& a, double& b) const {
         a = area.found > 0.0 ? area.wanted / area.found : 1.0, b = 0.0;
         const double determinant = area.found * squared - power.found * power.found;
@@ -169,8 +170,7 @@ public:
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 if (!parts_[g_.sender[j].part].done)
-                    out.senders[j] *=
-                        std::clamp(a[k] + b[k] * g_.sender[j].radiosity, 1.0 / largest_step, largest_step);
+                    out.senders[j] *= std::clamp(a[k] + b[k] * g_.sender[j].carried, 1.0 / largest_step, largest_step);
             }
             receive();
         }
@@ -192,10 +192,10 @@ private:
         for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.squared = 0.0;
         for (std::size_t j = 0; j < received_.size(); ++j) {
             GroupOfSenders& of = groups_[out.group[j]];
-            const double radiosity = g_.sender[j].radiosity, found = out.senders[j] * received_[j];
+            const double carried = g_.sender[j].carried, found = out.senders[j] * received_[j];
             of.area.found += found;
-            of.power.found += radiosity * found;
-            of.squared += radiosity * radiosity * found;
+            of.power.found += carried * found;
+            of.squared += carried * carried * found;
         }
     }
 
@@ -203,7 +203,7 @@ private:
         for (Part& part : parts_) part.last = part.off, part.off = 0.0;
         for (const GroupOfSenders& of : groups_)
             parts_[of.part].off += 0.5 * (std::abs(of.power.found - of.power.wanted) +
-                                          of.mean_radiosity() * std::abs(of.area.found - of.area.wanted));
+                                          of.mean_carried() * std::abs(of.area.found - of.area.wanted));
         bool done = true;
         double off = 0.0, sent = 0.0;
         out.after = 0.0;
@@ -235,7 +235,7 @@ private:
         groups_.resize(out.groups);
         for (std::size_t j = 0; j < senders; ++j) {
             const RayExchange::Sender& sender = g_.sender[j];
-            const double power = sender.radiosity * sender.area;
+            const double power = sender.radiosity * sender.area, carried = sender.carried * sender.area;
             GroupOfSenders& of = groups_[out.group[j]];
             of.part = sender.part;
             of.received +=
@@ -243,8 +243,9 @@ private:
             of.receivers_spread += sender.radiosity * received_[j];
             of.area.all += sender.area;
             of.area.sent += sender.area * sender.loss.met();
-            of.power.all += power;
-            of.power.sent += power * sender.loss.met();
+            of.power.all += carried;
+            of.power.sent += carried * sender.loss.met();
+            of.power_met += power * sender.loss.met();
             of.spread += power * sender.loss.spread;
             of.variance += sender.radiosity * power * sender.loss.variance;
             if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);

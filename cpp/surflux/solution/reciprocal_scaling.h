@@ -38,6 +38,7 @@ struct RayExchange {
         Vec3 position, normal;
         std::uint32_t part;  // connected part of the scene
         double radiosity;    // about what it sends
+        double carried;      // of that, what goes by these rows: its power is kept
         double area;
         HemisphereLoss loss;
     };

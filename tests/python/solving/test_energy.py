@@ -134,13 +134,30 @@ def test_all_light_is_accounted_for(name):
     assert abs(left_over(name)) <= GOAL
 
 
+def long_room(rho, glows):
+    """1 x 1 x 4, in which one end glows, or a lamp hangs as far from it as it is wide."""
+    room = sf.Surfels.from_mesh(shapes.box((1.0, 1.0, 4.0), inward=True)[:2], patch_area=0.04, reflectance=rho)
+    low = room.bounds[0]
+    if not glows:
+        return sf.Scene([room], [sf.PointLight(low + 0.5, 1.0)])
+    return sf.Scene([room.replace(emission=(room.points[:, 2] < low[2] + 1e-6).astype(float))])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("rho", [0.01, 0.5, 0.9, 0.99, 0.999])
+@pytest.mark.parametrize("glows", [True, False])
+def test_light_is_kept_from_end_to_end_of_a_long_room(glows, rho, seed):
+    """What is made of 5e-5 a bounce comes back a thousand times; what rises steeply towards a source makes the most."""
+    figures = sf.solve_meshless(long_room(rho, glows), seed=seed).history[-1]
+    assert abs(figures["power_lost"]) <= 1e-3 * figures["power_in"]
+
+
 def test_light_that_a_solver_makes_is_warned_of():
-    """A long room that reflects .999, lit by a wall of its own: 5e-5 too much a bounce comes back a thousand times."""
-    room = sf.Surfels.from_mesh(shapes.box((1.0, 1.0, 4.0), inward=True)[:2], patch_area=0.04, reflectance=0.999)
-    room = room.replace(emission=(room.points[:, 2] < room.bounds[0, 2] + 1e-6).astype(float))
+    """With direct light in the basis, which does not carry what rises steeply towards the glowing end."""
+    scene = long_room(0.999, True)
     with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is (made|lost) by the solver: ") as said:
-        solution = sf.solve_meshless(sf.Scene([room]))
-    figures = solution.history[-1]
+        solution = sf.solve_meshless(scene, indirect_only=False)
+    figures, room = solution.history[-1], scene.objects[0]
     off = figures["power_lost"] / figures["power_in"]
     exact = room.emission[:, 0] @ room.areas / room.areas.sum() / 0.001
     mean = np.average(solution.radiosity[:, 0], weights=solution.surfels.areas)
