@@ -88,7 +88,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         double said = 0.0, seen = 0.0;
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
-        seen += luminance(probes_.lamps()[row].value + probes_.sky()[row].value);
+        seen += luminance(probes_.sky()[row].value);
         return std::abs(seen - said) - significance * std::max(0.5 * std::abs(halves), probe_error * seen);
     };
 

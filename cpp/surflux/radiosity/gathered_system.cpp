@@ -66,7 +66,7 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
 
 Rgb GatheredSystem::found(std::size_t place) const {
     const std::uint32_t row = cut_->rows[place];
-    return gathering_.lamps()[row].value + gathering_.sky()[row].value;
+    return gathering_.sky()[row].value;
 }
 
 Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x) const {

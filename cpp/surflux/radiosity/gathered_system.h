@@ -15,7 +15,7 @@
 namespace surflux {
 
 // The linear system of light on a cut, x = G (E + rho (H0 + f + P x)): x is what comes to its nodes from surfels that
-// reflect or glow, f what their rays bring of emitters and of the sky, P the weights of nodes at leaves, and G the
+// reflect or glow, f what their rays bring of the sky, P the weights of nodes at leaves, and G the
 // gathering, from whatever node of the tree each ray met.
 class GatheredSystem {
 public:
@@ -57,7 +57,7 @@ public:
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
     Rgb value(const std::vector<double>& x, std::size_t place) const { return unpack(&x[place * channels_]); }
-    // What rays of a node find of emitters and of the sky.
+    // What rays of a node find of the sky.
     Rgb found(std::size_t place) const;
 
 private:

@@ -26,20 +26,14 @@ void level(TiltedRgb& light, const Gathering::Row& row) {
 struct Gathering::Shot {
     std::vector<Link> links;
     Row row{};
-    TiltedRgb lamps, sky;
+    TiltedRgb sky;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
 };
 
-Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
-                     const LightSampler& skies, std::uint64_t seed)
-    : scene_(scene),
-      tracer_(tracer),
-      tree_(tree),
-      emitters_(emitters),
-      skies_(skies),
-      seed_(seed),
-      points_(scene.surfels) {}
+Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
+                     std::uint64_t seed)
+    : scene_(scene), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed), points_(scene.surfels) {}
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
@@ -47,7 +41,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     tracer_.closest(out.rays, out.hits);
 
     out.links.clear();
-    out.lamps = out.sky = {};
+    out.sky = {};
     out.row = {};
     int escaped = 0, absorbed = 0;
     double closeness = 0.0;
@@ -74,7 +68,6 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
             ++absorbed;
             continue;
         }
-        if (!emitters_.empty()) add(out.lamps, emitters_.found(ray.from.position, frame.n, ray.direction, hit));
         // The cone that this ray stands for has pi / (count cos) of solid angle. Half its width: what a group hides of
         // itself is darker than what of it is seen, so that larger ones send too little.
         const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
@@ -100,7 +93,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
         }
     }
     out.links.resize(kept);
-    for (TiltedRgb* light : {&out.lamps, &out.sky}) level(*light, out.row);
+    level(out.sky, out.row);
     out.row.rays = static_cast<std::uint32_t>(count);
     out.row.escape = static_cast<float>(escaped) / static_cast<float>(count);
     out.row.absorbed = static_cast<float>(absorbed) / static_cast<float>(count);
@@ -116,7 +109,6 @@ void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>&
     };
     std::vector<Block> blocks((receivers.size() + grain - 1) / grain);
     const std::size_t before = rows_.size();
-    lamps_.resize(before + receivers.size());
     sky_.resize(before + receivers.size());
     parallel_blocks(
         receivers.size(), grain,
@@ -129,7 +121,6 @@ void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>&
                 block.links.insert(block.links.end(), shot.links.begin(), shot.links.end());
                 shot.row.end = block.links.size();
                 block.rows.push_back(shot.row);
-                lamps_[before + k] = shot.lamps;
                 sky_[before + k] = shot.sky;
             }
         },

@@ -35,10 +35,9 @@ public:
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
-    // Emission of `emitters` is in no link: rays pick it up here, in balance with those that are aimed at them
-    // (lights/aimed.h); the sky likewise.
-    Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& emitters,
-              const LightSampler& skies, std::uint64_t seed);
+    // The sky is in no link: rays pick it up here, in balance with those that are aimed at it (lights/aimed.h).
+    Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
+              std::uint64_t seed);
 
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
     void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
@@ -48,8 +47,7 @@ public:
     const Row& row(std::size_t row) const { return rows_[row]; }
     std::size_t links() const { return links_.size(); }
     std::size_t rays() const { return rays_; }
-    // Per row, what its rays met of emitters and of the sky.
-    const std::vector<TiltedRgb>& lamps() const { return lamps_; }
+    // Per row, what its rays found of the sky.
     const std::vector<TiltedRgb>& sky() const { return sky_; }
 
     // Calls visit(sender, share) for all nodes that rays of a row met.
@@ -66,7 +64,7 @@ public:
                        double* second) const;
     // The same for tilted normals, in 3 channels or one; the same light from everywhere has no tilt.
     TiltedRgb gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
-    // How much what single rays bring differs: standard deviation of the luminance, emitters apart.
+    // How much what single rays bring differs: standard deviation of the luminance.
     double deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
 
 private:
@@ -76,13 +74,13 @@ private:
     const Scene& scene_;
     const Tracer& tracer_;
     const SurfelTree& tree_;
-    const LightSampler &emitters_, &skies_;
+    const LightSampler& skies_;
     std::uint64_t seed_;
     SurfelPoints points_;
     std::vector<Place> places_;
     std::vector<Row> rows_;
     std::vector<Link> links_;
-    std::vector<TiltedRgb> lamps_, sky_;
+    std::vector<TiltedRgb> sky_;
     std::size_t rays_ = 0;
 };
 

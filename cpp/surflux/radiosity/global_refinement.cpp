@@ -40,8 +40,8 @@ public:
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
           sight_(tracer, scene),
           tree_(scene, hierarchy(), leaves_allowed(scene, options.insert, options.max_surfels)),
-          gathering_(scene, tracer, tree_, emitters_, skies_, options.seed),
-          probes_(scene, tracer, tree_, emitters_, skies_, options.seed + probe_stream),
+          gathering_(scene, tracer, tree_, skies_, options.seed),
+          probes_(scene, tracer, tree_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
           insertion_(tree_, {smallest_radius(scene.surfels)}),
           sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
@@ -297,10 +297,6 @@ void GlobalRefinement::write() {
         TiltedRgb& light = from_surfels[k];
         light = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
         light.value = system_->value(values_, k);
-        const TiltedRgb& lamp = gathering_.lamps()[cut_.rows[k]];
-        light.value += lamp.value;
-        light.u += lamp.u;
-        light.v += lamp.v;
         from_sky[k] = gathering_.sky()[cut_.rows[k]];
     });
     std::vector<NodalField::Place> leaves;

@@ -43,12 +43,13 @@ void LitPoints::update(const Progress& progress) {
     append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
     for (const Rgb& error : errors) noise_.push_back(luminance(error));
     const DirectOptions aimed = aimed_options(options_, aimed_rays_);
-    const auto aim = [&](const LightSampler* at, std::uint64_t seed, std::vector<Rgb>& to) {
-        if (at && !at->empty()) append(to, aimed_irradiance(tracer_, *at, points, places, aimed, seed, progress));
-        to.resize(lights_.size());
-    };
-    aim(sampled_emitters_, seed_, emitters_);
-    aim(sampled_skies_, seed_ + 1, sky_);
+    if (sampled_emitters_ && !sampled_emitters_->empty())
+        append(emitters_,
+               emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, aimed, seed_, progress));
+    if (sampled_skies_ && !sampled_skies_->empty())
+        append(sky_, aimed_irradiance(tracer_, *sampled_skies_, points, places, aimed, seed_ + 1, progress));
+    emitters_.resize(lights_.size());
+    sky_.resize(lights_.size());
 }
 
 bool LitPoints::is_grey() const {

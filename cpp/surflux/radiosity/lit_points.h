@@ -15,12 +15,13 @@ namespace surflux {
 // Standard errors beyond which a difference is taken to be one of the light, and not of the rays that found it.
 constexpr double significance = 2.0;
 
-// Irradiance of the points of a tree that needs no solving: from lights, and by rays aimed at emitters and at images of
-// the sky. By point; those that were split have what they had.
+// Irradiance of the points of a tree that needs no solving: from lights, from emissive surfels that are few enough to
+// be aimed at, and by rays aimed at images of the sky. By point; those that were split have what they had.
 class LitPoints {
 public:
     // Without samplers, of lights alone. Towards emitters and images of the sky go a quarter of `aimed_rays`, and all
-    // where some are blocked.
+    // where some are blocked; for emitters as many over the hemisphere, so that nothing is left to be interpolated of
+    // light that rises steeply and makes all other.
     LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
               const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed);
 

@@ -146,9 +146,10 @@ def long_room(rho, glows):
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("rho", [0.01, 0.5, 0.9, 0.99, 0.999])
 @pytest.mark.parametrize("glows", [True, False])
-def test_light_is_kept_from_end_to_end_of_a_long_room(glows, rho, seed):
+@pytest.mark.parametrize("solve", [sf.solve_meshless, functools.partial(sf.solve, transport="rays")])
+def test_light_is_kept_from_end_to_end_of_a_long_room(solve, glows, rho, seed):
     """What is made of 5e-5 a bounce comes back a thousand times; what rises steeply towards a source makes the most."""
-    figures = sf.solve_meshless(long_room(rho, glows), seed=seed).history[-1]
+    figures = solve(long_room(rho, glows), seed=seed).history[-1]
     assert abs(figures["power_lost"]) <= 1e-3 * figures["power_in"]
 
 
