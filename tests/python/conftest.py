@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 
-SCANS_RUN = pytest.StashKey[int]()
+SCANS_RUN = []  # by this process, or by all its workers
 
 
 def pytest_configure(config):
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's job in the background; tests press Ctrl-C
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    config.stash[SCANS_RUN] = 0
     folder = os.environ.get("SURFLUX_DATA")
     if folder and not Path(folder).is_dir():
         raise pytest.UsageError(f"SURFLUX_DATA names {folder}, which is not a folder")
@@ -36,13 +35,18 @@ def pytest_runtest_makereport(item, call):
             report.outcome = "failed"
             report.longrepr = f"{item.nodeid}: skipped although SURFLUX_DATA is set ({call.excinfo.value})"
         elif report.when == "call":
-            item.config.stash[SCANS_RUN] += 1
+            report.user_properties.append(("scans", "run"))
     return report
 
 
-def pytest_terminal_summary(terminalreporter, config):
+def pytest_runtest_logreport(report):
+    if ("scans", "run") in [tuple(p) for p in report.user_properties] and report.when == "call":
+        SCANS_RUN.append(report.nodeid)
+
+
+def pytest_terminal_summary(terminalreporter):
     note = "" if os.environ.get("SURFLUX_DATA") else " (SURFLUX_DATA is not set)"
-    terminalreporter.write_line(f"scans: {config.stash[SCANS_RUN]} run{note}")
+    terminalreporter.write_line(f"scans: {len(SCANS_RUN)} run{note}")
 
 
 @pytest.fixture(scope="session")

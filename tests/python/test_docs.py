@@ -78,6 +78,25 @@ def test_the_readme_links_every_guide(page):
     assert f"(python/guide/{page.name})" in README.read_text()
 
 
+def test_every_figure_of_the_history_is_explained():
+    page = (README.parent / "python" / "guide" / "choosing-a-solver.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| (.+?) \|", page, re.MULTILINE)
+    scene = sf.load_scene(README.parent / "data" / "cornell.toml")
+    few = {"rays": 16, "probes": 4, "shadow_rays": 4}
+    found = {
+        "pairs": sf.solve(scene, transport="pairs", **few),
+        "rays": sf.solve(scene, transport="rays", **few),
+        "meshless": sf.solve_meshless(scene, levels=2, **few),
+    }
+    groups = {"all": set(found), "`solve`": {"pairs", "rays"}}
+    explained = {key: groups.get(by, set(by.split(", "))) for key, by in rows}
+    written = {}
+    for name, solution in found.items():
+        for key in {key for entry in solution.history for key in entry}:
+            written.setdefault(key, set()).add(name)
+    assert written == explained
+
+
 @pytest.mark.parametrize("block", blocks(README.read_text()))
 def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})

@@ -1,5 +1,7 @@
 """Every argument of the public face refuses what it cannot take, and says its own name."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -197,7 +199,8 @@ REFUSED = [
 def table():
     for function, argument, values in REFUSED:
         for value in values:
-            yield pytest.param(function, argument, value, id=f"{function.__name__}-{argument}-{value!r}"[:80])
+            said = re.sub(r" at 0x[0-9a-f]+", "", repr(value))  # workers have to agree on names
+            yield pytest.param(function, argument, value, id=f"{function.__name__}-{argument}-{said}"[:80])
 
 
 @pytest.mark.parametrize(("function", "argument", "value"), list(table()))

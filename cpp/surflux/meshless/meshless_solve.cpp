@@ -275,7 +275,7 @@ void MeshlessRadiosity::write() {
     refinement.run(stage("gathering"));
     const std::vector<std::uint32_t>& refined = refinement.surfels();
     figure(out_.history.back(), "rays") += static_cast<double>(gather_.rays() - rays);
-    out_.history.back().push_back({"surfels", static_cast<double>(refined.size())});
+    out_.history.back().push_back({"surfels_gathered", static_cast<double>(refined.size())});
     const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("gathering"));
     gather_.clear();
     watch_.lap("gathering");

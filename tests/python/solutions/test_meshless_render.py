@@ -162,7 +162,7 @@ LIGHTS = {
 }
 
 
-@pytest.mark.parametrize("indirect_only", [True, False])
+@pytest.mark.parametrize("indirect_only", [True, pytest.param(False, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("lights", LIGHTS)
 def test_every_light_is_in_the_picture_once(lights, indirect_only, tmp_path):
     """Interpolated, traced, and from a file: three ways to the same radiance."""

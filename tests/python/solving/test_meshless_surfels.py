@@ -43,7 +43,7 @@ def test_surfels_finer_than_the_last_level_have_light_of_their_own():
     np.testing.assert_allclose(found[land], np.pi, rtol=1e-9)
     assert rms(found[~land], true[~land], areas[~land]) < 0.04
     assert np.all(solution.levels[flat] == 2)
-    assert solution.history[-1]["surfels"] == np.sum(solution.levels == 2)
+    assert solution.history[-1]["surfels_gathered"] == np.sum(solution.levels == 2)
     # With a number of bounces, too, it is the same light as one more of what there was before.
     last, before = (sf.solve_meshless(scene, levels=2, radius=0.5, bounces=n).irradiance[flat] for n in (4, 3))
     assert np.all(last[~land] >= before[~land])
@@ -66,5 +66,5 @@ def test_noise_does_not_choose_surfels(rays):
     s = solution.surfels
     indirect, wanted = solution.irradiance - solution.direct, true.irradiance - true.direct
     basis = solution.irradiance_at(s.points, s.normals) - solution.direct
-    assert solution.history[-1]["surfels"] < 0.2 * len(s)
+    assert solution.history[-1]["surfels_gathered"] < 0.2 * len(s)
     assert rms(indirect, wanted, s.areas) < rms(basis, wanted, s.areas) < 0.04
