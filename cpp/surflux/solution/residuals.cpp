@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "surflux/core/morton.h"
 #include "surflux/solution/gmres.h"
@@ -261,7 +262,11 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
         spread += product * product;
         all += dot(r.irradiance + e[0], r.irradiance + e[1]);
     }
-    if (!(all > 0.0)) return spread == 0.0 ? ErrorEstimate{} : ErrorEstimate{1.0, 1.0};  // no light, or nothing sure
+    if (!(all > 0.0)) {
+        // Nothing arrives and no ray finds that anything should: 0 of 0, which is no precision to boast of.
+        constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+        return spread == 0.0 ? ErrorEstimate{unknown, unknown} : ErrorEstimate{1.0, 1.0};
+    }
     // Products at single surfels are independent but for what is brought to all of them. Below the standard error of
     // their sum nothing is known: that is the least it claims.
     const std::vector<Rgb> weights = system.weights_of_residuals();

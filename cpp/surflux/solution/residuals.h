@@ -44,7 +44,7 @@ struct Residual {
 };
 
 struct ErrorEstimate {
-    double error = 0.0;        // relative RMS; never less than what its rays can tell
+    double error = 0.0;        // relative RMS; never less than what its rays can tell; NaN where H is 0 all over
     double uncertainty = 0.0;  // standard error of `error`
 };
 

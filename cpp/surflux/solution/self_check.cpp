@@ -105,7 +105,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
             of_round);
         each += more;
         const ErrorEstimate estimate = error_from(residuals, regions, static_cast<double>(each), balance);
-        if (estimate.uncertainty <= enough * estimate.error || 2 * traced > options.most_rays) {
+        if (!(estimate.uncertainty > enough * estimate.error) || 2 * traced > options.most_rays) {
             report(progress, planned, planned);
             return {estimate, traced};
         }

@@ -11,15 +11,19 @@ from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 
 
-def flipped(self, mask):
+def flipped(self, mask=None):
     """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
 
-    For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`.
+    For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`. Without a mask all of them turn.
 
     Raises:
         ValueError: not a mask of that shape.
+
+    >>> import surflux as sf
+    >>> sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.5).flipped().normals
+    array([[-0., -0., -1.]])
     """
-    mask = np.asarray(mask)
+    mask = np.ones(len(self), bool) if mask is None else np.asarray(mask)
     if mask.dtype != bool or mask.shape != (len(self),):
         raise ValueError(f"mask: wanted booleans of shape ({len(self)},), got {mask.dtype} of shape {mask.shape}")
     normals = np.where(mask[:, None], -self.normals, self.normals)

@@ -35,7 +35,8 @@ class Solution:
             `history[-1]["cut"]` of them. None where there was none, as with solve_meshless.
         error: the solver's own estimate of the relative RMS error of H, direct light included: from the residuals at
             2000 surfels, drawn by area, that fresh rays find there, and what they bring to all others over all
-            bounces. Never less than what its rays can tell; NaN where it was not estimated.
+            bounces. Never less than what its rays can tell; NaN where no light arrives at all, so that there is
+            nothing to be relative to, and where it was not estimated.
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
             (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
@@ -111,7 +112,8 @@ class Solution:
 
     def __repr__(self):
         surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
-        return f"Solution({surfels}, error {self.error:.2g}, {seconds:.3g} s)"
+        error = "unknown" if math.isnan(self.error) else f"{self.error:.2g}"
+        return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
 
     def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
         """Irradiance H at any points of the surface.
@@ -354,9 +356,9 @@ class Solution:
         lamps = [[list(v) for v in (lamp.corner, lamp.edge_u, lamp.edge_v, lamp.exitance)] for lamp in self._lamps]
         about = {
             "solution": 1,
-            "error": None if math.isnan(self.error) else self.error,
+            "error": _known(self.error),
             "timings": self.timings,
-            "history": self.history,
+            "history": [{name: _known(value) for name, value in figures.items()} for figures in self.history],
             "camera": None if self.camera is None else self.camera.to_dict(),
             "lamps": lamps,
         }
@@ -370,6 +372,11 @@ class Solution:
             | ({} if self.cut is None else {"cut": self.cut}),
             comments=pack_comments(about),
         )
+
+
+def _known(figure):
+    """None for NaN, which JSON does not have."""
+    return None if isinstance(figure, float) and math.isnan(figure) else figure
 
 
 def _frozen(values):

@@ -44,9 +44,9 @@ def load_solution(path):
     try:
         camera = None if about["camera"] is None else Camera(**about["camera"])
         lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
-        error = math.nan if about["error"] is None else float(about["error"])
+        error = float(_number(about["error"]))
         timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
-        history = [dict(figures) for figures in about["history"]]
+        history = [{name: _number(value) for name, value in dict(figures).items()} for figures in about["history"]]
     except (KeyError, TypeError, ValueError, OverflowError) as fault:
         raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
     given = ("normals", "radii", "areas", "reflectance", "emission")
@@ -76,6 +76,10 @@ def load_solution(path):
         lamps=lamps,
         camera=camera,
     )
+
+
+def _number(figure):
+    return math.nan if figure is None else figure
 
 
 def _indices(path, columns, name, what, below=2**31):

@@ -3,8 +3,6 @@
 from functools import wraps
 from time import perf_counter
 
-import numpy as np
-
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
@@ -12,6 +10,7 @@ from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_darkness
 
 # Share of the power that enters a scene, above which what backs of surfaces take of it is said.
 MUCH_INTO_BACKS = 0.01
@@ -45,8 +44,6 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     field: (compiled scene, result, its Surfels) -> the Solution's field, or None. converges: whether its residual has
     to come below options["tolerance"].
     """
-    if not scene.lights and not any(np.any(s.emission) for s in scene.objects):
-        warn("the scene has no lights and nothing in it emits: all of it stays black")
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
@@ -54,10 +51,26 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = solver(core, **options, progress=callback)
-    figures = result["history"][-1]
-    residual = figures["residual"]
+    residual = result["history"][-1]["residual"]
     if converges and residual > options["tolerance"]:
         warn(f"the linear solver stopped at a residual of {residual:.2g}")
+    if not warn_of_darkness(scene, core, result):  # of next to no light, what becomes of it says little
+        _warn_of_lost_light(result)
+    surfels = Surfels._from_core(result["surfels"])
+    return Solution(
+        surfels,
+        **{name: result[name] for name in FOUND},
+        timings={"areas": areas_seconds, **result["timings"]},
+        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
+        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+        camera=scene.camera,
+        scene=scene,
+        field=None if field is None else field(core, result, surfels),
+    )
+
+
+def _warn_of_lost_light(result):
+    figures = result["history"][-1]
     if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
         share = figures["power_into_backs"] / figures["power_in"]
         warn(
@@ -73,14 +86,3 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
             f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch "
             "or a disk, or surfaces are far larger than what is around them; finer ones help"
         )
-    surfels = Surfels._from_core(result["surfels"])
-    return Solution(
-        surfels,
-        **{name: result[name] for name in FOUND},
-        timings={"areas": areas_seconds, **result["timings"]},
-        history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
-        lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
-        camera=scene.camera,
-        scene=scene,
-        field=None if field is None else field(core, result, surfels),
-    )

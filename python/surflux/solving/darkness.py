@@ -1,0 +1,71 @@
+"""Why a scene stays dark: no light, none that arrives, or light that falls on backs."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.warn import warn
+from surflux.geometry.cores import replaced
+from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
+from surflux.solutions.fields import PROBES, SHADOW_RAYS, SKY_RAYS
+
+# A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
+# little: turned inside out, they are lit here and there.
+HARDLY_LIT = 0.02
+# Of the direct light that fronts and backs get, what fronts get: below this share it is said.
+ON_FRONTS = 0.01
+# Surfels whose backs are looked at, drawn by area; 100 of them tell a hundredth.
+ASKED = 2000
+TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
+
+
+def warn_of_darkness(scene, core, result):
+    """Warns where (next to) no light reaches the fronts of surfels; whether that makes the whole scene dark.
+
+    core: the compiled scene. result: what the solver of _core found there.
+    """
+    emits = any(np.any(s.emission) for s in scene.objects)
+    shining = [light for light in scene.lights if _shines(light)]
+    if not shining:
+        if not emits:
+            what = "the scene's lights have no power" if scene.lights else "the scene has no lights"
+            warn(f"{what} and nothing in it emits: all of it stays black")
+        return not emits
+    direct = result["direct"].sum(axis=1)
+    areas = result["surfels"].areas
+    total = areas.sum()
+    fronts = areas @ direct / total if total > 0.0 else 0.0
+    if fronts > HARDLY_LIT * direct.max():
+        return False
+    backs = _light_on_backs(core.surfels, shining)
+    if fronts < ON_FRONTS * (fronts + backs):
+        what = "none of it" if fronts == 0.0 else f"only {fronts / (fronts + backs):.2%} of it"
+        warn(
+            f"the scene's lights shine on backs of surfels, and {what} reaches fronts: normals face away from the "
+            f"lights ({TURN}), or the lights stand outside of closed walls"
+        )
+    elif fronts == 0.0:
+        warn("none of the scene's lights reaches a surfel: they shine past all of them")
+    else:
+        return False
+    return not emits
+
+
+def _shines(light):
+    if isinstance(light, AreaLight):
+        return bool(np.any(light.exitance))
+    if isinstance(light, DirectionalLight):
+        return bool(np.any(light.irradiance))
+    if isinstance(light, Environment):
+        return bool(np.any(light.radiance if light.image is None else light.image))
+    return bool(np.any(light.intensity))
+
+
+def _light_on_backs(surfels, lights):
+    """Mean direct irradiance, channels added up, of the surfels turned round."""
+    turned = replaced(surfels, normals=-surfels.normals, triangles=surfels.triangles[:, ::-1])
+    scene = _core.Scene([turned], [light._to_core() for light in lights])
+    field = _core.Field(turned, np.zeros(len(turned), np.uint32), [], scene, None)
+    shares = np.cumsum(surfels.areas)
+    asked = np.searchsorted(shares, (np.arange(ASKED) + 0.5) / ASKED * shares[-1])
+    points, normals = turned.positions[asked], turned.normals[asked]
+    return field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, 0, None).sum(axis=1).mean()

@@ -1,0 +1,111 @@
+"""Scenes that stay dark, and the one warning that says why."""
+
+import json
+import math
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.scenes import shapes
+
+SOLVERS = pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+
+
+def ball(facing, n=800):
+    """Directions on a Fibonacci lattice, with normals outwards (1) or inwards (-1)."""
+    k = np.arange(n) + 0.5
+    z = 1.0 - 2.0 * k / n
+    phi = np.pi * (1.0 + np.sqrt(5.0)) * k
+    d = np.c_[np.sqrt(1.0 - z * z) * np.cos(phi), np.sqrt(1.0 - z * z) * np.sin(phi), z]
+    return sf.Surfels(d, normals=facing * d)
+
+
+def room(inward, patches=4):
+    return sf.Surfels.from_mesh(shapes.box(patches=patches, inward=inward)[:2])
+
+
+OUTSIDE, INSIDE = sf.PointLight([4, 4, 4], 100.0), sf.PointLight([0.5, 0.5, 0.5], 1.0)
+FLOOR = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+BACKS = r"shine on backs of surfels, and none of it reaches fronts.*Surfels\.flipped\(\).*viewpoint=.*`surflux check`"
+DARK = {
+    "a scan turned inside out": (lambda: ball(-1), OUTSIDE, BACKS),
+    "a lamp in a scan that faces outwards": (lambda: ball(1), sf.PointLight([0, 0, 0], 1.0), BACKS),
+    "a room with its faces reversed": (lambda: room(False), INSIDE, BACKS),
+    "a closed room under the sky": (lambda: room(True), sf.Environment(1.0), BACKS),
+    "a sun below the floor": (lambda: FLOOR, sf.DirectionalLight([0, 0, 1], 1.0), BACKS),
+    "a lamp without power": (lambda: ball(1), sf.PointLight([2, 2, 2], 0.0), "lights have no power"),
+    "a spot that misses": (lambda: ball(1), sf.SpotLight([4, 4, 4], [1, 1, 1], 9.0), "shine past all of them"),
+    "no lamp": (lambda: ball(1), None, "the scene has no lights and nothing in it emits"),
+}
+
+
+def solved(solver, scene):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        return solver(scene), [str(w.message) for w in said]
+
+
+@SOLVERS
+@pytest.mark.parametrize("name", DARK)
+def test_a_dark_scene_says_why_once_and_claims_no_precision(name, solver):
+    surfels, light, why = DARK[name]
+    solution, said = solved(solver, sf.Scene([surfels()], [] if light is None else [light]))
+    assert not solution.irradiance.any()
+    assert len(said) == 1
+    assert re.search(why, said[0])
+    assert math.isnan(solution.error)
+    assert "error unknown" in repr(solution)
+
+
+@SOLVERS
+def test_a_little_light_that_leaks_in_is_no_sign_of_the_right_side(solver):
+    """The sun meets three sides of a cube, 100 patches each, of which one is a hole: 1/300 of its light gets in."""
+    sun = sf.DirectionalLight([-1, -1, -1], 1.0)
+
+    def holed(inward):
+        walls = room(inward, 10)
+        top = np.flatnonzero(walls.points[:, 2] > 1.0 - 1e-9)
+        return walls[np.arange(len(walls)) != top[55]]
+
+    dark, said = solved(solver, sf.Scene([holed(True)], [sun]))
+    assert dark.direct.any()
+    assert len(said) == 1
+    assert re.search(r"only 0\.3\d% of it reaches fronts", said[0])
+    assert solved(solver, sf.Scene([holed(False)], [sun]))[1] == []
+
+
+@SOLVERS
+def test_lit_scenes_and_lamps_that_light_nothing_but_themselves_are_not_warned_of(solver):
+    glowing = ball(1).replace(emission=1.0)
+    solution, said = solved(solver, sf.Scene([glowing]))  # convex: nothing receives
+    assert said == []
+    assert math.isnan(solution.error)
+    narrow = sf.SpotLight([0.5, 0.5, 0.9], [0, 0, -1], 1.0, cone=6.0)  # a thousandth of a black room
+    black = sf.Scene([room(True).replace(reflectance=0.0)], [narrow])
+    assert not any("backs" in text for text in solved(solver, black)[1])
+
+
+def test_an_unknown_error_comes_back_from_a_file(tmp_path):
+    dark, _ = solved(sf.solve, sf.Scene([ball(-1)], [OUTSIDE]))
+    dark.save(tmp_path / "dark.ply")
+    again = sf.load_solution(tmp_path / "dark.ply")
+    assert math.isnan(again.error)
+    assert math.isnan(again.history[-1]["error"])
+    assert again.history[-1]["power_in"] == 0
+
+
+def test_the_command_prints_json_of_a_dark_scene(tmp_path, monkeypatch, capsys):
+    from surflux.cli import commands
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "room.toml").write_text(
+        '[[object]]\nshape = "room"\nkind = "mesh"\npatch_area = 0.1\n[[light]]\ntype = "environment"\nradiance = 1.0\n'
+    )
+    assert commands.main(["solve", "room.toml", "--json", "--no-image"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["error"] is None
+    assert err.count("warning:") == 1
+    assert "shine on backs" in err
