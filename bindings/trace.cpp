@@ -77,12 +77,14 @@ void bind_trace(py::module_& module) {
     module.def("seen_fronts", &seen_fronts, py::arg("scene"), py::arg("points"), py::arg("directions"));
     module.def(
         "inward_patches",
-        [](const Surfels& surfels, std::size_t smallest, int rays, std::uint64_t seed, const py::object& progress) {
-            const InwardOptions options{smallest, rays, seed};
+        [](const Surfels& surfels, std::size_t smallest, int rays, std::uint64_t seed, bool rooms,
+           const py::object& progress) {
+            const InwardOptions options{smallest, rays, seed, rooms};
             const Progress report = to_progress(progress);
             return to_array(without_gil([&] { return inward_patches(surfels, options, report); }));
         },
-        py::arg("surfels"), py::arg("smallest"), py::arg("rays"), py::arg("seed"), py::arg("progress") = py::none());
+        py::arg("surfels"), py::arg("smallest"), py::arg("rays"), py::arg("seed"), py::arg("rooms"),
+        py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

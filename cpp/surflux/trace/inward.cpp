@@ -36,8 +36,9 @@ Scene as_scene(const Surfels& surfels, bool turned) {
 std::vector<double> escapes(const Scene& scene, const std::vector<std::uint32_t>& from, const InwardOptions& options,
                             const Progress& progress) {
     const Surfels& s = scene.surfels;
-    const Tracer tracer(scene);
     std::vector<double> out(from.size(), 0.0);
+    if (from.empty()) return out;
+    const Tracer tracer(scene);
     parallel_blocks(
         from.size(), 64,
         [&](std::size_t begin, std::size_t end) {
@@ -98,10 +99,11 @@ std::vector<bool> find_inward(const Surfels& s, const Surroundings& around, cons
     for (std::size_t i = 0; i < s.size(); ++i) turned[i] = dot(consistent[i], s.normals[i]) < 0.0;
 
     std::vector<std::uint32_t> asked;  // of each sheet in turn
-    const auto count_of = [](const std::vector<std::uint32_t>& sheet) { return std::min(sheet.size(), witnesses); };
+    const auto count_of = [&](const std::vector<std::uint32_t>& sheet) {
+        return options.rooms || sheet.size() < options.smallest ? 0 : std::min(sheet.size(), witnesses);
+    };
     for (const std::vector<std::uint32_t>& sheet : sheets)
-        for (std::size_t k = 0; k < count_of(sheet) && sheet.size() >= options.smallest; ++k)
-            asked.push_back(sheet[k * sheet.size() / count_of(sheet)]);
+        for (std::size_t k = 0; k < count_of(sheet); ++k) asked.push_back(sheet[k * sheet.size() / count_of(sheet)]);
     const auto half = [&](std::size_t before) -> Progress {
         if (!progress) return {};
         return [&progress, before](std::size_t done, std::size_t total) { return progress(before + done, 2 * total); };

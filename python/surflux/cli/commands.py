@@ -13,10 +13,10 @@ import numpy as np
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_folder
+from surflux.cli import checking
 from surflux.cli.options import command_line
 from surflux.pictures.animation import check_target
 from surflux.pictures.camera import framing
-from surflux.scenes.coincidence import coincidence_of
 from surflux.scenes.options import TRANSPORTS
 from surflux.solutions.solution_file import holds_solution
 
@@ -229,31 +229,10 @@ def _check_cloud(options):
         scene = sf.load_scene(options.input)
     else:
         scene = sf.Scene([_cloud(options)])
-    cloud = scene.surfels
-    patches = np.zeros(0, np.int64)
-    for one in scene.objects:
-        inward = sf.inward_patches(one, smallest=options.smallest, threads=options.threads, progress=True)
-        patches = np.concatenate([patches, np.where(inward > 0, inward + patches.max(initial=0), 0)])
-    coincident, lines = coincidence_of(scene)
-    sizes = np.bincount(patches)[1:]
-    if options.output:
-        cloud.flipped(patches > 0).save(options.output)
-    largest = [(int(size), cloud.points[patches == k].mean(axis=0)) for k, size in enumerate(sizes[:10], 1)]
-    result = {"input": options.input, "surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes)}
+    result, lines = checking.checked(options, scene)
     if options.json:
-        largest = [{"surfels": size, "center": center} for size, center in largest]
-        return _print_json(result | coincident | {"largest": largest, "output": options.output})
-    for line in lines:
-        print(line)
-    if not len(sizes):
-        print(f"{check.counted(len(cloud), 'surfel')}, none in a patch that points inwards")
-        return 0
-    many = "1 patch" if len(sizes) == 1 else f"{len(sizes)} patches"
-    print(f"{check.counted(len(cloud), 'surfel')}, {sizes.sum()} of them point inwards, in {many}")
-    for size, center in largest:
-        print(f"  {size} around ({', '.join(f'{x:.6g}' for x in center)})")
-    if options.output:
-        print(f"surfels turned round: {options.output}")
+        return _print_json(result)
+    print("\n".join(lines))
     return 0
 
 

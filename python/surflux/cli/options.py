@@ -46,6 +46,11 @@ def command_line(runs, cloud_limit):
     check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
     check.add_argument("input", metavar="SCENE|CLOUD")
     check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
+    closed = check.add_mutually_exclusive_group()
+    text = "closed surfaces that face inwards are rooms, seen from inside: right"
+    closed.add_argument("--rooms", action="store_true", help=text)
+    text = "closed surfaces that face inwards are bodies turned inside out: -o turns them"
+    closed.add_argument("--bodies", action="store_true", help=text)
     check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
     _viewpoint_option(check)
     _common_options(check)

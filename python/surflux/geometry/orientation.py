@@ -5,7 +5,7 @@ from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
 
 
-def inward_patches(s, *, smallest=20, rays=8, seed=0, threads=None, progress=False):
+def inward_patches(s, *, rooms=False, smallest=20, rays=8, seed=0, threads=None, progress=False):
     """Finds connected patches of surfels whose normals point inwards: (n,) numbers, 0 for a surfel that is right.
 
     Neighbours that continue each other, whichever way their normals point, make a sheet; in a sheet two surfels face
@@ -14,10 +14,13 @@ def inward_patches(s, *, smallest=20, rays=8, seed=0, threads=None, progress=Fal
     the side that most surfels of the sheet face counts as right. Nothing is changed:
     `s.flipped(sf.inward_patches(s) > 0)` gives surfels that are turned round.
 
-    A room that is closed and looked at from inside faces inwards as a whole, and is reported as that.
+    A room that is closed and looked at from inside faces inwards as a whole, as a body does that is turned inside out:
+    points do not tell them apart. It is reported, unless `rooms` says that it is one.
 
     Args:
         s: Surfels.
+        rooms: True where sheets that close around something may be rooms, seen from inside. The side that most
+            surfels of a sheet face counts as right there, too.
         smallest: number of surfels that make a patch, at least 1; fewer are taken for noise.
         rays: from each side of up to 2000 surfels of a sheet.
         seed: of the rays.
@@ -45,8 +48,9 @@ def inward_patches(s, *, smallest=20, rays=8, seed=0, threads=None, progress=Fal
     0
     """
     check.surfels("s", s)
+    rooms = check.flag("rooms", rooms)
     smallest = check.count("smallest", smallest)
     rays = check.count("rays", rays, 1, 65536)
     seed = check.seed("seed", seed)
     with thread_limit(threads), progress_callback(progress, "inward") as callback:
-        return _core.inward_patches(s._core, smallest, rays, seed, progress=callback).astype("int64")
+        return _core.inward_patches(s._core, smallest, rays, seed, rooms, progress=callback).astype("int64")

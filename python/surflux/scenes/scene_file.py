@@ -51,7 +51,7 @@ def load_scene(path, *, surfels=None):
       "rectangle" or a mesh file): spread this many blue-noise points on it.
     - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
     - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
-      sf.inward_patches), after they are thinned.
+      sf.inward_patches), after they are thinned: not for rooms that are seen from inside.
     - seed (0): of all that is random in the object.
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,

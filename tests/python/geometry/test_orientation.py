@@ -1,13 +1,10 @@
 """Normals of withheld truth, scanners, and patches that point inwards."""
 
-import json
-
 import numpy as np
 import pytest
 
 import surflux as sf
 from surflux.bench import clouds
-from surflux.cli import commands
 from surflux.geometry.meshes import read_mesh
 from surflux.scenes import shapes
 
@@ -70,6 +67,7 @@ def test_triangles_turn_with_their_surfels():
     vertices, faces, _ = shapes.box(patches=6, inward=True)
     room = sf.Surfels.from_mesh((vertices, faces))
     assert np.all(sf.inward_patches(room) == 1)
+    assert np.all(sf.inward_patches(room, rooms=True) == 0)
     box = room.flipped(np.ones(len(room), bool))
     assert np.array_equal(box.normals, -room.normals)
     corners = box.triangles
@@ -87,6 +85,7 @@ def test_triangles_turn_with_their_surfels():
         (lambda s: sf.inward_patches(s.points), "s: wanted Surfels, got ndarray"),
         (lambda s: sf.inward_patches(s, smallest=0), "smallest: wanted a whole number from 1"),
         (lambda s: sf.inward_patches(s, rays=0), "rays: wanted a whole number from 1"),
+        (lambda s: sf.inward_patches(s, rooms=1), "rooms: wanted True or False"),
         (lambda s: sf.inward_patches(s, seed=-1), "seed: wanted a whole number from 0"),
         (lambda s: s.flipped([1, 2]), r"mask: wanted booleans of shape \(50,\), got int64 of shape \(2,\)"),
         (lambda s: s.flipped(np.zeros(3, bool)), r"mask: wanted booleans of shape \(50,\), got bool of shape \(3,\)"),
@@ -95,24 +94,6 @@ def test_triangles_turn_with_their_surfels():
 def test_refusals(call, message):
     with pytest.raises(ValueError, match=message):
         call(shapes.sphere(50))
-
-
-def test_the_command_reports_and_turns(tmp_path, capsys):
-    ball = shapes.sphere(2000)
-    cap = ball.points[:, 2] > 0.8
-    before, after = tmp_path / "a.ply", tmp_path / "b.ply"
-    ball.flipped(cap).save(before)
-    assert commands.main(["check", str(before), "-o", str(after)]) == 0
-    out = capsys.readouterr().out
-    assert f"2000 surfels, {cap.sum()} of them point inwards, in 1 patch\n  {cap.sum()} around (" in out
-    assert np.allclose(sf.read(after).normals, ball.normals, atol=1e-6)
-    assert commands.main(["check", str(after)]) == 0
-    assert capsys.readouterr().out == "2000 surfels, none in a patch that points inwards\n"
-    assert commands.main(["check", str(before), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["inward"], found["patches"], found["largest"][0]["surfels"]) == (cap.sum(), 1, cap.sum())
-    assert commands.main(["check", str(before), "--smallest", "0"]) == 2
-    assert "--smallest: wanted a whole number from 1" in capsys.readouterr().err
 
 
 @pytest.mark.scans

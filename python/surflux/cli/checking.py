@@ -1,0 +1,127 @@
+"""`surflux check`: normals that point inwards, rooms, and surfaces that lie in one place."""
+
+import numpy as np
+
+import surflux as sf
+from surflux import _core
+from surflux._base import check
+from surflux.scenes.coincidence import coincidence_of
+
+LISTED = 10  # of the largest patches
+# Directions from a place, and the share of them in which it has fronts of a room all around.
+DIRECTIONS, ALL_AROUND = 256, 0.9
+
+
+def checked(options, scene):
+    """What is found in a scene: a dict for programs, and lines of text. Writes options.output, if any."""
+    cloud = scene.surfels
+    wrong, unclear, rooms, number = [], [], [], 0
+    for index, one in enumerate(scene.objects):
+        patches, facing_in, inside = _sides_of(one, _witnesses(scene, options.viewpoint), options)
+        wrong.append(np.where(patches > 0, patches + number, 0))
+        number += int(patches.max(initial=0))
+        unclear.append(facing_in)
+        if inside is not None:
+            rooms.append((index, inside))
+    patches, unclear = np.concatenate(wrong), np.concatenate(unclear)
+    coincident, lines = coincidence_of(scene)
+    sizes = np.bincount(patches)[1:]
+    order = np.argsort(-sizes, kind="stable")
+    largest = [(int(sizes[k]), cloud.points[patches == k + 1].mean(axis=0)) for k in order[:LISTED]]
+    counts = {"surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes), "unclear": int(unclear.sum())}
+    result = {"input": options.input, **counts, **coincident}
+    result |= {"largest": [{"surfels": size, "center": center} for size, center in largest], "output": options.output}
+
+    place = _rounded_for(cloud)
+    for index, inside in rooms:
+        lines.append(f"object {index} is a room: {inside} stands inside, and sees fronts all around")
+    counted = check.counted(len(cloud), "surfel")
+    if len(sizes):
+        many = "1 patch" if len(sizes) == 1 else f"{len(sizes)} patches"
+        lines.append(f"{counted}, {sizes.sum()} of them point inwards, in {many}")
+        lines += [f"  {size} around ({place(center)})" for size, center in largest]
+        if len(sizes) > LISTED:
+            lines.append(f"  ... and {len(sizes) - LISTED} smaller ones")
+        flag = " --bodies" if options.bodies else " --rooms" if options.rooms else ""
+        lines += _next_step(
+            options, flag, f"s.flipped(sf.inward_patches(s{'' if options.bodies else ', rooms=True'}) > 0)"
+        )
+    else:
+        lines.append(f"{counted}, none in a patch that points inwards")
+    if unclear.any():
+        around = place(cloud.points[unclear].mean(axis=0))
+        lines.append(
+            f"{int(unclear.sum())} surfels around ({around}) face a common interior: a room seen from inside, which is "
+            "right (--rooms says so), or a body turned inside out (--bodies)"
+        )
+        lines += _next_step(options, " --bodies", "s.flipped(sf.inward_patches(s) > 0)", "if it is a body, ")
+    if options.output:
+        cloud.flipped(patches > 0).save(options.output)
+        lines.append(f"{'surfels turned round' if len(sizes) else 'no surfel turned round'}: {options.output}")
+    return result, lines
+
+
+def _sides_of(one, witnesses, options):
+    """Patches that point the wrong way, surfels of sheets that are rooms or turned inside out, and what is inside."""
+
+    def found(rooms):
+        return sf.inward_patches(one, rooms=rooms, smallest=options.smallest, threads=options.threads, progress=True)
+
+    nothing = np.zeros(len(one), bool)
+    if options.rooms:
+        return found(True), nothing, None
+    bodies = found(False)
+    if options.bodies or not bodies.any():
+        return bodies, nothing, None
+    rooms = found(True)
+    # Where rays say of most of a sheet that it faces inwards, its surfels are right by one reading alone.
+    facing_in = (bodies > 0) != (rooms > 0)
+    if not facing_in.any():
+        return bodies, nothing, None
+    inside = next((name for name, at in witnesses if _sees_fronts_all_around(one, at)), None)
+    if inside is not None:
+        return rooms, nothing, inside
+    return _renumbered(np.where(facing_in, 0, bodies)), facing_in, None
+
+
+def _witnesses(scene, viewpoint):
+    """What stands in the air of a scene: names and places."""
+    if viewpoint is not None:
+        yield "the viewpoint", np.asarray(viewpoint, float)
+    if scene.camera is not None:
+        yield "the camera", np.asarray(scene.camera.eye, float)
+    for k, light in enumerate(scene.lights):
+        if isinstance(light, (sf.PointLight, sf.SpotLight)):
+            yield f"light {k}", np.asarray(light.position)
+        elif isinstance(light, sf.AreaLight):
+            yield f"light {k}", np.asarray(light.corner) + 0.5 * np.add(light.edge_u, light.edge_v)
+
+
+def _sees_fronts_all_around(one, at):
+    k = np.arange(DIRECTIONS) + 0.5
+    z = 1.0 - 2.0 * k / DIRECTIONS
+    phi = np.pi * (1.0 + np.sqrt(5.0)) * k
+    directions = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(phi), np.sqrt(1.0 - z * z) * np.sin(phi), z])
+    scene = _core.Scene([one._core], [])
+    met, _ = _core.seen_fronts(scene, np.tile(at, (DIRECTIONS, 1)), directions)
+    return np.mean(met >= 0) >= ALL_AROUND
+
+
+def _renumbered(patches):
+    """The same patches, numbered from 1 without gaps."""
+    return np.unique(np.append(patches, 0), return_inverse=True)[1][:-1]
+
+
+def _next_step(options, flags, call, condition=""):
+    if options.output:
+        return []
+    if options.input.lower().endswith(".toml"):
+        return [f"  {condition}orient = true in its [[object]] turns them round"]
+    return [f"  {condition}`surflux check {options.input}{flags} -o OUT.ply` turns them round, as {call} does"]
+
+
+def _rounded_for(cloud):
+    """Text of places: digits down to about a thousandth of the size of all."""
+    size = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
+    decimals = max(0, 3 - int(np.ceil(np.log10(size)))) if size > 0.0 else 3
+    return lambda point: ", ".join(f"{round(x, decimals) + 0.0:.{decimals}f}" for x in point)
