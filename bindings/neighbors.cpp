@@ -5,10 +5,12 @@
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/core/parallel.h"
+#include "surflux/neighbors/on_surface.h"
 #include "surflux/neighbors/point_index.h"
 #include "surflux/neighbors/radii.h"
 #include "surflux/neighbors/sample_elimination.h"
 #include "surflux/scene/sample_triangles.h"
+#include "surflux/scene/surfels.h"
 
 namespace surflux::bindings {
 
@@ -71,6 +73,19 @@ void bind_neighbors(py::module_& module) {
             return to_array(kept);
         },
         py::arg("points"), py::arg("count"), py::arg("area"), py::arg("seed"), py::arg("progress") = py::none());
+    py::class_<OnSurface>(module, "OnSurface")
+        .def(py::init([](const Surfels& s) {
+                 return without_gil([&] { return std::make_unique<OnSurface>(s.positions, s.normals, s.radii); });
+             }),
+             py::arg("surfels"))
+        .def(
+            "__call__",
+            [](const OnSurface& surface, const Doubles& points, const Doubles& normals) {
+                const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+                require(facing.size() == places.size(), "normals: wanted as many as points");
+                return to_array(without_gil([&] { return surface(places, facing); }));
+            },
+            py::arg("points"), py::arg("normals"));
     module.def("sample_triangles", [](const Doubles& triangles, std::size_t count, std::uint64_t seed) {
         require(triangles.size() % 9 == 0, "triangles: wanted shape (t, 3, 3)");
         std::vector<std::array<Vec3, 3>> t(static_cast<std::size_t>(triangles.size()) / 9);

@@ -3,8 +3,21 @@
 import numpy as np
 
 from surflux import _core
+from surflux._base.check import counted
+from surflux._base.warn import warn
 
 PROBES, SHADOW_RAYS, SKY_RAYS = 16, 64, 256  # of direct light that is traced
+
+
+def warn_of_mid_air(on_surface):
+    """Of points in mid-air, whose irradiance is not what is asked for; on_surface: (m,) booleans."""
+    off = np.count_nonzero(~on_surface)
+    if off:
+        where = f"{off} of {counted(len(on_surface), 'point')} {'is' if off == 1 else 'are'}"
+        warn(
+            f"points: {where} on no surface that faces the way of the normal: irradiance there is that of the nearest "
+            "surfels, which is not that of mid-air; reference_irradiance() finds that"
+        )
 
 
 class SurfelField:

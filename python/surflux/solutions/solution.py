@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 
+from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
 from surflux.drawing.plots import plot, to_polydata
 from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.solutions import rendering
-from surflux.solutions.fields import BasisField, SurfelField
+from surflux.solutions.fields import BasisField, SurfelField, warn_of_mid_air
 from surflux.solutions.leaves import insertion_depth, means_of_faces
 
 
@@ -93,6 +94,7 @@ class Solution:
         self._lamps = list(lamps)
         self._scene = scene
         self._field = field
+        self._on_surface = None
 
     def __copy__(self):
         twin = Solution.__new__(Solution)
@@ -101,14 +103,17 @@ class Solution:
 
     def __deepcopy__(self, memo):
         twin = Solution.__new__(Solution)
-        # The field is of the core, and never changes.
-        kept = {name: value if name == "_field" else copy.deepcopy(value, memo) for name, value in vars(self).items()}
+        # What is of the core never changes.
+        kept = {
+            name: value if name in ("_field", "_on_surface") else copy.deepcopy(value, memo)
+            for name, value in vars(self).items()
+        }
         twin.__dict__.update(kept)
         return twin
 
     def __getstate__(self):
         """All but the basis of solve_meshless, which no file holds either: pickled, its light is that at surfels."""
-        return self.__dict__ | {"_field": None}
+        return self.__dict__ | {"_field": None, "_on_surface": None}
 
     def __repr__(self):
         surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
@@ -116,11 +121,13 @@ class Solution:
         return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
 
     def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
-        """Irradiance H at any points of the surface.
+        """Irradiance H at any points on surfaces.
 
         Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
-        about the same way: direct light and all else each by itself. It is for points on the surface: farther off, and
-        where nothing faces the way of the normal, the nearest surfels have the say.
+        about the same way: direct light and all else each by itself. It knows nothing of the light in mid-air, as on a
+        plane at the height of a desk: there, and where nothing faces the way of the normal, the nearest surfels have
+        the say, whatever they face. A warning tells how many points are farther from every surfel that faces their way
+        than twice its radius along it, or its radius off its plane. `reference_irradiance` finds light anywhere.
 
         Args:
             points: (m, 3).
@@ -151,6 +158,8 @@ class Solution:
             raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
         seed = check.seed("seed", seed)
         with thread_limit(threads), progress_callback(progress, "irradiance") as callback:
+            self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)
+            warn_of_mid_air(self._on_surface(points, normals) != 0)
             if self._field is None:
                 scene = None if self._scene is None else self._scene._to_core_without_areas()
                 others = self.irradiance - self.direct

@@ -1,5 +1,7 @@
 """Solution.irradiance_at, and solutions with inserted surfels through a file and back."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -256,3 +258,31 @@ def test_it_reports_and_can_be_cancelled(direct):
     np.testing.assert_array_equal(found, solution.irradiance_at(at, up(at), direct=direct))
     with pytest.raises(sf.Cancelled):
         solution.irradiance_at(at, up(at), direct=direct, progress=lambda done, total: False)
+
+
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_points_in_mid_air_are_warned_of_once_with_their_number(solver):
+    """A disk that leaves no gap reaches half the diagonal of its cell: on a plane 3 of them up nothing is known."""
+    solution = solver(floor_and_ball())
+    floor = on_the_floor(50)
+    spacing = 2 / 20
+    desk = np.add(floor, [0.0, 0.0, 3.0 * spacing])
+    off = np.linalg.norm(desk - [0, 0, 0.4], axis=1) > 0.5  # else the ball is near
+    with pytest.warns(UserWarning, match=rf"points: {off.sum()} of {50 + off.sum()} points are on no surface") as said:
+        solution.irradiance_at(np.vstack([floor, desk[off]]), up(np.zeros(50 + off.sum())))
+    assert len(said) == 1
+    with pytest.warns(UserWarning, match="points: 50 of 50 points are on no surface"):
+        solution.irradiance_at(floor, -up(floor))  # from below
+
+
+def test_no_point_of_a_surface_is_taken_for_mid_air(solved):
+    """Places drawn on the shapes themselves: on disks that bend away from them, on patches and what was inserted."""
+    on_ball = shapes.sphere(3000).points
+    coarse = shapes.sphere(50)
+    ball = sf.solve(sf.Scene([surfels_of(coarse.points, coarse.normals, 0.5)], [SUN]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solved.irradiance_at(on_the_floor(3000), up(np.zeros(3000)))
+        solved.irradiance_at(0.3 * on_ball + [0, 0, 0.4], on_ball)
+        ball.irradiance_at(on_ball, on_ball)
+        solved.irradiance_at(solved.surfels.points, solved.surfels.normals)

@@ -58,7 +58,7 @@ def test_an_error_that_was_not_estimated_comes_back(solved, tmp_path):
     assert math.isnan(back.error)
     assert back.cut is None
     assert (back.camera, back.timings, back.history) == (None, {}, [])
-    assert repr(back) == f"Solution({len(s)} surfels, error nan, 0 s)"
+    assert repr(back) == f"Solution({len(s)} surfels, error unknown, 0 s)"
 
 
 def test_arrays_are_read_only(solved):
