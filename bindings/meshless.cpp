@@ -150,7 +150,8 @@ public:
     }
 
     // By function: positions, normals, radii of the supports, objects, levels, coefficients (of all and of direct
-    // light), and whether light was gathered there.
+    // light), and whether light was gathered there; and the planes that end supports, by function. That is the whole
+    // field: field_of() makes it again.
     py::dict functions() const {
         const MultilevelBasis& basis = field_->basis;
         std::vector<Vec3> positions, normals;
@@ -172,6 +173,15 @@ public:
         out["coefficients"] = to_array(field_->coefficients);
         out["direct"] = to_array(field_->direct);
         out["gathered"] = to_array(std::vector<std::uint8_t>(field_->gathered.begin(), field_->gathered.end()));
+        std::vector<std::uint32_t> cut;
+        std::vector<Vec3> cut_normals;
+        std::vector<double> cut_offsets;
+        for (std::uint32_t j = 0; j < basis.size(); ++j)
+            for (const SupportCut& c : basis.cuts(j))
+                cut.push_back(j), cut_normals.push_back(c.normal), cut_offsets.push_back(c.offset);
+        out["cut"] = to_array(cut);
+        out["cut_normals"] = to_array(cut_normals);
+        out["cut_offsets"] = to_array(cut_offsets);
         return out;
     }
 
@@ -209,6 +219,51 @@ private:
     mutable std::mutex image_mutex_;
 };
 
+// The field that functions() describes.
+std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
+    const auto doubles = [&](const char* name) { return functions[name].cast<Doubles>(); };
+    const auto indices = [&](const char* name) { return to_vector(functions[name].cast<Indices>()); };
+    const std::vector<Vec3> positions = to_vec3s(doubles("positions"), "positions");
+    const std::vector<Vec3> normals = to_vec3s(doubles("normals"), "normals");
+    const std::vector<double> radii = to_vector(doubles("radii")), offsets = to_vector(doubles("cut_offsets"));
+    const std::vector<std::uint32_t> objects = indices("objects"), levels = indices("levels"), cut = indices("cut");
+    const std::vector<Vec3> cut_normals = to_vec3s(doubles("cut_normals"), "cut_normals");
+    auto out = std::make_shared<MeshlessField>();
+    out->coefficients = to_vec3s(doubles("coefficients"), "coefficients");
+    out->direct = to_vec3s(doubles("direct"), "direct");
+    for (const std::uint32_t one : indices("gathered")) out->gathered.push_back(static_cast<char>(one));
+    const std::size_t count = positions.size();
+    for (const std::size_t size : {normals.size(), radii.size(), objects.size(), levels.size(),
+                                   out->coefficients.size(), out->direct.size(), out->gathered.size()})
+        require(size == count, "functions: wanted ", count, " of each array, got ", size);
+    require(cut_normals.size() == cut.size() && offsets.size() == cut.size(),
+            "functions: wanted one plane for each cut");
+    without_gil([&] {
+        std::size_t next = 0;
+        for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
+            const std::size_t level = out->basis.levels();
+            while (end < count && levels[end] == level) ++end;
+            require(end > begin, "functions: wanted levels in order, from 0, got ", levels[begin], " after ", level);
+            const auto part = [&](const auto& all) {
+                using List = std::decay_t<decltype(all)>;
+                return List(all.begin() + static_cast<std::ptrdiff_t>(begin),
+                            all.begin() + static_cast<std::ptrdiff_t>(end));
+            };
+            SupportOptions support;
+            support.radii = part(radii);
+            out->basis.add_level(part(positions), part(normals), part(objects), support);
+            std::vector<SupportCut> cuts;
+            for (; next < cut.size() && cut[next] < end; ++next) {
+                require(cut[next] >= begin, "functions: wanted cuts by function");
+                cuts.push_back({cut[next], cut_normals[next], offsets[next]});
+            }
+            out->basis.set_cuts(std::move(cuts));
+        }
+        return 0;
+    });
+    return out;
+}
+
 py::dict solve_scene(const py::object& scene_object, int levels, double radius, double epsilon_e, double epsilon_omega,
                      int rays, int bounces, bool indirect_only, double tolerance, int probes, int shadow_rays,
                      std::uint64_t seed, const py::object& progress) {
@@ -239,6 +294,11 @@ py::dict solve_scene(const py::object& scene_object, int levels, double radius, 
 
 void bind_meshless(py::module_& module) {
     py::class_<FieldOnScene>(module, "MeshlessField")
+        .def(py::init([](const py::dict& functions, const Scene& scene) {
+                 const std::shared_ptr<const MeshlessField> field = field_of(functions);
+                 return without_gil([&] { return std::make_unique<FieldOnScene>(field, scene); });
+             }),
+             py::arg("functions"), py::arg("scene"), py::keep_alive<1, 3>())
         .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))

@@ -1,6 +1,7 @@
 """Writing surfels, and what was computed for them, to PLY."""
 
 import json
+import math
 import os
 from pathlib import Path
 
@@ -80,11 +81,22 @@ def save_surfels(
 
 
 def pack_comments(data):
-    """A dict as comments for `save_surfels`: JSON behind the word "surflux", in pieces that every reader takes."""
+    """A dict as comments for `save_surfels`: JSON behind the word "surflux", in pieces that every reader takes.
+
+    NaN, which JSON does not have, becomes null.
+    """
     # Blanks, which only stand inside strings here, are escaped: readers may trim or join them.
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace(" ", "\\u0020")
+    text = json.dumps(_without_nan(data), separators=(",", ":"), allow_nan=False).replace(" ", "\\u0020")
     longest = 400  # rply, and with it Open3D, gives up on lines of 1024 bytes
     return [COMMENT_KEY + text[i : i + longest] for i in range(0, len(text), longest)]
+
+
+def _without_nan(data):
+    if isinstance(data, dict):
+        return {name: _without_nan(value) for name, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [_without_nan(value) for value in data]
+    return None if isinstance(data, float) and math.isnan(data) else data
 
 
 def unpack_comments(comments, path=""):

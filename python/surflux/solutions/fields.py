@@ -50,12 +50,20 @@ class SurfelField:
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 
-    def __init__(self, basis, surfels, rest, emitted=None, lit=None):
-        """surfels: callback -> SurfelField of all light, for places that see no function. rest: the same of emitted and
-        lit (n, 3), by surfel, or None where the basis holds all."""
+    def __init__(self, basis, scene, surfels, objects, others, direct, emitted=None, lit=None):
+        """scene: compiled. others, direct (n, 3): light at surfels, for places that see no function. emitted, lit
+        (n, 3): what of them the basis leaves out, None where it holds all."""
         self.basis, self.emitted, self.lit = basis, emitted, lit
-        self._surfels, self._make_surfels = None, surfels
-        self._rest, self._make_rest = None, rest
+        self._scene, self._at = scene, (surfels, objects)
+        self._light = others, direct
+        self._surfels = self._rest = None
+
+    def pickled(self):
+        """What `basis_field` makes it from again, with the solution that it belongs to."""
+        return {"functions": self.basis.functions(), "emitted": self.emitted, "lit": self.lit}
+
+    def _make_surfels(self, callback):
+        return SurfelField(*self._at, *self._light, True, self._scene, callback)
 
     def receivers(self):
         """(points, normals) where light was gathered."""
@@ -89,6 +97,15 @@ class BasisField:
         return traced + (rest.others(points, normals, callback) if rest else 0.0)
 
     def _rest_of(self, callback):
-        if self._rest is None and self._make_rest is not None:
-            self._rest = self._make_rest(callback)
+        if self._rest is None and self.emitted is not None:
+            self._rest = SurfelField(*self._at, self.emitted, self.lit, False, self._scene, callback)
         return self._rest
+
+
+def basis_field(pickled, solution):
+    """The BasisField of a solution that was pickled: the same functions, on its scene compiled anew."""
+    scene = solution._scene._to_core()
+    basis = _core.MeshlessField(pickled["functions"], scene)
+    at = solution.surfels, solution.objects
+    others = solution.irradiance - solution.direct
+    return BasisField(basis, scene, *at, others, solution.direct, pickled["emitted"], pickled["lit"])

@@ -12,7 +12,7 @@ from surflux.drawing.plots import plot, to_polydata
 from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.solutions import rendering
-from surflux.solutions.fields import BasisField, SurfelField, warn_of_mid_air
+from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import insertion_depth, means_of_faces
 
 
@@ -93,8 +93,14 @@ class Solution:
         self.camera = camera
         self._lamps = list(lamps)
         self._scene = scene
-        self._field = field
+        self._known_field = field
         self._on_surface = None
+
+    @property
+    def _field(self):
+        if isinstance(self._known_field, dict):  # as it was pickled
+            self._known_field = basis_field(self._known_field, self)
+        return self._known_field
 
     def __copy__(self):
         twin = Solution.__new__(Solution)
@@ -105,15 +111,16 @@ class Solution:
         twin = Solution.__new__(Solution)
         # What is of the core never changes.
         kept = {
-            name: value if name in ("_field", "_on_surface") else copy.deepcopy(value, memo)
+            name: value if name in ("_known_field", "_on_surface") else copy.deepcopy(value, memo)
             for name, value in vars(self).items()
         }
         twin.__dict__.update(kept)
         return twin
 
     def __getstate__(self):
-        """All but the basis of solve_meshless, which no file holds either: pickled, its light is that at surfels."""
-        return self.__dict__ | {"_field": None, "_on_surface": None}
+        """All that cannot be made again; a basis of solve_meshless as its functions."""
+        basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
+        return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None, "_on_surface": None}
 
     def __repr__(self):
         surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
@@ -163,7 +170,7 @@ class Solution:
             if self._field is None:
                 scene = None if self._scene is None else self._scene._to_core_without_areas()
                 others = self.irradiance - self.direct
-                self._field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
+                self._known_field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
     def render(
@@ -353,7 +360,8 @@ class Solution:
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
-        radiosity, irradiance and direct to the precision of float32, about 7 digits.
+        radiosity, irradiance and direct to the precision of float32, about 7 digits. The basis of a meshless solution
+        is left out; pickles and copies keep it.
 
         Args:
             path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
@@ -365,9 +373,9 @@ class Solution:
         lamps = [[list(v) for v in (lamp.corner, lamp.edge_u, lamp.edge_v, lamp.exitance)] for lamp in self._lamps]
         about = {
             "solution": 1,
-            "error": _known(self.error),
+            "error": self.error,
             "timings": self.timings,
-            "history": [{name: _known(value) for name, value in figures.items()} for figures in self.history],
+            "history": self.history,
             "camera": None if self.camera is None else self.camera.to_dict(),
             "lamps": lamps,
         }
@@ -381,11 +389,6 @@ class Solution:
             | ({} if self.cut is None else {"cut": self.cut}),
             comments=pack_comments(about),
         )
-
-
-def _known(figure):
-    """None for NaN, which JSON does not have."""
-    return None if isinstance(figure, float) and math.isnan(figure) else figure
 
 
 def _frozen(values):

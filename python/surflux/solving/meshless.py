@@ -3,7 +3,7 @@
 from surflux import _core
 from surflux._base import check
 from surflux.scenes.options import shadow_options
-from surflux.solutions.fields import BasisField, SurfelField
+from surflux.solutions.fields import BasisField
 from surflux.solving.run import check_scene, solution_by
 
 
@@ -81,17 +81,8 @@ def solve_meshless(
     }
 
     def field(core, result, surfels):
-        def all_light(callback):
-            others = result["irradiance"] - result["direct"]
-            return SurfelField(surfels, result["objects"], others, result["direct"], True, core, callback)
-
-        if not indirect_only:
-            return BasisField(result["field"], all_light, None)
-        emitted, lit = result["emitted"], result["lit"]
-
-        def rest(callback):
-            return SurfelField(surfels, result["objects"], emitted, lit, False, core, callback)
-
-        return BasisField(result["field"], all_light, rest, emitted, lit)
+        light = result["irradiance"] - result["direct"], result["direct"]
+        beside = (result["emitted"], result["lit"]) if indirect_only else ()
+        return BasisField(result["field"], core, surfels, result["objects"], *light, *beside)
 
     return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)

@@ -78,13 +78,34 @@ def test_solutions(scene, twin, solver):
         np.testing.assert_array_equal(getattr(other, name), getattr(solution, name), err_msg=name)
     assert (other.error, other.history, other.timings) == (solution.error, solution.history, solution.timings)
     places = solution.surfels.points[:20], solution.surfels.normals[:20]
-    wanted = solution.irradiance_at(*places)
-    # Without the basis, a pickled one has the light at surfels, as one from a file.
-    loose = solver is sf.solve_meshless and twin is WAYS["pickle"]
-    found = other.irradiance_at(*places)
-    assert np.linalg.norm(found - wanted) <= (0.1 if loose else 0.0) * np.linalg.norm(wanted)
+    for direct in ("interpolated", "traced"):
+        np.testing.assert_array_equal(
+            other.irradiance_at(*places, direct=direct), solution.irradiance_at(*places, direct=direct)
+        )
     other.camera = None
     assert solution.camera == scene.camera
+
+
+@pytest.mark.parametrize("indirect_only", [True, False])
+def test_meshless_solutions_keep_their_basis(twin, indirect_only):
+    """Functions, their coefficients and the walls that end them, between surfels and in pictures; also of a twin's."""
+    floor = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]]
+    wall = [[0, -1, 0], [0, 1, 0], [0, 1, 1], [0, -1, 1]], [[0, 1, 2, 3], [3, 2, 1, 0]]
+    objects = [sf.Surfels.from_mesh(mesh, 0.1, 0.7) for mesh in (floor, wall)]
+    ball = shapes.sphere(162)
+    objects.append(sf.Surfels(0.3 * ball.points + [0.5, 0.0, 0.5], ball.normals))
+    camera = sf.Camera([-2, -3, 2], [0, 0, 0.3])
+    lights = [sf.PointLight([-0.5, 0.2, 0.8], 1.0), sf.Environment(0.1)]
+    solution = sf.solve_meshless(sf.Scene(objects, lights, camera=camera), indirect_only=indirect_only)
+    assert len(solution._field.basis.functions()["cut"]) > 0
+    places = np.column_stack([np.random.default_rng(0).uniform(-1, 1, (200, 2)), np.zeros(200)])
+    up = np.tile([0.0, 0.0, 1.0], (200, 1))
+    for other in (twin(solution), twin(twin(solution))):
+        for direct in ("interpolated", "traced"):
+            found, wanted = (s.irradiance_at(places, up, direct) for s in (other, solution))
+            np.testing.assert_array_equal(found, wanted)
+            found, wanted = (s.render(size=(40, 30), samples=1, direct=direct) for s in (other, solution))
+            np.testing.assert_array_equal(found, wanted)
 
 
 def test_what_holds_arrays_compares_by_identity_and_hashes():
