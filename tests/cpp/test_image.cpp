@@ -123,7 +123,7 @@ TEST_F(ImageFiles, RefusesWhatItCannotRead) {
     expect_file_error([&] { read_image(path("a.jpg")); }, path("a.jpg"), ".exr, .hdr and .png are supported");
     expect_file_error([&] { read_image(path("noname")); }, path("noname"), ".exr, .hdr and .png are supported");
     fs::create_directory(path("folder.png"));
-    expect_file_error([&] { read_image(path("folder.png")); }, path("folder.png"), "not a plain file");
+    expect_file_error([&] { read_image(path("folder.png")); }, path("folder.png"), "is a folder, not a file");
 }
 
 TEST_F(ImageFiles, BrokenContentIsAFileErrorAndNothingElse) {
@@ -218,10 +218,11 @@ TEST_F(ImageFiles, AnExrHeaderIsHeldAgainstItsFile) {
 TEST_F(ImageFiles, AFailedWriteLeavesNothing) {
     const Image image = ramp(4, 4, {"R", "G", "B"});
     expect_file_error([&] { write_image(path("a.tif"), image); }, path("a.tif"), ".exr, .hdr and .png are supported");
-    expect_file_error([&] { write_image(path("no/a.exr"), image); }, path("no/a.exr"), "does not exist");
+    expect_file_error([&] { write_image(path("no/a.exr"), image); }, path("no/a.exr"),
+                      "cannot be written: there is no folder " + path("no"));
     EXPECT_EQ(files(), 0u);
     fs::create_directory(path("a.exr"));
-    expect_file_error([&] { write_image(path("a.exr"), image); }, path("a.exr"), "not a plain file");
+    expect_file_error([&] { write_image(path("a.exr"), image); }, path("a.exr"), "is a folder, not a file");
     EXPECT_EQ(files(), 1u);
 }
 

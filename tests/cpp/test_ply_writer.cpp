@@ -86,7 +86,7 @@ TEST_F(Ply, TheWriterExplainsWhatTheDiskRefuses) {
         return std::string("no error");
     };
     EXPECT_EQ(text(path("no/such/folder.ply")),
-              path("no/such/folder.ply") + ": cannot be written (No such file or directory)");
+              path("no/such/folder.ply") + ": cannot be written: there is no folder " + path("no/such"));
     EXPECT_EQ(text(folder_.string()), folder_.string() + ": is a folder, not a file");
     if (fs::exists("/dev/full")) {
         EXPECT_EQ(text("/dev/full"), "/dev/full: cannot be written (No space left on device)");

@@ -93,10 +93,18 @@ std::string read_bytes(const std::string& path) {
     return bytes;
 }
 
+void require_folder(const std::string& path) {
+    std::error_code error;
+    if (fs::is_directory(path, error)) throw FileError(shown_path(path), "", "is a folder, not a file");
+    const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+    if (!fs::is_directory(folder, error))
+        throw FileError(shown_path(path), "", "cannot be written: there is no folder " + shown_path(folder.string()));
+}
+
 void write_bytes(const std::string& path, std::string_view bytes) {
+    require_folder(path);
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
-    if (fs::is_directory(status)) throw FileError(shown_path(path), "", "is a folder, not a file");
     if (fs::exists(status) && !fs::is_regular_file(status)) {  // /dev/null and its kin are written to, not replaced
         File device(std::fopen(path.c_str(), "wb"));
         if (!device) fail(path, "cannot be written");

@@ -8,6 +8,9 @@ namespace surflux {
 // The whole of a regular file. Throws FileError.
 std::string read_bytes(const std::string& path);
 
+// Refuses a path to write to whose folder is not there, or that is one itself. Throws FileError.
+void require_folder(const std::string& path);
+
 // Replaces `path` by these bytes at once: a reader sees the old file or the new one, never a part. Throws FileError.
 void write_bytes(const std::string& path, std::string_view bytes);
 

@@ -79,8 +79,7 @@ void check_channels(const Image& image, Format format) {
 }
 
 void check_target(const std::string& path) {
-    const fs::path folder = fs::absolute(path).parent_path();
-    if (!fs::is_directory(folder)) throw FileError(path, "", "the folder " + folder.string() + " does not exist");
+    require_folder(path);
     if (fs::exists(path) && !fs::is_regular_file(path)) throw FileError(path, "", "exists and is not a plain file");
 }
 
@@ -89,6 +88,7 @@ void check_target(const std::string& path) {
 Image read_image(const std::string& path) try {
     const Format format = format_of(path);
     if (!fs::exists(path)) throw FileError(path, "", "no such file");
+    if (fs::is_directory(path)) throw FileError(path, "", "is a folder, not a file");
     if (!fs::is_regular_file(path)) throw FileError(path, "", "not a plain file");
     if (format == Format::exr) check_exr(path);
     if (format == Format::png) check_png(path);

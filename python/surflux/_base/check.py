@@ -7,6 +7,7 @@ import os
 import numpy as np
 
 from surflux import _core
+from surflux._base.color import WHITE
 
 LARGEST = 1e30  # of lengths: the squares of products of four of them stay in the range of float64
 
@@ -81,7 +82,11 @@ def in_range(name, array, low=-math.inf, high=math.inf, *, low_open=False, high_
         else:
             wanted = f"in {'(' if low_open else '['}{low:g}, {high:g}{')' if high_open else ']'}"
         place = "" if not where else f" at index {where[0] if len(where) == 1 else where}"
-        raise ValueError(f"{name}: wanted values {wanted}, got {np.asarray(array)[where]:g}{place}")
+        got = np.asarray(array)[where]
+        hint = ""
+        if name == "reflectance" and 1.0 < got <= 255.0:
+            hint = f"; 8-bit values become reflectance by * {WHITE:g} / 255"
+        raise ValueError(f"{name}: wanted values {wanted}, got {got:g}{place}{hint}")
     return array
 
 

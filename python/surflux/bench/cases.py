@@ -13,6 +13,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench import clouds, factors, images, scenes
+from surflux.points.reading import read_with_faces
 from surflux.scenes import shapes
 
 
@@ -86,7 +87,7 @@ def _areas_bunny(method):
     def run(threads):
         _, corners, _ = _statue("bunny_34834")
         area = 0.5 * np.linalg.norm(_cross(corners), axis=1).sum()
-        s = sf.read(_statue_path("bunny_34834"))
+        s, _ = read_with_faces(_statue_path("bunny_34834"))
         start = perf_counter()
         areas = sf.effective_areas(s, method=method, threads=threads)
         return _run(len(s), perf_counter() - start, abs(areas.sum() / area - 1), "area of its mesh")

@@ -79,6 +79,8 @@ TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no furthe
 
 def _read_file(path):
     suffix = Path(path).suffix.lower()
+    if Path(path).is_dir():
+        raise _core.FileError(f"{path}: is a folder, not a file")
     if suffix == ".ply":
         mesh = _read_ply(path)
     elif suffix == ".obj":
@@ -93,7 +95,11 @@ def _read_file(path):
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
     problem = _problem(mesh)
     if problem:
-        raise _core.FileError(f"{path}: {problem}")
+        points = ""
+        if suffix == ".ply" and len(mesh.offsets) <= 1 and len(mesh.vertices):
+            many = check.counted(len(mesh.vertices), "point")
+            points = f'; surflux.read takes its {many} (kind = "surfels" in a scene file)'
+        raise _core.FileError(f"{path}: {problem}{points}")
     return mesh
 
 

@@ -150,7 +150,7 @@ def check_target(path, argument="path"):
         raise ValueError(f"{argument}: wanted a name ending in {', '.join((*FILMS, *PICTURES))}, got {name!r}")
     elif len(NUMBER.findall(name)) != 1 or name.count("%") != 1:
         raise ValueError(f"{argument}: wanted a pattern for numbered pictures, such as 'frames/%04d.png', got {name!r}")
-    require_folder(name, Path(name).absolute().parent)
+    require_folder(name, Path(name).parent)
     return name
 
 

@@ -34,7 +34,7 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
     Raises:
         ValueError: an argument, by name: a wrong shape, NaN, layers for a format that has none, an exposure for one
             that needs none, whole numbers beyond what a float holds.
-        FileError: the path and the reason: an unknown suffix, a folder that does not exist or takes no file.
+        FileError: the path and the reason: an unknown suffix, a folder that is not there or takes no file.
 
     >>> import numpy as np
     >>> import surflux as sf

@@ -10,12 +10,13 @@ from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.warn import warn
-from surflux.geometry.cores import make_core
+from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals
 from surflux.points.surfels import Surfels
 from surflux.points.writing import COLOR_NAMES, CORNER_NAMES
 
 FORMATS = ("ply",)
+MESHES = ("obj", "stl", "off", "glb", "gltf", "vtp", "vtk")
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 
 
@@ -23,7 +24,7 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
     """Read a point file as surfels.
 
     PLY, ascii or binary of either byte order. The vertices become surfels; faces, but for the patches that
-    Surfels.save writes, are not looked at (Surfels.from_mesh is for them). Read are the properties `x y z`,
+    Surfels.save writes, are left out, with a warning (Surfels.from_mesh is for them). Read are the properties `x y z`,
     `nx ny nz`, `radius`, `area`, `reflectance_r/g/b`, `emission_r/g/b` and the colours `red green blue`.
 
     Args:
@@ -47,6 +48,17 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
     >>> sf.read("two.ply", reflectance=0.8)
     Surfels(2 surfels, no areas)
     """
+    surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint)
+    if faces:
+        warn(
+            f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, which are left out, for it is read as points: "
+            'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file, kind = "surfels" for points)'
+        )
+    return surfels
+
+
+def read_with_faces(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
+    """What `read` returns, and how many faces the file has that are left out."""
     path = check.path("path", path)
     if viewpoint is not None:
         viewpoint = check.vector3("viewpoint", viewpoint)
@@ -70,20 +82,13 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
         if str(error).startswith(("points", "normals", "radii", "areas")):
             raise file_error(path, str(error)) from error
         raise
-    if len(arrays["triangles"]) == 0:
-        return surfels
-    return Surfels._from_core(
-        make_core(
-            surfels.points,
-            surfels.normals,
-            surfels.radii,
-            arrays["areas"],
-            surfels.reflectance,
-            surfels.emission,
-            arrays["triangles"],
-            arrays["triangle_surfel"],
+    if len(arrays["triangles"]):
+        core = surfels._core
+        of = arrays["triangle_surfel"]
+        surfels = Surfels._from_core(
+            replaced(core, areas=arrays["areas"], triangles=arrays["triangles"], triangle_surfel=of)
         )
-    )
+    return surfels, arrays["faces"]
 
 
 def load_arrays(path, format=None):
@@ -93,7 +98,8 @@ def load_arrays(path, format=None):
         dict: "points" (n, 3); "normals" (n, 3), unit, rows of NaN where the file's are zero or not finite; "radii",
         "areas" (n,); "reflectance", "emission", "radiosity", "irradiance", "direct" (n, 3), linear; each of these but
         the points is None where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the
-        patches. "columns": all other properties of the vertices by name, (n,). "comments": list of str.
+        patches. "faces": how many others there are, of which nothing is read. "columns": all other properties of the
+        vertices by name, (n,). "comments": list of str.
 
     Raises:
         FileError: as read.
@@ -122,16 +128,24 @@ def load_arrays(path, format=None):
         row = int(np.argmax(np.any(out["reflectance"] >= 1.0, axis=1)))
         raise file_error(path, f"vertex {row}: reflectance is {out['reflectance'][row].max():g}; wanted less than 1")
     out["triangles"], out["triangle_surfel"] = _patches(path, ply, len(points))
+    out["faces"] = ply["elements"].get("face", 0)
     out["columns"] = columns
     out["comments"] = ply["comments"]
     return out
 
 
 def _check_format(path, format):
-    name = Path(os.fsdecode(path)).suffix.lstrip(".") if format is None else str(format)
+    shown = os.fsdecode(path)
+    if os.path.isdir(path):
+        raise file_error(path, "is a folder, not a file")
+    name = Path(shown).suffix.lstrip(".") if format is None else str(format)
     if name.lower() not in FORMATS:
         what = f"format {name!r}" if name else "a name without a suffix, and no format,"
-        raise file_error(path, f"{what} cannot be read as points; supported now: {', '.join(FORMATS)}")
+        if name.lower() in MESHES:
+            hint = 'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file)'
+        else:
+            hint = f"PDAL (pdal translate {shown} {Path(shown).stem}.ply) and CloudCompare turn most scans into PLY"
+        raise file_error(path, f"{what} cannot be read as points; supported now: {', '.join(FORMATS)}. {hint}")
 
 
 def _take(path, columns, names):

@@ -13,7 +13,7 @@ from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import read_mesh
 from surflux.geometry.orientation import inward_patches
 from surflux.points.arranging import only_so_many
-from surflux.points.reading import read
+from surflux.points.reading import read, read_with_faces
 from surflux.points.surfels import Surfels
 from surflux.scenes import patterns, shapes
 from surflux.scenes.transform import make_transform
@@ -152,6 +152,8 @@ def _mesh(table, shape, file, kind):
 
 
 def _read(table, file):
+    if "kind" in table:  # that faces are left out is meant
+        return table.call(read_with_faces, file)[0]
     return table.call(read, file)
 
 

@@ -1,10 +1,15 @@
 """Point files as surfels: what the file says, what is estimated, what the arguments say."""
 
+import warnings
+from pathlib import Path
+
 import numpy as np
 import pytest
+import trimesh
 
 import surflux as sf
 from ply_samples import write
+from surflux.scenes import shapes
 
 
 def sphere(n, center=(0.0, 0.0, 0.0)):
@@ -105,3 +110,69 @@ def test_wrong_arguments_are_the_callers_fault(tmp_path):
     for argument, value in (("reflectance", 1.0), ("emission", -1.0), ("viewpoint", [0, 0])):
         with pytest.raises(ValueError, match=f"^{argument}: wanted"):
             sf.read(path, **{argument: value})
+
+
+def test_faces_are_not_left_out_without_a_word(tmp_path):
+    vertices, faces, _ = shapes.box(patches=2)
+    trimesh.Trimesh(vertices, faces[:, :3], process=False).export(tmp_path / "a.ply")
+    with pytest.warns(
+        UserWarning, match=rf"a\.ply: has {len(faces)} faces, which are left out.*Surfels\.from_mesh"
+    ) as said:
+        assert len(sf.read(tmp_path / "a.ply")) == len(vertices)
+    assert [Path(w.filename).name for w in said] == [Path(__file__).name]
+    scene = '[[object]]\nfile = "a.ply"\n{}[[light]]\ntype = "environment"\nradiance = 1\n'
+    (tmp_path / "a.toml").write_text(scene.format(""))
+    with pytest.warns(UserWarning, match="faces, which are left out"):
+        sf.load_scene(tmp_path / "a.toml")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (tmp_path / "a.toml").write_text(scene.format('kind = "surfels"\n'))  # it is meant
+        sf.load_scene(tmp_path / "a.toml")
+        sf.Surfels.from_mesh(tmp_path / "a.ply").save(tmp_path / "b.ply")  # patches come back
+        assert len(sf.read(tmp_path / "b.ply").triangles) == len(faces)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("a.obj", r"Surfels\.from_mesh reads it as a mesh \(kind = \"mesh\" in a scene file\)"),
+        ("a.glb", r"Surfels\.from_mesh reads it as a mesh"),
+        ("a.pcd", r"PDAL \(pdal translate .*a\.pcd a\.ply\) and CloudCompare"),
+        ("a.LAZ", r"PDAL \(pdal translate .*a\.LAZ a\.ply\) and CloudCompare"),
+        ("a.e57", "CloudCompare turn most scans into PLY"),
+    ],
+)
+def test_other_formats_say_what_reads_or_converts_them(tmp_path, name, hint):
+    (tmp_path / name).write_bytes(b"junk")
+    with pytest.raises(
+        sf.FileError, match=rf"{name}: format .* cannot be read as points; supported now: ply\. .*{hint}"
+    ):
+        sf.read(tmp_path / name)
+
+
+@pytest.mark.parametrize("call", [sf.read, sf.Surfels.from_mesh, sf.load_solution, sf.read_image])
+@pytest.mark.parametrize("suffix", ["", ".ply", ".obj", ".png"])
+def test_folders_are_told_from_files(tmp_path, call, suffix):
+    folder = tmp_path / f"scans{suffix}"
+    folder.mkdir()
+    wrong_suffix = call is sf.read_image and suffix != ".png"
+    with pytest.raises(sf.FileError, match="unknown image format" if wrong_suffix else "is a folder, not a file"):
+        call(folder)
+
+
+def test_points_alone_are_no_mesh_and_say_what_reads_them(tmp_path):
+    shapes.sphere(50).save(tmp_path / "a.ply")
+    with pytest.raises(
+        sf.FileError, match=r"a\.ply: faces: wanted at least one, got none; surflux\.read takes its 50 points"
+    ):
+        sf.Surfels.from_mesh(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("values", [200, [200, 100, 50], np.full((2, 3), 255, np.uint8)])
+def test_reflectance_in_bytes_is_told(values):
+    points = [[0, 0, 0], [1, 0, 0]]
+    with pytest.raises(ValueError, match=r"reflectance: wanted values in \[0, 1\), got .*8-bit values .* 0\.98 / 255"):
+        sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=values)
+    sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=np.asarray(values) * 0.98 / 255)
+    with pytest.raises(ValueError, match=r"got 1 at index 0$"):  # a mirror is none
+        sf.Surfels(points, [[0, 0, 1]] * 2, radii=1.0, reflectance=1.0)
