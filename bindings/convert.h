@@ -69,8 +69,9 @@ Progress to_progress(const std::shared_ptr<py::object>& callable, const Leading&
         py::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
         if (callable->is_none()) return true;
-        const py::object answer = (*callable)(leading..., done, total);
-        return answer.is_none() || answer.cast<bool>();
+        // False alone cancels, of Python or numpy: callbacks that answer nothing, or a count, go on.
+        py::detail::make_caster<bool> answer;
+        return !answer.load((*callable)(leading..., done, total), false) || static_cast<bool>(answer);
     };
 }
 

@@ -128,6 +128,26 @@ TEST(Normals, DoNotDependOnThreadsNorOnAnOffset) {
     for (std::size_t i = 0; i < all.size(); ++i) EXPECT_GT(dot(there[i], all[i]), 0.999);
 }
 
+TEST(Normals, AreCancelledBesideTheirTwoFitsToo) {
+    // Distances to neighbours come before the first fit, the spanning tree between the two: each takes as long as one,
+    // so each has to ask, more than the once that a fit begins or ends with.
+    const Cloud cloud = shell(50'000, 3.0, 0.0);
+    std::size_t before = 0, between = 0;
+    estimate_normals(cloud.points, {}, [&](std::size_t done, std::size_t total) {
+        before += done == 0;
+        between += 2 * done == total;
+        return true;
+    });
+    EXPECT_GE(before, 3u);
+    EXPECT_GE(between, 5u);
+    for (const std::size_t at : {std::size_t{0}, cloud.points.size()}) {
+        std::size_t asked = 0;
+        EXPECT_THROW(estimate_normals(cloud.points, {},
+                                      [&](std::size_t done, std::size_t) { return done != at || ++asked < 2; }),
+                     Cancelled);
+    }
+}
+
 Surfels surfels_of(const Cloud& cloud) {
     Surfels s;
     s.positions = cloud.points;

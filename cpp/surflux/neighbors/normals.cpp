@@ -22,15 +22,18 @@ constexpr std::size_t farthest_look = 16;
 constexpr std::size_t tree_neighbors = 12;
 
 // The distance to the fifth neighbour, or the last where there are fewer.
-std::vector<double> spacings(const std::vector<Vec3>& places, const PointIndex& index) {
+std::vector<double> spacings(const std::vector<Vec3>& places, const PointIndex& index, const Progress& progress) {
     std::vector<double> out(places.size());
-    parallel_blocks(places.size(), 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t i = begin; i < end; ++i) {
-            index.nearest(places[i], 6, near);
-            out[i] = near.back().distance;
-        }
-    });
+    parallel_blocks(
+        places.size(), 256,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Neighbor> near;
+            for (std::size_t i = begin; i < end; ++i) {
+                index.nearest(places[i], 6, near);
+                out[i] = near.back().distance;
+            }
+        },
+        progress);
     return out;
 }
 
@@ -180,7 +183,12 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     const auto [places, of_point] = distinct_places(points);
     std::size_t neighbors = std::max<std::size_t>(options.neighbors, 3);
     const PointIndex index(places);
-    const std::vector<double> spacing = spacings(places, index);
+    // Steps beside the two fits, which count as all of the work, say that they are there, and are cancelled.
+    const auto still = [&](std::size_t at) -> Progress {
+        if (!progress) return {};
+        return [&progress, &places = places, at](std::size_t, std::size_t) { return progress(at, 2 * places.size()); };
+    };
+    const std::vector<double> spacing = spacings(places, index, still(0));
     const bool noisy = are_noisy(places, spacing, index, neighbors);
     if (noisy) neighbors += neighbors / 2;
     NeighborGraph graph(places.size());
@@ -193,7 +201,7 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     if (options.viewpoint)
         face(*options.viewpoint, places, graph, normals);
     else
-        orient_consistently(places, spacing, graph, normals);
+        orient_consistently(places, spacing, graph, normals, still(places.size()));
     graph = {};
     refine(places, spacing, index, looks, noisy, normals, half(places.size()));
     std::vector<Vec3> out(points.size());

@@ -46,6 +46,22 @@ private:
     std::vector<std::uint8_t> turned_;
 };
 
+// In pieces that are merged, with a report after each: of millions of edges one sort takes seconds.
+void sort_edges(std::vector<Edge>& edges, const Progress& progress) {
+    const auto at = [&](std::size_t k) {
+        return edges.begin() + static_cast<std::ptrdiff_t>(std::min(k, edges.size()));
+    };
+    std::size_t sorted = std::size_t{1} << 16;
+    parallel_blocks(
+        edges.size(), sorted, [&](std::size_t begin, std::size_t end) { std::sort(at(begin), at(end)); }, progress);
+    for (; sorted < edges.size(); sorted *= 2) {
+        parallel_blocks(
+            edges.size(), 2 * sorted,
+            [&](std::size_t begin, std::size_t end) { std::inplace_merge(at(begin), at(begin + sorted), at(end)); },
+            progress);
+    }
+}
+
 double median(std::vector<double>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
@@ -79,7 +95,8 @@ double agreement(const Vec3& n, const Vec3& m, const Vec3& d) {
 }
 
 std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals) {
+                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals,
+                                         const Progress& progress) {
     std::vector<std::size_t> start(places.size() + 1, 0);
     for (std::size_t i = 0; i < places.size(); ++i) start[i + 1] = start[i] + graph[i].size();
     std::vector<Edge> edges(start.back());
@@ -99,9 +116,12 @@ std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const 
             if (least > 0.0 && (doubtful || std::abs(agree) < least)) edge.a = edge.b;  // leads nowhere
         }
     });
-    std::sort(edges.begin(), edges.end());
+    sort_edges(edges, progress);
     Forest forest(places.size());
-    for (const Edge& edge : edges) forest.join(edge);
+    for (std::size_t k = 0; k < edges.size(); ++k) {
+        forest.join(edges[k]);
+        report_some(progress, k, edges.size(), std::size_t{1} << 18);
+    }
 
     std::vector<std::uint32_t> roots(places.size());
     parallel_for(places.size(), 1024, [&](std::size_t i) {
@@ -113,8 +133,9 @@ std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const 
 }
 
 void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                         const NeighborGraph& graph, std::vector<Vec3>& normals) {
-    for (const std::vector<std::uint32_t>& members : groups_of(orient_sheets(places, spacing, graph, 0.0, normals)))
+                         const NeighborGraph& graph, std::vector<Vec3>& normals, const Progress& progress) {
+    const auto roots = orient_sheets(places, spacing, graph, 0.0, normals, progress);
+    for (const std::vector<std::uint32_t>& members : groups_of(roots))
         if (outwardness(places, spacing, members, normals) < 0.0)
             for (std::uint32_t i : members) normals[i] = -normals[i];
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -21,12 +22,13 @@ using NeighborGraph = std::vector<std::vector<std::uint32_t>>;
 // a number that all places of its tree have in common, and no others; which way a tree as a whole faces is chance.
 // `spacing`, per place: the distance to a near neighbour.
 std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals);
+                                         const NeighborGraph& graph, double least, std::vector<Vec3>& normals,
+                                         const Progress& progress = {});
 
 // The same, all links counted, and each tree turned outwards: the sum of area times d . n over it is positive, d the
 // direction from its median. (On a closed surface the integral is that of div d = 2 / distance over the volume.)
 void orient_consistently(const std::vector<Vec3>& places, const std::vector<double>& spacing,
-                         const NeighborGraph& graph, std::vector<Vec3>& normals);
+                         const NeighborGraph& graph, std::vector<Vec3>& normals, const Progress& progress = {});
 
 // The places in groups of one number each, by the number's first appearance.
 std::vector<std::vector<std::uint32_t>> groups_of(const std::vector<std::uint32_t>& numbers);

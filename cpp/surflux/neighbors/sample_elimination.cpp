@@ -189,6 +189,7 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
     const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * static_cast<double>(count)));
     const std::vector<std::uint32_t> stand = candidates(points, count, r_max, lots);
     const std::size_t n = stand.size();
+    report(progress, 0, 2 * n - count);
     std::vector<Vec3> places(n);
     for (std::size_t i = 0; i < n; ++i) places[i] = points[stand[i]];
 
@@ -206,9 +207,14 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
     };
     const std::vector<std::vector<std::uint32_t>> crowd = crowds(places, 2.0 * r_max, progress ? gathering : progress);
     std::vector<double> crowding(n, 0.0);
-    parallel_for(n, 256, [&](std::size_t i) {
-        for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
-    });
+    const Progress weighing = [&](std::size_t, std::size_t) { return progress(n, n + steps); };
+    parallel_blocks(
+        n, 256,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                for (std::uint32_t j : crowd[i]) crowding[i] += weight(i, j);
+        },
+        progress ? weighing : progress);
 
     const auto wins = [&](std::uint32_t i, std::uint32_t j) {
         return lots[stand[i]] != lots[stand[j]] ? lots[stand[i]] > lots[stand[j]] : i > j;

@@ -1,87 +1,80 @@
-"""What every long pass takes beside its own options: threads and progress."""
+"""What every long call takes beside its own options: threads and progress."""
 
 import contextlib
+import logging
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
+
+import numpy as np
 
 from surflux import _core
 from surflux._base import check
 
-_stop = threading.local()
+LOG = logging.getLogger("surflux")
+_POLL = 0.1  # seconds between two looks at what threads do
+_watch = threading.local()
 
 
-def stop_callback():
-    """What a pass asks that nobody watches: the callback of stoppable() on this thread; None where there is none."""
-    return getattr(_stop, "callback", None)
-
-
-@contextlib.contextmanager
-def stoppable(event):
-    """Passes that this thread begins in the block are cancelled once a threading.Event is set.
-
-    For threads that work for another: Ctrl-C reaches the main thread alone.
-    """
-    before = stop_callback()
-    _stop.callback = lambda done, total: not event.is_set()
-    try:
-        yield
-    finally:
-        _stop.callback = before
-
-
-@contextlib.contextmanager
-def progress_callback(progress, label):
-    """The callback (done, total) -> bool of one pass: None, the caller's own, or a tqdm bar on stderr.
-
-    Where stderr is no terminal, a log is not filled with bars: one line says which pass begins.
-    """
-    if callable(progress):
-        yield progress
-    elif check.flag("progress", progress):
-        if not sys.stderr.isatty():
-            print(f"surflux: {label}", file=sys.stderr, flush=True)
-            yield lambda done, total: True
-            return
-        from tqdm import tqdm
-
-        with tqdm(desc=label, unit_scale=True, leave=False) as bar:
-
-            def show(done, total):
-                bar.total = total
-                bar.update(done - bar.n)
-                return True
-
-            yield show
-    else:
-        yield stop_callback()
-
-
-@contextlib.contextmanager
-def stage_callback(progress):
-    """For a pass of several stages, which the core names: one bar each, or the caller's own callback."""
-    if callable(progress):
-        yield lambda _, done, total: progress(done, total)
-        return
-    if not check.flag("progress", progress):
-        yield None
-        return
-    current, bar = None, None
-    with contextlib.ExitStack() as bars:
-
-        def show(stage, done, total):
-            nonlocal current, bar
-            if stage != current:
-                bars.close()
-                bar, current = bars.enter_context(progress_callback(True, stage)), stage
-            return bar(done, total)
-
-        yield show
+def goes_on(answer):
+    """Whether a callback's answer lets a pass go on: all but False do, None and 0 too."""
+    return not (isinstance(answer, (bool, np.bool_)) and not answer)
 
 
 def report(callback, done, total):
     """Tells a pass's callback, or None, how far it is; raises Cancelled where that answers False."""
-    if callback is not None and (answer := callback(done, total)) is not None and not answer:
+    if callback is not None and not goes_on(callback(done, total)):
         raise _core.Cancelled("cancelled")
+
+
+def stage(label):
+    """The callback (done, total) of a pass within a long call of this thread; None where nobody watches one."""
+    show = getattr(_watch, "show", None)
+    return None if show is None else partial(show, label)
+
+
+@contextlib.contextmanager
+def watched(threads, progress):
+    """What a long call does with its threads and its progress, while the block runs.
+
+    Passes that this thread begins in it keep to the limit, and report to stage(their name): to the caller's callback,
+    or to a bar each.
+    """
+    with thread_limit(threads), stage_callback(progress) as show, _shown_by(show):
+        yield
+
+
+@contextlib.contextmanager
+def progress_callback(progress, label):
+    """The callback (done, total) -> bool of a call of one pass: None, the caller's own, or a bar."""
+    with stage_callback(progress) as show:
+        yield None if show is None else partial(show, label)
+
+
+@contextlib.contextmanager
+def stage_callback(progress):
+    """The callback (stage, done, total) -> bool of a call of several passes: a bar each, or the caller's own.
+
+    progress: a callback (done, total); True for bars of tqdm; False for what the call is part of, or None.
+    """
+    if callable(progress):
+        yield lambda _, done, total: progress(done, total)
+        return
+    if not check.flag("progress", progress):
+        yield getattr(_watch, "show", None)
+        return
+    current, bar = None, None
+    with contextlib.ExitStack() as bars:
+
+        def show(label, done, total):
+            nonlocal current, bar
+            if label != current:
+                bars.close()
+                bar, current = bars.enter_context(_bar(label)), label
+            return bar(done, total)
+
+        yield show
 
 
 @contextlib.contextmanager
@@ -92,3 +85,70 @@ def thread_limit(threads):
         yield
     finally:
         del limit
+
+
+def in_threads(jobs, names, threads=None, order=None):
+    """[job() for job in jobs], two at a time, for work of which much cannot be shared by threads.
+
+    What the jobs report is shown on the thread that called, under their names, of one after another. Ctrl-C and a
+    callback that answers False end all of them at their next report.
+
+    Args:
+        threads: of all jobs together; None for all.
+        order: indices, which to begin with; None for the first.
+    """
+    show, stop, told = getattr(_watch, "show", None), threading.Event(), {}
+    workers = 2 if threads is None else min(2, threads)
+
+    def run(k):
+        def note(label, done, total):
+            told[k] = f"{names[k]}: {label}", done, total
+            return not stop.is_set()
+
+        with thread_limit(None if threads is None else threads // workers), _shown_by(note):
+            try:
+                return jobs[k]()
+            finally:
+                told.pop(k, None)
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            futures = {k: pool.submit(run, k) for k in (range(len(jobs)) if order is None else order)}
+            for k in range(len(jobs)):
+                while wait([futures[k]], _POLL).not_done:
+                    for label, done, total in sorted(told.copy().values())[:1]:
+                        report(show and partial(show, label), done, total)
+            return [futures[k].result() for k in range(len(jobs))]
+        except BaseException:  # the pool waits for what its threads have begun
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@contextlib.contextmanager
+def _shown_by(show):
+    before = getattr(_watch, "show", None)
+    _watch.show = show
+    try:
+        yield
+    finally:
+        _watch.show = before
+
+
+@contextlib.contextmanager
+def _bar(label):
+    """A tqdm bar, in a notebook a widget; where stderr is no terminal a line in the log, which bars would fill."""
+    from tqdm.auto import tqdm
+
+    if not sys.stderr.isatty() and "notebook" not in tqdm.__module__:
+        LOG.info(label)
+        yield lambda done, total: True
+        return
+    with tqdm(desc=label, unit_scale=True, leave=False) as bar:
+
+        def show(done, total):
+            bar.total = total
+            bar.update(done - bar.n)
+            return True
+
+        yield show

@@ -1,7 +1,9 @@
 """The command line, `surflux`."""
 
 import argparse
+import contextlib
 import json
+import logging
 import math
 import os
 import sys
@@ -13,6 +15,7 @@ import numpy as np
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_folder
+from surflux._base.passes import LOG
 from surflux.cli import checking
 from surflux.cli.options import command_line
 from surflux.pictures.animation import check_target
@@ -32,7 +35,7 @@ def main(arguments=None):
     else:
         options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _log_said():
             warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
             _check_options(options)
             status = options.run(options) or 0
@@ -53,6 +56,25 @@ def main(arguments=None):
 def _fail(error, status):
     print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
     return status
+
+
+class _Said(logging.Handler):
+    """What the library logs, on stderr."""
+
+    def emit(self, record):
+        _say(record.getMessage())
+
+
+@contextlib.contextmanager
+def _log_said():
+    before, said = LOG.level, _Said()
+    LOG.addHandler(said)
+    LOG.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        LOG.removeHandler(said)
+        LOG.setLevel(before)
 
 
 def _say(text):
@@ -167,7 +189,7 @@ def _scene_to_solve(options):
     if _is_scene(options.input):
         if options.thin is not None:
             raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
-        scene = sf.load_scene(options.input)
+        scene = sf.load_scene(options.input, progress=True)
         return scene
     cloud = _cloud(options)
     if holds_solution(options.input):
@@ -177,13 +199,13 @@ def _scene_to_solve(options):
     limit = CLOUD_LIMIT if options.thin is None else options.thin
     if len(cloud) > limit:
         _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
-        cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed)
+        cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
     _say("a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides")
     return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
 
 
 def _cloud(options):
-    return sf.read(options.input, viewpoint=options.viewpoint)
+    return sf.read(options.input, viewpoint=options.viewpoint, progress=True)
 
 
 def _is_scene(path):
@@ -191,7 +213,7 @@ def _is_scene(path):
 
 
 def _area(options):
-    cloud = sf.load_scene(options.input).surfels if _is_scene(options.input) else _cloud(options)
+    cloud = sf.load_scene(options.input, progress=True).surfels if _is_scene(options.input) else _cloud(options)
     knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
     areas = sf.effective_areas(
         cloud,
@@ -226,7 +248,7 @@ def _check_cloud(options):
     if _is_scene(options.input):
         if options.output:
             raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
-        scene = sf.load_scene(options.input)
+        scene = sf.load_scene(options.input, progress=True)
     else:
         scene = sf.Scene([_cloud(options)])
     result, lines = checking.checked(options, scene)

@@ -17,19 +17,19 @@ def thing_of(options):
     """
     path = Path(options.input)
     if path.suffix.lower() == ".toml":
-        scene = sf.load_scene(path)
+        scene = sf.load_scene(path, progress=True)
         if options.no_solve or options.areas:
             return scene, True
         zeta = {} if options.zeta is None else {"zeta": options.zeta}
         return sf.solve(scene, **zeta, progress=True), True
     if options.mesh or path.suffix.lower() != ".ply":
-        return sf.Surfels.from_mesh(path, reflectance=None), False
+        return sf.Surfels.from_mesh(path, reflectance=None, progress=True), False
     try:
         return sf.load_solution(path), True
     except sf.FileError as error:
         if NO_SOLUTION not in str(error):
             raise
-    return sf.read(path, viewpoint=options.viewpoint), False
+    return sf.read(path, viewpoint=options.viewpoint, progress=True), False
 
 
 def refuse_options(options):

@@ -29,6 +29,7 @@ def plot_areas(
     *,
     color="coverage",
     method=None,
+    threads=None,
     progress=False,
     screenshot=None,
     camera=None,
@@ -53,7 +54,7 @@ def plot_areas(
     areas = s.areas if method is None else None
     method = method or "curved"
     if areas is None:
-        areas = effective_areas(s, method=method, progress=progress)
+        areas = effective_areas(s, method=method, threads=threads, progress=progress)
     with quiet_vtk():
         view = AreaView(s, areas, method, size, off_screen=path is not None)
         try:

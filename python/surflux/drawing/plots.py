@@ -10,6 +10,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux._base.files import require_folder
+from surflux._base.passes import LOG
 from surflux.drawing.colors import screen_bytes, surface_property
 from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
 from surflux.pictures.camera import Camera
@@ -166,7 +167,7 @@ def destination(screenshot):
     """The path of the picture to write, checked; None for a window, where there is a display."""
     if screenshot is None and not has_display():
         screenshot = Path(tempfile.mkdtemp(prefix="surflux-")) / "surflux_view.png"
-        print(f"surflux: there is no display, so the picture goes to {screenshot}", file=sys.stderr)
+        LOG.warning("there is no display, so the picture goes to %s", screenshot)
     return None if screenshot is None else _picture(screenshot)
 
 

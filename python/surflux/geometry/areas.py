@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import progress_callback, thread_limit
+from surflux._base.passes import progress_callback, stage, thread_limit
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
 
@@ -141,7 +141,5 @@ def surface_area(surfels):
     # Fewer of them stand farther apart: their disks reach as far.
     core = make_core(points, normals, estimated_radii(points, normals))
     backend = _core.AreaBackend.__members__["auto"]
-    with progress_callback(False, "areas") as callback:
-        return float(
-            _core.effective_areas(core, **_options("curved", 3.0, 32, 0.8), backend=backend, progress=callback).sum()
-        )
+    options = _options("curved", 3.0, 32, 0.8)
+    return float(_core.effective_areas(core, **options, backend=backend, progress=stage("areas")).sum())

@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux import _core
-from surflux._base.passes import stop_callback
+from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.patches import assemble_patches
 
@@ -19,7 +19,7 @@ def cut_at_walls(cores):
     surfel = np.concatenate([first[k] + patch for k, rings in enumerate(outlines) for patch, _ in rings])
     walls = np.concatenate([core.triangles.reshape(-1, 3) for core in cores])
     pieces, begin, source = _core.divide_patches(
-        corners, np.append(0, np.cumsum(counts)), walls, np.arange(0, len(walls) + 1, 3), stop_callback()
+        corners, np.append(0, np.cumsum(counts)), walls, np.arange(0, len(walls) + 1, 3), stage("walls")
     )
     source = surfel[source]
     object_of = np.searchsorted(first, source, side="right") - 1

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux import _core
-from surflux._base.passes import stop_callback
+from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.patches import make_patches
@@ -42,7 +42,7 @@ def sampled_surfels(mesh, n, seed, reflectance, emission):
     """_core.Surfels: n blue-noise ones on a Mesh, with reflectance, None for the mesh's own, and emission (n, 3)."""
     patches = make_patches(*mesh[:3], paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
-    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stop_callback())
+    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stage("samples"))
     points = np.ascontiguousarray(points[kept])
     patch = patches.triangle_patch[triangle[kept]]
     normals = patches.normals[patch]

@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.check import counted
-from surflux._base.passes import stop_callback
+from surflux._base.passes import stage
 from surflux._base.warn import warn
 
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
@@ -300,7 +300,7 @@ def _divided(rings, walls):
     """The rings, with what a face of `walls` stands on in pieces that end at it."""
     face = np.concatenate([face for face, _ in rings])
     of = _flat(rings)
-    corners, offsets, source = _core.divide_patches(*of, *(of if walls is rings else _flat(walls)), stop_callback())
+    corners, offsets, source = _core.divide_patches(*of, *(of if walls is rings else _flat(walls)), stage("patches"))
     if not len(source):
         return rings
     whole = np.ones(len(face), bool)

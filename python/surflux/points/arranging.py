@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stop_callback
+from surflux._base.passes import stage, watched
 from surflux.geometry.areas import surface_area
 from surflux.geometry.cores import make_core, moved, replaced
 from surflux.geometry.divided import cut_at_walls
@@ -82,7 +82,7 @@ def transformed(self, matrix):
     return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]), self._faces)
 
 
-def thinned(self, n, seed=0):
+def thinned(self, n, seed=0, *, threads=None, progress=False):
     """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
 
     Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
@@ -93,22 +93,27 @@ def thinned(self, n, seed=0):
     Args:
         n: number of surfels to keep, from 2 to len(self).
         seed: the same seed gives the same subset.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Raises:
         ValueError: n out of range.
+        Cancelled: the callback returned False.
     """
     n = check.count("n", n, 2, 2**63 - 1)
     seed = check.seed("seed", seed)
     if n > len(self):
         raise ValueError(f"n: {only_so_many(len(self), n)}")
-    area = surface_area(self)
-    kept = np.arange(n)
-    if n < len(self):
-        kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stop_callback()))
-    points = np.ascontiguousarray(self.points[kept])
-    largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
-    normals = np.ascontiguousarray(self.normals[kept])
-    radii = np.minimum(estimated_radii(points, normals), largest)
+    with watched(threads, progress):
+        area = surface_area(self)
+        kept = np.arange(n)
+        if n < len(self):
+            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stage("samples")))
+        points = np.ascontiguousarray(self.points[kept])
+        largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
+        normals = np.ascontiguousarray(self.normals[kept])
+        radii = np.minimum(estimated_radii(points, normals), largest)
     core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
     return self._from_core(core)
 
@@ -135,7 +140,7 @@ def concatenate(surfels):
     return surfels[0]._from_core(_core.Scene(cores, []).surfels if len(cores) > 1 else cores[0])
 
 
-def divide_patches(objects):
+def divide_patches(objects, *, threads=None, progress=False):
     """Surfels of several objects, their patches cut where faces of another object stand on them.
 
     A patch has one value. With both sides of a wall in it, each side has light of the other: beneath a wall light leaks
@@ -144,12 +149,16 @@ def divide_patches(objects):
 
     Args:
         objects: list of Surfels.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Returns:
         list of Surfels: those that nothing stands on as they are, others with more patches and the same area in all.
 
     Raises:
         ValueError: not such a list.
+        Cancelled: the callback returned False.
 
     >>> import surflux as sf
     >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]], [[0, 1, 2, 3]]))
@@ -160,7 +169,9 @@ def divide_patches(objects):
     """
     if not isinstance(objects, (list, tuple)) or not objects:
         raise ValueError("objects: wanted a list of at least one Surfels")
-    found = cut_at_walls([check.surfels("objects", s)._core for s in objects])
+    cores = [check.surfels("objects", s)._core for s in objects]
+    with watched(threads, progress):
+        found = cut_at_walls(cores)
     return [s if cut is None else _cut(s, *cut) for s, cut in zip(objects, found, strict=True)]
 
 

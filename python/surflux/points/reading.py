@@ -9,6 +9,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
+from surflux._base.passes import watched
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals
@@ -20,7 +21,7 @@ MESHES = ("obj", "stl", "off", "glb", "gltf", "vtp", "vtk")
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 
 
-def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
+def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, threads=None, progress=False):
     """Read a point file as surfels.
 
     PLY, ascii or binary of either byte order. The vertices become surfels; faces, but for the patches that
@@ -34,6 +35,9 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
             `reflectance_r/g/b`, else its colours, sRGB made linear with white (255) at .98, else 0.5.
         emission: exitance, the same shapes; 0 keeps what the file says.
         viewpoint: (3,), where the points were seen from; orients normals that are estimated.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Returns:
         Surfels. Normals that the file lacks are estimated; also those that are zero or not finite, with a warning.
@@ -42,6 +46,7 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
         FileError: the file cannot be read, or holds no points, or what it holds cannot be surfels. Names the path, the
             line or byte where there is one, and the reason.
         ValueError: an argument, by name.
+        Cancelled: the callback returned False.
 
     >>> import surflux as sf
     >>> sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6).save("two.ply")
@@ -62,7 +67,11 @@ def read_with_faces(path, format=None, reflectance=None, emission=0.0, viewpoint
     path = check.path("path", path)
     if viewpoint is not None:
         viewpoint = check.vector3("viewpoint", viewpoint)
-    arrays = load_arrays(path, format)
+    with watched(threads, progress):
+        return _surfels_of_file(path, load_arrays(path, format), reflectance, emission, viewpoint)
+
+
+def _surfels_of_file(path, arrays, reflectance, emission, viewpoint):
     if reflectance is None:
         reflectance = 0.5 if arrays["reflectance"] is None else arrays["reflectance"]
     if arrays["emission"] is not None and np.ndim(emission) == 0 and emission == 0:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux._base import check
+from surflux._base.passes import watched
 from surflux.drawing.area_window import plot_areas
 from surflux.drawing.plots import plot, to_polydata
 from surflux.geometry.cores import make_core
@@ -30,6 +31,9 @@ class Surfels:
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
         two_sided: True appends a copy of every surfel that faces the other way.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Estimated radii are 1.1 times the least with which disks cover every triangle of the local Delaunay triangulation,
     each its nearest part: in an acute one the circumradius, as in the covering radius of a lattice (Conway and Sloane
@@ -40,6 +44,7 @@ class Surfels:
 
     Raises:
         ValueError: names the argument, what came and what was wanted.
+        Cancelled: the callback returned False.
 
     >>> import surflux as sf
     >>> s = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 2], [0, 0, 1]], radii=0.6, reflectance=[0.8, 0.4, 0.4])
@@ -63,6 +68,8 @@ class Surfels:
         emission=0.0,
         viewpoint=None,
         two_sided=False,
+        threads=None,
+        progress=False,
     ):
         points = check.positions("points", points, (None, 3))
         n = len(points)
@@ -77,10 +84,11 @@ class Surfels:
         reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = check.per_surfel_rgb("emission", emission, n)
         two_sided = check.flag("two_sided", two_sided)
-        if normals is None:
-            normals = estimated_normals(points, viewpoint)
-        if radii is None:
-            radii = estimated_radii(points, normals)
+        with watched(threads, progress):
+            if normals is None:
+                normals = estimated_normals(points, viewpoint)
+            if radii is None:
+                radii = estimated_radii(points, normals)
         core = make_core(points, normals, radii, areas, reflectance, emission)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
@@ -95,7 +103,17 @@ class Surfels:
         return surfels
 
     @classmethod
-    def from_mesh(cls, mesh, patch_area=None, reflectance=0.5, emission=0.0, *, two_sided=False):
+    def from_mesh(
+        cls,
+        mesh,
+        patch_area=None,
+        reflectance=0.5,
+        emission=0.0,
+        *,
+        two_sided=False,
+        threads=None,
+        progress=False,
+    ):
         """One surfel per patch of a polygonal model (D04 section 7.3), with exact areas.
 
         The surfel stands at the patch's centroid with a radius that reaches its farthest corner. The patch's
@@ -114,6 +132,9 @@ class Surfels:
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
                 belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
                 areas add up to more than half their area (0 where a piece is closed, all of it where it is flat).
+            threads: at most this many; None for all.
+            progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+                False cancels.
 
         Faces without area are dropped, with a warning that says how many.
 
@@ -124,6 +145,7 @@ class Surfels:
             ValueError: an argument, by name; a mesh without any face that has an area; a patch_area that makes more
                 than 20 million patches.
             FileError: a mesh file that cannot be read.
+            Cancelled: the callback returned False.
 
         >>> import surflux as sf
         >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2], [0, 2, 3]]
@@ -140,14 +162,14 @@ class Surfels:
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
         emission = check.per_surfel_rgb("emission", emission, faces, what="face")
-        with file_named(mesh):
+        with file_named(mesh), watched(threads, progress):
             core, of = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
         if two_sided is True:
             core, of = core.two_sided(), of._replace(of=np.tile(of.of, 2))
         return cls._from_core(core, of)
 
     @classmethod
-    def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0):
+    def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0, *, threads=None, progress=False):
         """n blue-noise surfels on a mesh, with the normals of its faces; their areas stay open.
 
         5 n uniform points on the triangles, reduced to n by weighted sample elimination (Yuksel 2015).
@@ -157,6 +179,9 @@ class Surfels:
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
             reflectance, emission: as Surfels takes them, for n surfels; reflectance may be None, as for from_mesh.
+            threads: at most this many; None for all.
+            progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+                False cancels.
 
         Returns:
             Surfels, n of them, with estimated radii, no areas and no triangles.
@@ -164,13 +189,14 @@ class Surfels:
         Raises:
             ValueError: an argument, by name; a mesh without any face that has an area.
             FileError: a mesh file that cannot be read.
+            Cancelled: the callback returned False.
         """
         n = check.count("n", n, 2)
         seed = check.seed("seed", seed)
         if reflectance is not None:
             reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = check.per_surfel_rgb("emission", emission, n)
-        with file_named(mesh):
+        with file_named(mesh), watched(threads, progress):
             return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission))
 
     @property
@@ -343,7 +369,7 @@ class Surfels:
             pick: index of a surfel to pick, and to look at.
             color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
             method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
-            progress: of the areas, as effective_areas takes it.
+            threads, progress: of the areas, as effective_areas takes it.
             screenshot, camera, size: as plot takes them; so are what is returned and raised.
             up: (3,) what is up in the picture where no camera is given; None for z.
         """

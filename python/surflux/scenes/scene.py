@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.check import counted
-from surflux._base.passes import stage_callback
+from surflux._base.passes import stage, stage_callback
 from surflux.geometry.divided import cut_at_walls
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
@@ -125,8 +125,10 @@ class Scene:
 
     def _to_core_without_areas(self):
         """The compiled scene for passes that use no areas."""
-        cores = [_with_areas(self._with_ends(index), None) for index in range(len(self._objects))]
-        return _core.Scene(cores, [light._to_core() for light in self._lights], self._find_coincidence())
+        callback = stage("disks")
+        cores = [_with_areas(self._with_ends(index, callback), None) for index in range(len(self._objects))]
+        coincidence = self._find_coincidence(callback)
+        return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence, callback)
 
     def _find_coincidence(self, progress=None):
         """Where surfels coincide and face the same way: their areas count once, and none covers another."""

@@ -2,14 +2,12 @@
 
 import os
 import re
-import threading
 import tomllib
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
 from surflux._base import check
-from surflux._base.passes import stoppable
+from surflux._base.passes import in_threads, watched
 from surflux._core import FileError
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import divide_patches
@@ -36,7 +34,7 @@ _LIGHT_KEYS = {
 _OPTIONAL = {"cone", "penumbra", "up", "radiance", "image", "fov"}
 
 
-def load_scene(path, *, surfels=None):
+def load_scene(path, *, surfels=None, threads=None, progress=False):
     """A Scene from a TOML file; data/*.toml are examples.
 
     At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
@@ -106,6 +104,9 @@ def load_scene(path, *, surfels=None):
         surfels: of the whole scene, exactly this many; None for what the file says. Clouds, thinned, sampled or whole,
             become denser or sparser in proportion, by what `thin` and `points` stand for; patches stay. A file of
             points gives no more than it has, other than one of a mesh with `points`.
+        threads: at most this many; None for all.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Returns:
         Scene, with one Surfels per [[object]] in the file's order, the lights, camera, name and solve_options.
@@ -114,6 +115,7 @@ def load_scene(path, *, surfels=None):
         ValueError: path is none; `surfels`, where the scene cannot be had in that number.
         FileError: names the file, the table and the key, or the line where the TOML itself is wrong; a file that an
             object or light names and that is not there or cannot be read.
+        Cancelled: the callback returned False.
 
     >>> import surflux as sf
     >>> with open("room.toml", "w") as file:
@@ -133,7 +135,7 @@ def load_scene(path, *, surfels=None):
     path = Path(check.path("path", path))
     if surfels is not None:
         surfels = check.count("surfels", surfels)
-    return make_scene(path, read_toml(path), surfels)
+    return make_scene(path, read_toml(path), surfels, threads=threads, progress=progress)
 
 
 def read_toml(path):
@@ -177,7 +179,7 @@ def _check_keys(path, text):
             raise FileError(f"{path} (line {line}): a key of more than {_MOST_PARTS} parts")
 
 
-def make_scene(path, data, surfels=None):
+def make_scene(path, data, surfels=None, *, threads=None, progress=False):
     """The Scene of a file's tables; path is what errors name and where relative paths start."""
     top = Table(path, "", data)
     name = top.text("name", path.stem)
@@ -189,8 +191,10 @@ def make_scene(path, data, surfels=None):
     camera = top.table("camera")
     solve = top.table("solve")
     top.no_more_keys()
+    with watched(threads, progress):
+        objects = _objects(tables, surfels, threads)
     return Scene(
-        _objects(tables, surfels),
+        objects,
         lights,
         camera=None if camera is None else _camera(camera),
         name=name,
@@ -198,26 +202,15 @@ def make_scene(path, data, surfels=None):
     )
 
 
-def _objects(tables, surfels):
-    """The Surfels of object tables, two tables at a time: much of the work on one cannot be shared by threads."""
-    given_up = threading.Event()
-
-    def unless_given_up(work, *arguments):
-        with stoppable(given_up):
-            return work(*arguments)
-
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        try:
-            sources = list(pool.map(partial(unless_given_up, open_object), tables))
-            counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
-            # The most work first, or one thread has nothing to do while the other ends with it.
-            order = sorted(range(len(sources)), key=lambda k: -counts[k])
-            made = {k: pool.submit(unless_given_up, sources[k].make, counts[k]) for k in order}
-            return divide_patches([made[k].result() for k in range(len(sources))])
-        except BaseException:  # Ctrl-C, too: the pool waits for what its threads have begun
-            given_up.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+def _objects(tables, surfels, threads):
+    """The Surfels of object tables."""
+    names = [table.name for table in tables]
+    sources = in_threads([partial(open_object, table) for table in tables], names, threads)
+    counts = [source.count for source in sources] if surfels is None else shared_out(sources, surfels)
+    # The most work first, or one thread has nothing to do while the other ends with it.
+    order = sorted(range(len(sources)), key=lambda k: -counts[k])
+    makers = [partial(source.make, count) for source, count in zip(sources, counts, strict=True)]
+    return divide_patches(in_threads(makers, names, threads, order))
 
 
 class Table:

@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stop_callback
+from surflux._base.passes import stage
 from surflux.points.surfels import Surfels
 
 MOST_SURFELS = 20_000_000
@@ -182,7 +182,7 @@ def _sampled(evaluate, triangles, points, seed):
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     flat, index = _core.sample_triangles(corners, 5 * points, seed)
     position, normal = evaluate(_parameters(flat, corners[index], triangles[index]))
-    kept = _core.eliminate_samples(position, points, float(area), seed, progress=stop_callback())
+    kept = _core.eliminate_samples(position, points, float(area), seed, progress=stage("samples"))
     return Surfels(position[kept], normal[kept])
 
 

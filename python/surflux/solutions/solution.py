@@ -7,7 +7,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import progress_callback, thread_limit
+from surflux._base.passes import progress_callback, stage, thread_limit, watched
 from surflux.drawing.plots import plot, to_polydata
 from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
@@ -164,7 +164,8 @@ class Solution:
         if direct == "traced" and self._scene is None:
             raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
         seed = check.seed("seed", seed)
-        with thread_limit(threads), progress_callback(progress, "irradiance") as callback:
+        with watched(threads, progress):
+            callback = stage("irradiance")
             self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)
             warn_of_mid_air(self._on_surface(points, normals) != 0)
             if self._field is None:

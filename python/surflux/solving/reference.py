@@ -4,12 +4,12 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import progress_callback, thread_limit
+from surflux._base.passes import stage, watched
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 
 
-def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=None, progress=False):
+def reference_irradiance(scene, points, normals, samples=4096, seed=0, *, threads=None, progress=False):
     """Irradiance at points of a scene, direct and indirect, by unbiased path tracing (Kajiya 1986).
 
     What solvers are judged by. It approximates nothing but by chance, and says how far chance goes. What it is a
@@ -41,7 +41,8 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
             its own; there are about sqrt(samples) of them, at least 16: 64 batches of 64 paths for 4096.
         seed: of all that is random; the result is the same for the same seed, whatever the number of threads.
         threads: at most this many; None for all.
-        progress: True for a bar on stderr, or a callback (done, total) -> bool; False cancels.
+        progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+            False cancels.
 
     Returns:
         (irradiance, error), (m, 3) each, in the unit of the lights (W/m2): the estimate and its standard error. The
@@ -65,8 +66,10 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, threads=N
     normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
     samples = check.count("samples", samples, 16)
     seed = check.seed("seed", seed)
-    with thread_limit(threads), progress_callback(progress, "reference") as callback:
+    with watched(threads, progress):
         core = scene._to_core_without_areas()
         warn_of_layers(scene)
-        irradiance, error, _ = _core.reference_irradiance(core, points, normals, samples, seed, progress=callback)
+        irradiance, error, _ = _core.reference_irradiance(
+            core, points, normals, samples, seed, progress=stage("reference")
+        )
     return np.asarray(irradiance), np.asarray(error)

@@ -242,7 +242,7 @@ def test_a_reader_that_has_gone_is_no_error(here):
 
 
 def test_warnings_are_one_line(here, run, monkeypatch):
-    def read(path, viewpoint=None):
+    def read(path, viewpoint=None, progress=False):
         warnings.warn("3 normals are zero", stacklevel=1)
         return shapes.sphere(42)
 

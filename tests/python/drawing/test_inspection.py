@@ -125,12 +125,12 @@ def test_a_picture_without_a_folder(tmp_path):
         pair().plot_areas(screenshot=tmp_path / "none" / "a.png")
 
 
-def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeypatch, capfd):
+def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeypatch, caplog):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.chdir(tmp_path)
     assert read(pair().plot_areas(size=(400, 300))).shape == (300, 400, 3)
-    assert "there is no display, so the picture goes to" in capfd.readouterr().err
+    assert "there is no display, so the picture goes to" in caplog.text
 
 
 @pytest.mark.parametrize("size", [(800, 600), (1280, 720), (320, 240), (200, 900)])

@@ -94,15 +94,16 @@ def test_without_a_camera_all_is_in_view(tmp_path):
     assert not red[:, [0, -1]].any()
 
 
-def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeypatch, capfd):
+def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeypatch, capfd, caplog):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.chdir(tmp_path)
     path = pair().plot()
     assert path.read_bytes()[:4] == b"\x89PNG"
-    said = capfd.readouterr()
-    assert said.err == f"surflux: there is no display, so the picture goes to {path}\n"
-    assert said.out == ""
+    (said,) = caplog.records
+    assert (said.name, said.levelname) == ("surflux", "WARNING")
+    assert said.message == f"there is no display, so the picture goes to {path}"
+    assert capfd.readouterr().out == ""
     assert pair().plot() != path
     assert list(tmp_path.iterdir()) == []  # the working folder is the user's
     monkeypatch.setenv("DISPLAY", ":0")

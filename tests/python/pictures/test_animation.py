@@ -136,12 +136,13 @@ def test_a_film_is_written_frame_by_frame(solution, tmp_path, monkeypatch):
     assert len(imageio.mimread(tmp_path / "film.gif", memtest=False)) >= 1
 
 
-def test_a_callback_that_says_nothing_goes_on_and_one_that_says_zero_stops(solution, tmp_path):
+def test_a_callback_that_says_nothing_or_zero_goes_on_and_one_that_says_false_stops(solution, tmp_path):
     """As passes of the core take it."""
     cameras = sf.turntable(CAMERA, 2)
     assert len(solution.animate(cameras, tmp_path / "a%d.png", (16, 16), progress=lambda *_: None)) == 2
+    assert len(solution.animate(cameras, tmp_path / "a%d.png", (16, 16), progress=lambda *_: 0)) == 2
     with pytest.raises(sf.Cancelled):
-        solution.animate(cameras, tmp_path / "b%d.png", (16, 16), progress=lambda *_: 0)
+        solution.animate(cameras, tmp_path / "b%d.png", (16, 16), progress=lambda *_: False)
 
 
 def test_without_the_extra_films_say_what_to_install(solution, tmp_path, monkeypatch):

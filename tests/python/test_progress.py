@@ -1,0 +1,180 @@
+"""Threads and progress: every long call takes both by name, tells how far it is, and stops for False alone."""
+
+import inspect
+import logging
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import _core
+from surflux._base import passes
+
+BALL = np.random.default_rng(0).normal(size=(400, 3))
+BALL /= np.linalg.norm(BALL, axis=1, keepdims=True)
+SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
+WALL = [[0.3, 0, 0], [0.3, 1, 0], [0.3, 1, 1], [0.3, 0, 1]], [[0, 1, 2, 3]]
+SIGNATURES = [
+    sf.Surfels,
+    sf.Surfels.from_mesh,
+    sf.Surfels.sample_mesh,
+    sf.Surfels.thinned,
+    sf.Solution.irradiance_at,
+    sf.Solution.render,
+    sf.build_hierarchy,
+    sf.divide_patches,
+    sf.effective_areas,
+    sf.form_factors,
+    sf.inward_patches,
+    sf.load_scene,
+    sf.read,
+    sf.reference_irradiance,
+    sf.solve,
+    sf.solve_meshless,
+]
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory):
+    """What is long in each of the calls that make surfels, as function of threads and progress -> array."""
+    folder = tmp_path_factory.mktemp("long")
+    columns = [(name, "float", BALL[:, k]) for k, name in enumerate("xyz")]
+    _core.write_ply(folder / "ball.ply", [("vertex", len(BALL), columns)], None, [])
+    (folder / "balls.toml").write_text('[[object]]\nfile = "ball.ply"\n[[object]]\nshape = "sphere"\npoints = 400\n')
+    ball = sf.Surfels(BALL, BALL)
+    scene = sf.Scene([ball], [sf.PointLight([0, 0, 3], 1)])
+    return {
+        "Surfels": lambda **o: sf.Surfels(BALL, **o).radii,
+        "from_mesh": lambda **o: sf.Surfels.from_mesh(_joined(SQUARE, WALL), **o).areas,
+        "sample_mesh": lambda **o: sf.Surfels.sample_mesh(SQUARE, 50, **o).points,
+        "thinned": lambda **o: ball.thinned(100, **o).points,
+        "read": lambda **o: sf.read(folder / "ball.ply", **o).normals,
+        "load_scene": lambda **o: sf.load_scene(folder / "balls.toml", **o).surfels.radii,
+        "reference": lambda **o: sf.reference_irradiance(scene, [[0, 0, 1]], [[0, 0, 1]], 16, **o)[0],
+        "effective_areas": lambda **o: sf.effective_areas(ball, **o),
+    }
+
+
+LONG = ("Surfels", "from_mesh", "sample_mesh", "thinned", "read", "load_scene", "reference", "effective_areas")
+
+
+def _joined(a, b):
+    return [*a[0], *b[0]], [*a[1], *(np.add(b[1], len(a[0])).tolist())]
+
+
+@pytest.mark.parametrize("call", SIGNATURES, ids=lambda call: call.__qualname__)
+def test_threads_and_progress_are_taken_by_name_alone(call):
+    parameters = inspect.signature(call).parameters
+    for name, default in (("threads", None), ("progress", False)):
+        assert parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
+        assert parameters[name].default is default
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_every_long_call_tells_how_far_it_is_and_stops_for_false(calls, name, monkeypatch):
+    monkeypatch.setattr(passes, "_POLL", 1e-4)  # what threads do is looked at more often than a test takes
+    told = []
+    found = calls[name](progress=lambda *at: told.append(at))  # None goes on
+    assert told
+    assert all(0 <= done <= total for done, total in told)
+    np.testing.assert_array_equal(calls[name](threads=1), found)
+    np.testing.assert_array_equal(calls[name](threads=3, progress=lambda *_: 0), found)
+    if name == "load_scene":
+        return  # has a test of its own: it may be done before it is looked at
+    asked = []
+    with pytest.raises(sf.Cancelled):
+        calls[name](progress=lambda *at: bool(asked.append(at)))
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_threads_and_progress_are_checked_by_every_long_call(calls, name):
+    with pytest.raises(ValueError, match=r"^threads: wanted a whole number"):
+        calls[name](threads=1.5)
+    with pytest.raises(ValueError, match=r"^progress: wanted True or False"):
+        calls[name](progress=1)
+
+
+@pytest.mark.parametrize("answer", [None, 0, 0.0, "", [], True, np.True_, np.zeros(2)], ids=repr)
+def test_all_but_false_goes_on_in_the_core_and_in_python(answer):
+    passes.report(lambda *_: answer, 0, 1)
+    _core.estimate_normals(BALL, 8, None, progress=lambda *_: answer)
+
+
+@pytest.mark.parametrize("answer", [False, np.False_], ids=repr)
+def test_false_cancels_in_the_core_and_in_python(answer):
+    with pytest.raises(sf.Cancelled):
+        passes.report(lambda *_: answer, 0, 1)
+    with pytest.raises(sf.Cancelled):
+        _core.estimate_normals(BALL, 8, None, progress=lambda *_: answer)
+
+
+def test_jobs_in_threads_report_on_the_thread_that_called_and_all_stop(monkeypatch):
+    monkeypatch.setattr(passes, "_POLL", 1e-3)
+    ended, at_work, asked = [], threading.Barrier(2), []
+
+    def job():
+        at_work.wait(60)
+        try:
+            for k in range(10**9):
+                passes.report(passes.stage("steps"), k, 10**9)
+        finally:
+            ended.append(threading.get_ident())
+
+    def stop(done, total):
+        asked.append((threading.get_ident(), total))
+        return len(asked) < 3
+
+    with pytest.raises(sf.Cancelled), passes.watched(None, stop):
+        passes.in_threads([job, job, job], ["one", "two", "three"])
+    assert asked == [(threading.get_ident(), 10**9)] * 3
+    assert len(ended) == 2  # the third one was never begun
+    assert threading.get_ident() not in ended
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 8])
+def test_jobs_in_threads_keep_to_the_limit_of_all(threads, monkeypatch):
+    limits, at_once, most = [], set(), []
+
+    class Limit:
+        def __init__(self, count):
+            limits.append(count)
+
+    def job():
+        at_once.add(threading.get_ident())
+        most.append(len(at_once))
+        at_once.discard(threading.get_ident())
+
+    monkeypatch.setattr(_core, "ThreadLimit", Limit)
+    passes.in_threads([job] * 4, "abcd", threads=threads)
+    assert len(limits) == 4
+    assert max(most) * max(limits) <= threads
+
+
+def test_where_there_is_no_terminal_stages_are_logged(caplog, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    with caplog.at_level(logging.INFO, "surflux"):
+        sf.Surfels(BALL, progress=True)
+    assert [(record.name, record.message) for record in caplog.records] == [
+        ("surflux", "normals"),
+        ("surflux", "radii"),
+    ]
+
+
+def test_bars_are_those_of_tqdm_auto(monkeypatch):
+    """Which are widgets in a notebook."""
+    import tqdm.auto
+
+    bars = []
+
+    class Bar(tqdm.auto.tqdm):
+        def __init__(self, *args, **kwargs):
+            bars.append(kwargs["desc"])
+            super().__init__(*args, **kwargs)
+
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(tqdm.auto, "tqdm", Bar)
+    sf.Surfels(BALL, progress=True)
+    assert bars == ["normals", "radii"]
