@@ -160,20 +160,22 @@ void bind_scene(py::module_& module) {
             return DirectionalLight{to_vec3(direction, "direction"), to_vec3(irradiance, "irradiance")};
         }));
     py::class_<Environment>(module, "Environment")
-        .def(py::init([](const Doubles& radiance, const std::optional<Doubles>& pixels, const Doubles& up) {
-                 Environment e;
-                 e.radiance = to_vec3(radiance, "radiance");
-                 e.up = to_vec3(up, "up");
-                 if (pixels) {
-                     require(pixels->ndim() == 3 && pixels->shape(2) == 3, "image: wanted shape (h, w, 3)");
-                     e.height = static_cast<std::size_t>(pixels->shape(0));
-                     e.width = static_cast<std::size_t>(pixels->shape(1));
-                     const auto* first = reinterpret_cast<const Rgb*>(pixels->data());
-                     e.pixels.assign(first, first + e.width * e.height);
-                 }
-                 return e;
-             }),
-             py::arg("radiance"), py::arg("pixels"), py::arg("up"));
+        .def(py::init(
+                 [](const Doubles& radiance, const std::optional<Doubles>& pixels, const Doubles& up, double azimuth) {
+                     Environment e;
+                     e.radiance = to_vec3(radiance, "radiance");
+                     e.up = to_vec3(up, "up");
+                     e.azimuth = azimuth;
+                     if (pixels) {
+                         require(pixels->ndim() == 3 && pixels->shape(2) == 3, "image: wanted shape (h, w, 3)");
+                         e.height = static_cast<std::size_t>(pixels->shape(0));
+                         e.width = static_cast<std::size_t>(pixels->shape(1));
+                         const auto* first = reinterpret_cast<const Rgb*>(pixels->data());
+                         e.pixels.assign(first, first + e.width * e.height);
+                     }
+                     return e;
+                 }),
+             py::arg("radiance"), py::arg("pixels"), py::arg("up"), py::arg("azimuth"));
 
     // What of a scene coincides, found by find_coincidence.
     py::class_<Coincidence>(module, "Coincidence")

@@ -28,6 +28,15 @@ EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(en
         axis_x_ = {1.0 - up.x * up.x * k, -up.x * up.y * k, -up.x};
         axis_y_ = {-up.x * up.y * k, 1.0 - up.y * up.y * k, -up.y};
     }
+    // Quarter turns are exact, so that the pixels' borders stay where they are along the axes.
+    const double turned = environment.azimuth - 360.0 * std::floor(environment.azimuth / 360.0);
+    const double quarters = std::floor(turned / 90.0), rest = (turned - 90.0 * quarters) * pi / 180.0;
+    const Vec3 x = std::cos(rest) * axis_x_ + std::sin(rest) * axis_y_;
+    const Vec3 y = std::cos(rest) * axis_y_ - std::sin(rest) * axis_x_;
+    const Vec3 around[] = {x, y, -x, -y, x};
+    const auto quarter = static_cast<std::size_t>(quarters) % 4;
+    axis_x_ = around[quarter];
+    axis_y_ = around[quarter + 1];
     if (is_constant()) return;
     const std::size_t w = environment.width, h = environment.height;
     row_up_to_.resize(h);

@@ -9,7 +9,8 @@ namespace surflux {
 
 // Radiance of an Environment by direction, and directions drawn in proportion to it.
 // Pixel (row, col) of a lat-long image looks along theta = pi (row + .5) / h from `up`, phi = 2 pi (col + .5) / w:
-// (sin theta cos phi, sin theta sin phi, cos theta) in the frame that the shortest rotation of +z onto `up` makes.
+// (sin theta cos phi, sin theta sin phi, cos theta) in the frame that the shortest rotation of +z onto `up` makes,
+// turned about `up` by the azimuth.
 class EnvironmentMap {
 public:
     explicit EnvironmentMap(const Environment& environment);

@@ -38,6 +38,7 @@ struct Environment {
     std::size_t width = 0, height = 0;
     std::vector<Rgb> pixels;  // row-major, height x width
     Vec3 up{0, 0, 1};         // unit
+    double azimuth = 0.0;     // degrees by which the image is turned about `up`, counter-clockwise seen from its tip
 };
 
 using Light = std::variant<PointLight, SpotLight, AreaLight, DirectionalLight, Environment>;

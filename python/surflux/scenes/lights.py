@@ -154,12 +154,15 @@ class Environment:
     and the azimuth phi = 2 pi (column + 0.5) / w. For up = +z that is
     (sin theta cos phi, sin theta sin phi, cos theta): the first column looks along +x, the one at w/4 along +y.
     For any other `up` these directions are turned by the shortest rotation that takes +z to `up`; for up = -z, where
-    there is no shortest one, by 180 degrees about x.
+    there is no shortest one, by 180 degrees about x. Then the image is turned about `up` by `azimuth`: what showed at
+    phi shows at phi + azimuth.
 
     Args:
         image_or_rgb: radiance in W/(m2 sr), at least 0: one number, RGB (3,), an image (h, w, 3), or the path of an
             image file (EXR, HDR; PNG is taken as sRGB).
         up: (3,), where row 0 of the image lies; of any length but 0.
+        azimuth: degrees by which the image is turned about `up`, counter-clockwise seen from its tip; 90 brings the
+            first column from +x to +y. 360 more are the same light, bit by bit.
 
     Raises:
         ValueError: an argument, by name: a wrong shape, a value that is not finite or below 0, an up of zero length.
@@ -168,6 +171,7 @@ class Environment:
 
     image_or_rgb: object
     up: tuple = (0.0, 0.0, 1.0)
+    azimuth: float = 0.0
     radiance: tuple = field(init=False)
     image: np.ndarray | None = field(init=False)
 
@@ -192,15 +196,17 @@ class Environment:
             radiance=radiance,
             image=image,
             up=check.direction("up", self.up),
+            azimuth=check.number("azimuth", self.azimuth, -1e6, 1e6),
         )
 
     def __repr__(self):
         if self.image is None:
             return f"Environment(radiance={self.radiance}, up={self.up})"
-        return f"Environment(image of {self.image.shape[1]} x {self.image.shape[0]} pixels, up={self.up})"
+        azimuth = f", azimuth={self.azimuth:g}" if self.azimuth else ""
+        return f"Environment(image of {self.image.shape[1]} x {self.image.shape[0]} pixels, up={self.up}{azimuth})"
 
     def _to_core(self):
-        return _core.Environment(radiance=self.radiance, pixels=self.image, up=self.up)
+        return _core.Environment(radiance=self.radiance, pixels=self.image, up=self.up, azimuth=self.azimuth)
 
 
 LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)

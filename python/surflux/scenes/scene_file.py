@@ -29,9 +29,9 @@ _LIGHT_KEYS = {
     "spot": ("position", "direction", "intensity", "cone", "penumbra"),
     "area": ("corner", "edge_u", "edge_v", "exitance"),
     "directional": ("direction", "irradiance"),
-    "environment": ("radiance", "image", "up"),
+    "environment": ("radiance", "image", "up", "azimuth"),
 }
-_OPTIONAL = {"cone", "penumbra", "up", "radiance", "image", "fov"}
+_OPTIONAL = {"cone", "penumbra", "up", "azimuth", "radiance", "image", "fov"}
 
 
 def load_scene(path, *, surfels=None, threads=None, progress=False):
@@ -91,7 +91,8 @@ def load_scene(path, *, surfels=None, threads=None, progress=False):
       (5), full angles in degrees.
     - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
     - "directional": direction (of travel), irradiance (W/m2).
-    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]).
+    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]);
+      azimuth (0), degrees by which the picture is turned about up, counter-clockwise seen from its tip.
 
     [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees.
 

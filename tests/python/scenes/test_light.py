@@ -195,3 +195,51 @@ def test_a_light_does_not_occlude():
     lamp = sf.AreaLight([-1, 1, 1], [2, 0, 0], [0, -2, 0], 0.0)
     scene = sf.Scene([surfel()], [lamp, sf.PointLight([0, 0, 2], 8.0)])
     np.testing.assert_allclose(solve_own(scene).direct, 2.0, rtol=1e-12)
+
+
+def half_sky(width=64):
+    """Radiance 1 where phi is in (0, pi): in the half of all directions around phi = pi / 2."""
+    image = np.zeros((width // 2, width, 3))
+    image[:, : width // 2] = 1.0
+    return image
+
+
+@pytest.mark.parametrize("azimuth", [0, 30, 90, 180, -45, 270])
+@pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8)])
+def test_a_turned_environment_lights_what_faces_its_bright_half(azimuth, up):
+    """pi (1 + cos b) / 2, b between the normal and the middle of the bright half: as a tilted plane under half a sky.
+
+    That middle is phi = 90 degrees, by the docstring the image of +y, turned about `up` by the azimuth (Rodrigues).
+    """
+    light = sf.Environment(half_sky(), up=up, azimuth=azimuth)
+    middle = np.array([0, -1 if up[2] < 0 else 1, 0])  # +y stays where `up` leans towards x; up = -z turns it about x
+    sine, cosine = degrees(azimuth)
+    middle = cosine * middle + sine * np.cross(up, middle)
+    across = np.cross(middle, up)
+    for b in (0, 60, 90, 180):
+        sine, cosine = degrees(b)
+        wanted = 0.5 * (1 + cosine) * np.pi
+        found = received(light, surfel(cosine * middle + sine * across), rays=1024)[0]
+        assert found == pytest.approx(wanted, abs=0.01 * np.pi)
+
+
+def test_whole_turns_of_an_environment_change_no_bit():
+    rng = np.random.default_rng(0)
+    image = rng.uniform(size=(16, 32, 3))
+    tilted = surfel((0.3, 0.5, 0.4))
+
+    def light(**azimuth):
+        return received(sf.Environment(image, up=(0, 0.6, 0.8), **azimuth), tilted)
+
+    for azimuth in (360, 720, -360):
+        np.testing.assert_array_equal(light(azimuth=azimuth), light())
+    np.testing.assert_array_equal(light(azimuth=390), light(azimuth=30))
+    np.testing.assert_array_equal(light(azimuth=-330), light(azimuth=30))
+    assert np.any(light(azimuth=30) != light())
+
+
+def test_the_azimuth_of_an_environment_is_checked_and_shown():
+    with pytest.raises(ValueError, match=r"^azimuth: wanted one number"):
+        sf.Environment(half_sky(), azimuth=[1, 2])
+    assert "azimuth=30" in repr(sf.Environment(half_sky(), azimuth=30))
+    assert "azimuth" not in repr(sf.Environment(half_sky()))
