@@ -133,11 +133,11 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
             if add is not None:
                 add(np.rint(255.0 * tone_map(image, exposure=shown, filmic=filmic)).astype(np.uint8))
                 continue
-            written.append(name % (k + 1))
-            write_image(written[-1], image, **({"exposure": shown, "filmic": filmic} if suffix == ".png" else found))
+            more = {"exposure": shown, "filmic": filmic} if suffix == ".png" else found
+            written.append(write_image(name % (k + 1), image, **more))
         if callback is not None:
             callback(len(cameras), len(cameras))
-    return written or [name]
+    return written or [Path(name)]
 
 
 def check_target(path, argument="path"):

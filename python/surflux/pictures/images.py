@@ -31,6 +31,9 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
         filmic: for .png alone: False cuts off at 1, where else highlights are bent towards it.
         layers: for .exr alone, by name: (h, w), (h, w, 1) or (h, w, 3) each.
 
+    Returns:
+        The Path written.
+
     Raises:
         ValueError: an argument, by name: a wrong shape, NaN, layers for a format that has none, an exposure for one
             that needs none, whole numbers beyond what a float holds.
@@ -38,7 +41,8 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
 
     >>> import numpy as np
     >>> import surflux as sf
-    >>> sf.write_image("grey.exr", np.full((2, 4, 3), 0.25), depth=np.ones((2, 4)))
+    >>> sf.write_image("grey.exr", np.full((2, 4, 3), 0.25), depth=np.ones((2, 4))).name
+    'grey.exr'
     """
     path = Path(check.path("path", path))
     suffix = path.suffix.lower()
@@ -71,6 +75,7 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
         names += own
         channels.append(values)
     _core.write_image(str(path), names, np.concatenate(channels, axis=2))
+    return path
 
 
 def read_image(path, layer=None):
@@ -90,8 +95,8 @@ def read_image(path, layer=None):
 
     >>> import numpy as np
     >>> import surflux as sf
-    >>> sf.write_image("ramp.exr", np.zeros((2, 4, 3)), depth=[[1, 2, 3, 4]] * 2)
-    >>> sf.read_image("ramp.exr", layer="depth")[0]
+    >>> path = sf.write_image("ramp.exr", np.zeros((2, 4, 3)), depth=[[1, 2, 3, 4]] * 2)
+    >>> sf.read_image(path, layer="depth")[0]
     array([1., 2., 3., 4.], dtype=float32)
     """
     path = check.path("path", path)

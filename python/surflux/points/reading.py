@@ -49,8 +49,8 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, t
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
-    >>> sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6).save("two.ply")
-    >>> sf.read("two.ply", reflectance=0.8)
+    >>> path = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6).save("two.ply")
+    >>> sf.read(path, reflectance=0.8)
     Surfels(2 surfels, no areas)
     """
     surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint)

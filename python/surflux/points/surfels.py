@@ -307,11 +307,14 @@ class Surfels:
         Args:
             path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
 
+        Returns:
+            The Path written.
+
         Raises:
             ValueError: a path with another suffix.
             FileError: a path that cannot be written.
         """
-        save_surfels(ply_path(path), self._core)
+        return save_surfels(ply_path(path), self._core)
 
     def to_pyvista(self, kind="points"):
         """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.

@@ -18,9 +18,10 @@ COMMENT_KEY = "surflux "
 
 
 def ply_path(path):
-    """path, if PLY can be written under that name."""
-    if Path(check.path("path", path)).suffix.lower() != ".ply":
-        raise ValueError(f"path: wanted a name ending in .ply, got {os.fsdecode(path)!r}")
+    """path as a Path, if PLY can be written under that name."""
+    path = Path(check.path("path", path))
+    if path.suffix.lower() != ".ply":
+        raise ValueError(f"path: wanted a name ending in .ply, got {str(path)!r}")
     return path
 
 
@@ -41,6 +42,9 @@ def save_surfels(
         columns: dict of more properties, (n,) or (n, 3) each; (n, 3) become name_r, name_g and name_b.
         comments: lines of text for the header.
         colors: (n, 3) bytes for `red green blue` instead.
+
+    Returns:
+        The Path written.
 
     Raises:
         FileError: the file cannot be written.
@@ -77,7 +81,9 @@ def save_surfels(
         patch = _columns(("surfel",), surfels.triangle_surfel, _type_of)
         patch += _columns(CORNER_NAMES, triangles.reshape(-1, 9), lambda _: "double")
         elements.append(("patch", len(triangles), patch))
+    path = Path(os.fsdecode(path))
     _core.write_ply(path, elements, None, list(comments))
+    return path
 
 
 def pack_comments(data):

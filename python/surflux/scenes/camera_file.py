@@ -26,6 +26,9 @@ def save_camera(path, camera):
         path: of a TOML file that is there.
         camera: Camera.
 
+    Returns:
+        The Path written.
+
     Raises:
         ValueError: camera is none.
         FileError: a file that cannot be read or written, is no TOML, or says its camera in a form that this does not
@@ -34,8 +37,8 @@ def save_camera(path, camera):
     >>> from pathlib import Path
     >>> import surflux as sf
     >>> _ = Path("ball.toml").write_text('[[object]] # one\\nshape = "sphere"')
-    >>> sf.save_camera("ball.toml", sf.Camera([0, -4, 1], [0, 0, 0]))
-    >>> sf.load_scene("ball.toml").camera
+    >>> path = sf.save_camera("ball.toml", sf.Camera([0, -4, 1], [0, 0, 0]))
+    >>> sf.load_scene(path).camera
     Camera(eye=[0.0, -4.0, 1.0], target=[0.0, 0.0, 0.0], up=[0.0, 0.0, 1.0], fov=45)
     """
     path = Path(check.path("path", path))
@@ -66,6 +69,7 @@ def save_camera(path, camera):
     if not right:
         raise FileError(f"{path} (camera): is not a table headed [camera], and cannot be rewritten; it stays as it was")
     write_whole(path, after.encode("utf-8"))
+    return path
 
 
 def _plain(camera):

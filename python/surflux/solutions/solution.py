@@ -260,7 +260,7 @@ class Solution:
             options: all else goes to `render`. With layers=True, .exr files hold all layers.
 
         Returns:
-            list of the paths written: of one film, or of all pictures.
+            list of the Paths written: of one film, or of all pictures.
 
         Raises:
             ValueError: an argument, by name.
@@ -272,7 +272,7 @@ class Solution:
         >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
         >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
         >>> cameras = sf.turntable(sf.Camera([0.5, -1, 1], [0.5, 0.5, 0]), 3)
-        >>> solution.animate(cameras, "turn%02d.png", (40, 30))
+        >>> [path.name for path in solution.animate(cameras, "turn%02d.png", (40, 30))]
         ['turn01.png', 'turn02.png', 'turn03.png']
         """
         tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
@@ -367,6 +367,9 @@ class Solution:
         Args:
             path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
 
+        Returns:
+            The Path written.
+
         Raises:
             ValueError: a path with another suffix.
             FileError: the file cannot be written.
@@ -380,7 +383,7 @@ class Solution:
             "camera": None if self.camera is None else self.camera.to_dict(),
             "lamps": lamps,
         }
-        save_surfels(
+        return save_surfels(
             ply_path(path),
             self.surfels._core,
             radiosity=self.radiosity,

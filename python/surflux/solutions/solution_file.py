@@ -30,8 +30,8 @@ def load_solution(path):
 
     >>> import surflux as sf
     >>> floor = sf.Surfels([[0, 0, 0]], normals=[[0, 0, 1]], radii=0.1, areas=0.03)
-    >>> sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
-    >>> sf.load_solution("floor.ply").irradiance
+    >>> path = sf.solve(sf.Scene([floor], lights=[sf.DirectionalLight([0, 0, -1], 2.0)])).save("floor.ply")
+    >>> sf.load_solution(path).irradiance
     array([[2., 2., 2.]])
     """
     path = check.path("path", path)
