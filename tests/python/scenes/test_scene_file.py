@@ -63,6 +63,7 @@ irradiance = 1.0
 type = "environment"
 radiance = [0.1, 0.2, 0.3]
 up = [0, 1, 0]
+azimuth = 30
 """
     )
     point, spot, area, sun, sky = scene.lights
@@ -72,6 +73,7 @@ up = [0, 1, 0]
     assert sun == sf.DirectionalLight([0, 0, -1], 1)
     assert sky.radiance == (0.1, 0.2, 0.3)
     assert sky.up == (0, 1, 0)
+    assert sky.azimuth == 30
 
 
 def test_walls_colour_the_sides_of_a_room(load):
