@@ -1,10 +1,8 @@
 """Meshes from files and from other libraries, as vertices and polygons."""
 
 import os
-import sys
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,26 +10,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
-
-
-class Mesh(NamedTuple):
-    """Vertices and polygons.
-
-    The corners of face i are indices[offsets[i]:offsets[i + 1]]. The reflectance is linear, of the vertices' colours,
-    sRGB with white at .98; None where there are none.
-    """
-
-    vertices: np.ndarray  # (v, 3) float64
-    offsets: np.ndarray  # (f + 1,) int64
-    indices: np.ndarray  # (k,) int64
-    reflectance: np.ndarray | None  # (v, 3) float64
-
-    def face_reflectance(self):
-        """(f, 3): for each face the mean of what its corners have; 0.5 where the mesh has no colours."""
-        if self.reflectance is None:
-            return np.full((len(self.offsets) - 1, 3), 0.5)
-        corners = np.diff(self.offsets)[:, None]
-        return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 
 
 @contextmanager
@@ -54,8 +33,8 @@ def read_mesh(mesh):
     VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
 
     Args:
-        mesh: path, trimesh.Trimesh, pyvista.PolyData or (vertices (v, 3), faces), where faces are an (f, k) array of
-            indices or a sequence of sequences of them.
+        mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; or (vertices (v, 3), faces), where faces are an (f, k)
+            array of indices or a sequence of sequences of them.
 
     Returns:
         Mesh: at least one face; every face has 3 corners or more, each an existing vertex; all vertices finite.
@@ -165,46 +144,12 @@ def _read_with_trimesh(path):
 
 
 def _convert(mesh):
-    pyvista = sys.modules.get("pyvista")
-    if pyvista is not None and isinstance(mesh, pyvista.PolyData):
-        return _from_pyvista(mesh)
-    if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
-        return _from_trimesh(mesh)
-    if hasattr(mesh, "to_mesh"):  # trimesh.Scene
-        return _from_trimesh(mesh.to_mesh())
-    if hasattr(mesh, "dump"):  # the same, in older versions
-        return _from_trimesh(mesh.dump(concatenate=True))
-    if isinstance(mesh, tuple | list) and len(mesh) == 2:
-        return _from_arrays(*mesh)
-    raise ValueError(
-        f"mesh: wanted a path, a trimesh.Trimesh, a pyvista.PolyData or (vertices, faces), got {type(mesh).__name__}"
-    )
-
-
-def _from_trimesh(mesh):
-    faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
-    reflectance = None
-    visual = getattr(mesh, "visual", None)
-    if getattr(visual, "kind", None) == "vertex":
-        reflectance = reflectance_of_colors(np.asarray(visual.vertex_colors)[:, :3], 255.0)
-    vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-    return Mesh(vertices, 3 * np.arange(len(faces) + 1), faces.ravel(), reflectance)
-
-
-def _from_pyvista(mesh):
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    if mesh.n_strips:
-        mesh = mesh.triangulate()
-    polygons = mesh.GetPolys()
-    offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
-    indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
-    reflectance = None
-    for name in ("RGB", "RGBA"):
-        colors = mesh.point_data.get(name)
-        if colors is not None and colors.dtype == np.uint8:
-            reflectance = reflectance_of_colors(np.asarray(colors)[:, :3], 255.0)
-    return Mesh(np.array(mesh.points, dtype=np.float64), offsets, indices, reflectance)
+    found = convert(mesh)
+    if found is None and isinstance(mesh, tuple | list) and len(mesh) == 2:
+        found = _from_arrays(*mesh)
+    if found is None:
+        raise ValueError(f"mesh: wanted {WANTED}, got {type(mesh).__name__}")
+    return found
 
 
 def _from_arrays(vertices, faces):

@@ -11,6 +11,7 @@ from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
 from surflux.points import arranging
+from surflux.points.foreign_clouds import unpacked
 from surflux.points.writing import ply_path, save_surfels
 
 
@@ -20,13 +21,15 @@ class Surfels:
     A surfel receives and emits on the side its normal points to; its back occludes and absorbs.
 
     Args:
-        points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing.
+        points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing. Or a cloud of
+            Open3D, whose normals and colours count where none are given.
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
             line, and to orient them outwards, sheet by sheet (needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
-            Where n is 3, three numbers are one RGB.
+            Where n is 3, three numbers are one RGB. None for the colours of a cloud, sRGB made linear (white at .98),
+            else 0.5.
         emission: exitance of the surfel itself, at least 0; the same shapes.
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
@@ -64,13 +67,14 @@ class Surfels:
         *,
         radii=None,
         areas=None,
-        reflectance=0.5,
+        reflectance=None,
         emission=0.0,
         viewpoint=None,
         two_sided=False,
         threads=None,
         progress=False,
     ):
+        points, normals, reflectance = unpacked(points, normals, reflectance)
         points = check.positions("points", points, (None, 3))
         n = len(points)
         if viewpoint is not None:
@@ -120,14 +124,15 @@ class Surfels:
         triangles stay with it, through s[mask] and save, and occlude in place of the disk.
 
         Args:
-            mesh: path of a mesh file, trimesh.Trimesh, pyvista.PolyData, or (vertices (v, 3), faces), where faces
-                are an integer array (f, k) or a list of corner lists.
+            mesh: path of a mesh file; a mesh of trimesh, pyvista, meshio (triangles, quads and polygons) or Open3D; or
+                (vertices (v, 3), faces), where faces are an integer array (f, k) or a list of corner lists.
             patch_area: largest area of a patch; None for one patch per face. Either way two coplanar triangles that
                 make a convex quadrilateral count as one face. Quadrilaterals are cut into a grid of near-square
                 cells, triangles into k^2 congruent ones. What another face stands on, or goes through, is cut along it:
                 with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
-                mesh's own colours, sRGB at its vertices, made linear (white at .98), the mean of a face's; else 0.5.
+                mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98),
+                the mean over each face; else 0.5.
             emission: exitance, at least 0; the same shapes.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
                 belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector

@@ -199,7 +199,7 @@ def test_refuses_missing_files(tmp_path, name):
 @pytest.mark.parametrize(
     ("mesh", "reason"),
     [
-        (5, "mesh: wanted a path, a trimesh.Trimesh, a pyvista.PolyData or (vertices, faces), got int"),
+        (5, "mesh: wanted a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces), got int"),
         ((SQUARE,), "mesh: wanted a path"),
         ((SQUARE[:, :2], [[0, 1, 2]]), "mesh vertices: wanted shape (v, 3), got (4, 2)"),
         (("text", [[0, 1, 2]]), "mesh: wanted vertices (v, 3) and faces of indices, got"),

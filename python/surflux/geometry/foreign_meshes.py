@@ -1,0 +1,175 @@
+"""Meshes of other libraries, told by what they have and not by their class, as vertices and polygons with colours."""
+
+import sys
+from typing import NamedTuple
+
+import numpy as np
+
+from surflux._base.color import WHITE, reflectance_of_colors, srgb_to_linear, white_of_colors
+from surflux._base.warn import warn
+
+
+class Mesh(NamedTuple):
+    """Vertices and polygons.
+
+    The corners of face i are indices[offsets[i]:offsets[i + 1]]. Reflectance is linear, of the colours of vertices or
+    faces, sRGB with white at .98; None where there are none.
+    """
+
+    vertices: np.ndarray  # (v, 3) float64
+    offsets: np.ndarray  # (f + 1,) int64
+    indices: np.ndarray  # (k,) int64
+    reflectance: np.ndarray | None  # (v, 3) float64
+    of_faces: np.ndarray | None = None  # (f, 3) float64, which counts where both are there
+
+    def face_reflectance(self):
+        """(f, 3): what each face has, else the mean of its corners; 0.5 where the mesh has no colours."""
+        if self.of_faces is not None:
+            return self.of_faces
+        if self.reflectance is None:
+            return np.full((len(self.offsets) - 1, 3), 0.5)
+        corners = np.diff(self.offsets)[:, None]
+        return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+
+
+WANTED = "a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces)"
+_CORNERS = {"triangle": 3, "quad": 4}  # of meshio's cells; polygons say how many by themselves
+_WITHOUT_AREA = ("vertex", "line")
+
+
+def convert(mesh):
+    """The Mesh of an object of another library; None where it is none."""
+    pyvista = sys.modules.get("pyvista")
+    if pyvista is not None and isinstance(mesh, pyvista.PolyData):
+        return _from_pyvista(mesh)
+    if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+        return _from_trimesh(mesh)
+    if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):
+        return _from_open3d(mesh)
+    if hasattr(mesh, "to_mesh"):  # trimesh.Scene
+        return _from_trimesh(mesh.to_mesh())
+    if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
+        return _from_open3d(mesh.to_legacy())
+    if hasattr(mesh, "dump"):  # trimesh.Scene of older versions
+        return _from_trimesh(mesh.dump(concatenate=True))
+    if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
+        return _from_meshio(mesh)
+    return None
+
+
+def _triangles(vertices, faces, reflectance=None, of_faces=None):
+    faces = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
+    vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
+    return Mesh(vertices, 3 * np.arange(len(faces) + 1), faces.ravel(), reflectance, of_faces)
+
+
+def reflectance_of(colors):
+    """Linear reflectance (n, 3) of an array of colours of any type, RGB or RGBA: fractions, 8 or 16 bits."""
+    colors = np.asarray(colors)[:, :3]
+    white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else colors.dtype.name)
+    if white is None or not np.all(np.isfinite(colors)):
+        raise ValueError("colours: wanted finite numbers, at most 1, 255 or 65535")
+    return reflectance_of_colors(colors, white)
+
+
+def _from_trimesh(mesh):
+    visual = getattr(mesh, "visual", None)
+    kind = getattr(visual, "kind", None)
+    if kind == "vertex":
+        return _triangles(mesh.vertices, mesh.faces, reflectance=reflectance_of(visual.vertex_colors))
+    if kind == "face":
+        return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
+    if kind == "texture":
+        return _triangles(mesh.vertices, mesh.faces, of_faces=_textured(visual, np.asarray(mesh.faces)))
+    return _triangles(mesh.vertices, mesh.faces)
+
+
+def _textured(visual, faces):
+    """(f, 3): the mean of the texture over each face, times the colour of the material; None where it has neither."""
+    material = visual.material
+    factor = getattr(material, "baseColorFactor", None)  # of glTF: linear
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    tint = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
+    if image is not None and visual.uv is not None:
+        return np.clip(WHITE * tint * _mean_texels(image, np.asarray(visual.uv, np.float64)[faces]), 0.0, WHITE)
+    if factor is not None:
+        return np.tile(WHITE * tint, (len(faces), 1))
+    diffuse = getattr(material, "diffuse", None)
+    if diffuse is None or np.array_equal(diffuse, type(material)().diffuse):  # grey, where nobody has said anything
+        return None
+    return np.tile(reflectance_of(np.asarray(diffuse)[None]), (len(faces), 1))
+
+
+def _mean_texels(image, corners):
+    """(f, 3): linear means of an image over triangles of texture coordinates (f, 3, 2), which it repeats itself over.
+
+    Each is looked at in the middles of the 16 triangles that its sides' quarters make; v goes up.
+    """
+    pixels = np.asarray(image)
+    if pixels.dtype == np.uint16:
+        linear = srgb_to_linear(np.arange(65536) / 65535.0)
+        pixels = pixels if pixels.ndim == 3 else pixels[:, :, None].repeat(3, axis=2)
+    else:
+        linear, pixels = srgb_to_linear(np.arange(256) / 255.0), np.asarray(image.convert("RGB"))
+    height, width = pixels.shape[:2]
+    upright = [(3 * i + 1, 3 * j + 1) for i in range(4) for j in range(4 - i)]
+    places = upright + [(3 * i + 2, 3 * j + 2) for i in range(3) for j in range(3 - i)]
+    total = np.zeros((len(corners), 3))
+    for a, b in places:  # twelfths
+        u, v = ((12 - a - b) * corners[:, 0] + a * corners[:, 1] + b * corners[:, 2]).T / 12.0
+        column = np.floor(u * width).astype(np.int64) % width
+        row = np.floor((1.0 - v) * height).astype(np.int64) % height
+        total += linear[pixels[row, column, :3]]
+    return total / len(places)
+
+
+def _from_open3d(mesh):
+    colors = np.asarray(getattr(mesh, "vertex_colors", ()))
+    reflectance = reflectance_of(colors) if len(colors) else None
+    return _triangles(mesh.vertices, mesh.triangles, reflectance=reflectance)
+
+
+def _from_meshio(mesh):
+    rings, left_out = [], set()
+    for block in mesh.cells:
+        kind, data = (block.type, block.data) if hasattr(block, "type") else block  # pairs in older versions
+        if kind in _CORNERS or kind.startswith("polygon"):
+            rings += [np.asarray(ring, dtype=np.int64) for ring in data]
+        elif not kind.startswith(_WITHOUT_AREA):
+            left_out.add(kind)
+    if left_out:
+        kinds = ", ".join(sorted(left_out))
+        if not rings:
+            raise ValueError(f"mesh cells: wanted triangles, quads or polygons, got {kinds}; give the surface")
+        warn(f"mesh cells: {kinds} are left out; triangles, quads and polygons are the surface")
+    vertices = np.array(mesh.points, dtype=np.float64)
+    if vertices.ndim == 2 and vertices.shape[1] == 2:
+        vertices = np.pad(vertices, ((0, 0), (0, 1)))
+    data = getattr(mesh, "point_data", None) or {}
+    reflectance = None
+    if all(name in data for name in ("red", "green", "blue")):  # as its reader of PLY has them
+        reflectance = reflectance_of(np.stack([data[name] for name in ("red", "green", "blue")], axis=1))
+    offsets = np.cumsum([0, *map(len, rings)])
+    return Mesh(vertices, offsets, np.concatenate(rings) if rings else np.zeros(0, np.int64), reflectance)
+
+
+def _from_pyvista(mesh):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    if mesh.n_strips:
+        mesh = mesh.triangulate()
+    polygons = mesh.GetPolys()
+    offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
+    indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
+    reflectance, of_faces = (_colors_among(data) for data in (mesh.point_data, mesh.cell_data))
+    if of_faces is not None:
+        of_faces = of_faces[mesh.n_verts + mesh.n_lines :]  # cells of these kinds come first
+    return Mesh(np.array(mesh.points, dtype=np.float64), offsets, indices, reflectance, of_faces)
+
+
+def _colors_among(data):
+    for name in ("RGB", "RGBA"):
+        colors = data.get(name)
+        if colors is not None and colors.ndim == 2 and colors.dtype in (np.uint8, np.uint16):
+            return reflectance_of(colors)
+    return None

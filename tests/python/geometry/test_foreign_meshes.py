@@ -1,0 +1,171 @@
+"""Meshes and clouds of other libraries, and their colours. meshio and Open3D are told by what their objects have."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux._base.color import WHITE, srgb_to_linear
+from surflux.geometry.meshes import read_mesh
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+GREY = WHITE * srgb_to_linear(188 / 255)  # of an 8-bit 188: about half of white
+
+
+def meshio_like(*cells, points=SQUARE, **point_data):
+    blocks = [SimpleNamespace(type=kind, data=np.array(data)) for kind, data in cells]
+    return SimpleNamespace(points=points, cells=blocks, point_data=point_data)
+
+
+def open3d_like(**colors):
+    return SimpleNamespace(vertices=SQUARE, triangles=TWO.astype(np.int32), **colors)
+
+
+def polygons(mesh):
+    return [mesh.indices[a:b].tolist() for a, b in zip(mesh.offsets[:-1], mesh.offsets[1:], strict=True)]
+
+
+def test_blocks_of_meshio():
+    mesh = meshio_like(("line", [[0, 1]]), ("triangle", [[0, 1, 2]]), ("quad", [[0, 1, 2, 3]]), ("vertex", [[0]]))
+    assert polygons(read_mesh(mesh)) == [[0, 1, 2], [0, 1, 2, 3]]
+    assert sf.Surfels.from_mesh(mesh).areas.tolist() == [0.5, 1.0]
+    pairs = SimpleNamespace(points=SQUARE, cells=[("quad", np.array([[0, 1, 2, 3]]))])
+    assert polygons(read_mesh(pairs)) == [[0, 1, 2, 3]]
+    five = meshio_like(("polygon5", [[0, 1, 2, 3, 4]]), points=np.array([[0, 0], [2, 0], [2, 1], [1, 2], [0, 1]]))
+    assert read_mesh(five).vertices[3].tolist() == [1, 2, 0]  # in a plane: z is 0
+    assert sf.Surfels.sample_mesh(mesh, 20).areas is None
+
+
+def test_volumes_of_meshio_are_no_surface():
+    tetra = ("tetra", [[0, 1, 2, 3]])
+    with pytest.raises(ValueError, match=r"^mesh cells: wanted triangles, quads or polygons, got tetra"):
+        read_mesh(meshio_like(tetra))
+    with pytest.warns(UserWarning, match=r"^mesh cells: tetra are left out"):
+        mesh = read_mesh(meshio_like(tetra, ("triangle", [[0, 1, 2]])))
+    assert polygons(mesh) == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(("dtype", "white"), [(np.uint8, 255), (np.uint16, 65535), (float, 1.0)])
+def test_colors_of_vertices_of_meshio(dtype, white):
+    values = {name: np.array([white, 0, white, 0]).astype(dtype) for name in ("red", "green", "blue")}
+    mesh = read_mesh(meshio_like(("quad", [[0, 1, 2, 3]]), **values))
+    np.testing.assert_array_equal(mesh.reflectance, np.array([[WHITE] * 3, [0] * 3] * 2))
+
+
+def test_meshes_of_open3d():
+    assert polygons(read_mesh(open3d_like())) == TWO.tolist()
+    assert read_mesh(open3d_like(vertex_colors=np.zeros((0, 3)))).reflectance is None
+    colors = np.array([[1, 0, 188 / 255]] * 4)
+    mesh = read_mesh(open3d_like(vertex_colors=colors))
+    np.testing.assert_allclose(mesh.reflectance, [[WHITE, 0, GREY]] * 4)
+    tensors = SimpleNamespace(to_legacy=lambda: open3d_like(vertex_colors=colors))
+    np.testing.assert_array_equal(read_mesh(tensors).reflectance, mesh.reflectance)
+    assert sf.Surfels.from_mesh(open3d_like()).areas.tolist() == [1.0]
+
+
+def cloud(**more):
+    empty = np.zeros((0, 3))
+    return SimpleNamespace(**({"points": SQUARE, "normals": empty, "colors": empty} | more))
+
+
+def test_clouds_of_open3d():
+    colors = np.array([[1, 0, 188 / 255]] * 4)
+    s = sf.Surfels(cloud(normals=[[0, 0, -2]] * 4, colors=colors), radii=1.0)
+    np.testing.assert_array_equal(s.points, SQUARE)
+    np.testing.assert_array_equal(s.normals, [[0, 0, -1]] * 4)
+    np.testing.assert_allclose(s.reflectance, [[WHITE, 0, GREY]] * 4)
+    # What is given counts; what is not there is as of an array.
+    given = sf.Surfels(cloud(colors=colors), [[0, 0, 1]] * 4, radii=1.0, reflectance=0.2)
+    assert given.normals[0].tolist() == [0, 0, 1]
+    assert (given.reflectance == 0.2).all()
+    plain = sf.Surfels(cloud(), radii=1.0)
+    assert (plain.reflectance == 0.5).all()
+    np.testing.assert_array_equal(plain.normals, sf.Surfels(SQUARE, radii=1.0).normals)
+    tensors = SimpleNamespace(to_legacy=lambda: cloud(colors=colors))
+    np.testing.assert_array_equal(sf.Surfels(tensors, radii=1.0).reflectance, s.reflectance)
+
+
+def two_triangles(**visual):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.Trimesh(SQUARE, TWO, process=False)
+    if visual:
+        mesh.visual = trimesh.visual.TextureVisuals(**visual)
+    return mesh
+
+
+def test_colors_of_faces_of_trimesh():
+    mesh = two_triangles()
+    mesh.visual.face_colors = [[255, 0, 0, 255], [0, 188, 0, 255]]
+    s = sf.Surfels.from_mesh(mesh, reflectance=None)  # no pair of triangles of two colours is one patch
+    np.testing.assert_allclose(s.reflectance, [[WHITE, 0, 0], [0, GREY, 0]])
+    spread = sf.Surfels.sample_mesh(mesh, 50, reflectance=None)
+    upper = spread.points[:, 1] > spread.points[:, 0]
+    np.testing.assert_allclose(spread.reflectance, np.where(upper[:, None], [0, GREY, 0], [WHITE, 0, 0]))
+
+
+def test_textures_of_trimesh():
+    """Each half of the square has its half of the picture; v goes up, so row 0 is at v = 1."""
+    image_module = pytest.importorskip("PIL.Image")
+    from trimesh.visual.material import PBRMaterial, SimpleMaterial
+
+    pixels = np.zeros((2, 2, 3), np.uint8)
+    pixels[0] = [255, 0, 0]  # v above a half
+    pixels[1] = [0, 0, 188]
+    image = image_module.fromarray(pixels)
+    halves = np.array([[0, 0, 0], [1, 0, 0], [1, 0.5, 0], [0, 0.5, 0], [1, 1, 0], [0, 1, 0]], float)
+    faces = [[0, 1, 2], [0, 2, 3], [3, 2, 4], [3, 4, 5]]
+    lower, upper = [0, 0, GREY], [WHITE, 0, 0]
+
+    def reflectance(material, uv=halves[:, :2]):
+        trimesh = pytest.importorskip("trimesh")
+        mesh = trimesh.Trimesh(halves, faces, process=False)
+        mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+        return read_mesh(mesh).face_reflectance()
+
+    np.testing.assert_allclose(reflectance(SimpleMaterial(image=image)), [lower, lower, upper, upper])
+    # It repeats itself, in u and v.
+    again = reflectance(SimpleMaterial(image=image), halves[:, :2] + [3, -2])
+    np.testing.assert_allclose(again, [lower, lower, upper, upper])
+    # The colour of glTF's material is linear, and multiplies.
+    tinted = reflectance(PBRMaterial(baseColorTexture=image, baseColorFactor=[51, 255, 255, 255]))
+    np.testing.assert_allclose(tinted, [lower, lower, [0.2 * WHITE, 0, 0], [0.2 * WHITE, 0, 0]])
+    np.testing.assert_allclose(
+        reflectance(PBRMaterial(baseColorFactor=[51, 255, 0, 255])), [[0.2 * WHITE, WHITE, 0]] * 4
+    )
+    np.testing.assert_allclose(reflectance(SimpleMaterial(diffuse=[255, 188, 0])), [[WHITE, GREY, 0]] * 4)
+    np.testing.assert_array_equal(reflectance(SimpleMaterial()), [[0.5] * 3] * 4)  # nobody has said anything
+
+
+def test_a_face_has_the_linear_mean_of_its_texture():
+    """The left half of the picture is white, where a quarter of the lower triangle lies and three of the upper one.
+
+    Of light, not of sRGB. Sixteenths of a triangle lie on either side of the border, so the means are exact.
+    """
+    image_module = pytest.importorskip("PIL.Image")
+    from trimesh.visual.material import SimpleMaterial
+
+    pixels = np.zeros((4, 4), np.uint8)
+    pixels[:, :2] = 255
+    mesh = two_triangles(uv=SQUARE[:, :2], material=SimpleMaterial(image=image_module.fromarray(pixels)))
+    found = read_mesh(mesh).face_reflectance()
+    np.testing.assert_allclose(found, [[WHITE / 4] * 3, [WHITE * 3 / 4] * 3])
+    deep = image_module.fromarray((pixels.astype(np.uint16) // 255) * 65535)
+    sixteen = two_triangles(uv=SQUARE[:, :2], material=SimpleMaterial(image=deep))
+    np.testing.assert_allclose(read_mesh(sixteen).face_reflectance(), found)
+
+
+@pytest.mark.parametrize(("dtype", "white", "half"), [(np.uint8, 255, 188), (np.uint16, 65535, 188 * 257)])
+def test_colors_of_pyvista_in_8_and_16_bits(dtype, white, half):
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.PolyData(SQUARE, faces=[3, 0, 1, 2, 3, 0, 2, 3])
+    mesh.point_data["RGB"] = np.array([[white, half, 0]] * 4, dtype)
+    np.testing.assert_allclose(read_mesh(mesh).face_reflectance(), [[WHITE, GREY, 0]] * 2)
+    mesh.cell_data["RGB"] = np.array([[0, half, 0], [0, 0, white]], dtype)
+    np.testing.assert_allclose(read_mesh(mesh).face_reflectance(), [[0, GREY, 0], [0, 0, WHITE]])
+
+
+def test_colors_that_no_type_has_are_refused():
+    with pytest.raises(ValueError, match=r"^colours: wanted finite numbers"):
+        read_mesh(open3d_like(vertex_colors=np.full((4, 3), np.nan)))
