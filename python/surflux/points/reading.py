@@ -53,7 +53,7 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, t
     >>> sf.read(path, reflectance=0.8)
     Surfels(2 surfels, no areas)
     """
-    surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint)
+    surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint, threads=threads, progress=progress)
     if faces:
         warn(
             f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, which are left out, for it is read as points: "
@@ -62,7 +62,7 @@ def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, t
     return surfels
 
 
-def read_with_faces(path, format=None, reflectance=None, emission=0.0, viewpoint=None):
+def read_with_faces(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, threads=None, progress=False):
     """What `read` returns, and how many faces the file has that are left out."""
     path = check.path("path", path)
     if viewpoint is not None:

@@ -10,7 +10,7 @@ from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
-from surflux.points import arranging
+from surflux.points import arranging, summaries
 from surflux.points.foreign_clouds import unpacked
 from surflux.points.writing import ply_path, save_surfels
 
@@ -285,11 +285,7 @@ class Surfels:
     def __len__(self):
         return len(self._core)
 
-    def __repr__(self):
-        patches = len(np.unique(self.triangle_surfel))
-        of_patches = f", {patches} of them {'a patch' if patches == 1 else 'patches'}" if patches else ""
-        area = "no areas" if self.areas is None else f"area {self.areas.sum():.6g}"
-        return f"Surfels({check.counted(len(self), 'surfel')}{of_patches}, {area})"
+    __repr__, _repr_html_ = summaries.as_text, summaries.as_table
 
     def __getitem__(self, selection):
         """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.

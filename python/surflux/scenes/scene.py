@@ -1,5 +1,6 @@
 """A scene: objects made of surfels, and lights."""
 
+from collections import Counter
 from functools import partial
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import stage, stage_callback
+from surflux._base.summary import box_text, html_table
 from surflux.geometry.divided import cut_at_walls
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
@@ -98,10 +100,27 @@ class Scene:
         return concatenate(self._objects)
 
     def __repr__(self):
-        total = sum(len(s) for s in self._objects)
+        objects, surfels, lights = self._counts()
         title = f"{self.name!r}, " if self.name else ""
-        objects, lights = counted(len(self._objects), "object"), counted(len(self._lights), "light")
-        return f"Scene({title}{objects}, {counted(total, 'surfel')}, {lights})"
+        return f"Scene({title}{counted(objects, 'object')}, {counted(surfels, 'surfel')}, {counted(lights, 'light')})"
+
+    def _repr_html_(self):
+        objects, surfels, lights = self._counts()
+        bounds = np.array([s.bounds for s in self._objects])
+        area = None if any(s.areas is None for s in self._objects) else sum(float(s.areas.sum()) for s in self._objects)
+        kinds = Counter(type(light).__name__ for light in self._lights)
+        shining = sum(int(np.count_nonzero(s.emission.any(axis=1))) for s in self._objects)
+        rows = [
+            ("objects", str(objects)),
+            ("surfels", f"{surfels}, {shining} of them emissive" if shining else str(surfels)),
+            ("bounds", box_text([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])),
+            ("area", "open" if area is None else f"{area:.6g}"),
+            ("lights", ", ".join(f"{n} {kind}" for kind, n in kinds.items()) if lights else "0"),
+        ]
+        return html_table(f"Scene {self.name}".rstrip(), rows)
+
+    def _counts(self):
+        return len(self._objects), sum(len(s) for s in self._objects), len(self._lights)
 
     def _to_core(self, *, progress=False):
         """The compiled scene, with effective areas for every object; the objects stay as they are."""

@@ -11,7 +11,7 @@ from surflux._base.passes import progress_callback, stage, thread_limit, watched
 from surflux.drawing.plots import plot, to_polydata
 from surflux.pictures.animation import animate
 from surflux.points.writing import pack_comments, ply_path, save_surfels
-from surflux.solutions import rendering
+from surflux.solutions import rendering, summaries
 from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import insertion_depth, means_of_faces
 
@@ -122,10 +122,7 @@ class Solution:
         basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
         return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None, "_on_surface": None}
 
-    def __repr__(self):
-        surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
-        error = "unknown" if math.isnan(self.error) else f"{self.error:.2g}"
-        return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
+    __repr__, _repr_html_ = summaries.as_text, summaries.as_table
 
     def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
         """Irradiance H at any points on surfaces.

@@ -1,0 +1,45 @@
+"""What a solution is, in a line and in a table: methods of Solution."""
+
+import math
+
+from surflux._base import check
+from surflux._base.summary import box_text, html_table
+from surflux.points.summaries import facts
+
+_ACCOUNT = {
+    "power_in": "power in",
+    "power_absorbed": "absorbed",
+    "power_escaped": "escaped",
+    "power_into_backs": "into backs",
+    "power_lost": "lost",
+}
+
+
+def as_text(self):
+    """repr() of Solution."""
+    surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
+    error = "unknown" if math.isnan(self.error) else f"{self.error:.2g}"
+    return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
+
+
+def as_table(self):
+    """What Jupyter shows of a Solution."""
+    s, last = self.surfels, self.history[-1] if self.history else {}
+    n, _, area = facts(s)
+    inserted = int((self.levels < 0).sum())
+    rows = [
+        ("surfels", f"{n}, {inserted} of them inserted" if inserted else str(n)),
+        ("bounds", box_text(s.bounds)),
+        ("area", f"{area:.6g}"),
+        ("error, estimated", "unknown" if math.isnan(self.error) else f"{self.error:.2%}"),
+    ]
+    # A solution from a file has what the file says, which may be anything.
+    power = {key: last.get(key) for key in (*_ACCOUNT, "power_lost_error")}
+    if all(isinstance(value, (int, float)) for value in power.values()):
+        whole = power["power_in"]
+        for key, name in _ACCOUNT.items():
+            share = f" ({power[key] / whole:.2%})" if whole > 0 and key != "power_in" else ""
+            spread = f" ± {power['power_lost_error']:.2g}" if key == "power_lost" else ""
+            rows.append((name, f"{power[key]:.5g}{spread}{share}"))
+    rows.append(("seconds", f"{sum(self.timings.values()):.3g}"))
+    return html_table("Solution", rows)
