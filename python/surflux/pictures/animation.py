@@ -11,6 +11,7 @@ from surflux._base import check
 from surflux._base.files import file_error, require_folder, unfinished_name
 from surflux._base.passes import progress_callback, report
 from surflux.pictures.camera import Camera
+from surflux.pictures.gif import GifWriter
 from surflux.pictures.images import checked_tone, resolved_exposure, tone_map, write_image
 
 FILMS = (".mp4", ".gif")
@@ -160,14 +161,16 @@ def _film(path, fps):
     target = Path(path)
     unfinished, suffix = target.with_name(unfinished_name(target)), target.suffix.lower()
     imageio = _imageio(suffix)
-    more = {"loop": 0, "duration": 1000.0 / fps} if suffix == ".gif" else MP4 | {"fps": fps}
 
     def refused(error):
         return file_error(path, f"cannot be written: {error}")
 
     try:
         try:
-            writer = imageio.get_writer(unfinished, mode="I", **more)
+            if suffix == ".gif":
+                writer = GifWriter(unfinished, fps)
+            else:
+                writer = imageio.get_writer(unfinished, mode="I", fps=fps, **MP4)
         except (OSError, RuntimeError) as error:
             raise refused(error) from error
 
