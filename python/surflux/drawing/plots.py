@@ -99,8 +99,8 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
         options: go to pyvista.Plotter.add_mesh.
 
     Returns:
-        The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
-        which the notebook shows.
+        The path of the picture, None after a window was closed; in a Jupyter notebook a Picture, which the
+        notebook shows.
 
     Raises:
         ValueError: an argument, by name.
@@ -179,10 +179,10 @@ def has_display():
 
 
 def in_notebook():
-    """Whether this runs in a Jupyter kernel, without a display of its own."""
+    """Whether this runs in a Jupyter kernel: what is shown belongs in the cell, wherever a display may be."""
     shell = sys.modules.get("IPython")
     shell = shell and shell.get_ipython()
-    return shell is not None and hasattr(shell, "kernel") and not has_display()
+    return shell is not None and hasattr(shell, "kernel")
 
 
 class Picture:

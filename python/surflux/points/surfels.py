@@ -353,8 +353,8 @@ class Surfels:
             options: all else goes to pyvista.Plotter.add_mesh.
 
         Returns:
-            The path of the picture, None after a window was closed; in a Jupyter notebook without a display a Picture,
-            which the notebook shows.
+            The path of the picture, None after a window was closed; in a Jupyter notebook a Picture, which the notebook
+            shows.
 
         Raises:
             ValueError: an argument, by name.

@@ -35,8 +35,8 @@ def view(
     solved again when the slider is let go, which takes as long as solving takes; what is shown is that solution, with
     its cut. Surfels have one side here as they have in the light: from behind they are not drawn, until b is pressed.
 
-    Without a display, or with `screenshot`, a picture is saved instead. In a Jupyter notebook without a display a Page
-    is returned, which the notebook shows.
+    Without a display, or with `screenshot`, a picture is saved instead. In a Jupyter notebook a Page is returned,
+    which the notebook shows in the cell, whether there is a display or not: the kernel may be anywhere.
 
     Args:
         thing: Surfels, Scene or Solution.

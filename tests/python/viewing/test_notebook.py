@@ -23,24 +23,34 @@ sf.view(red, camera=camera)
 ]
 
 
-@pytest.fixture(scope="module")
-def outputs(tmp_path_factory):
-    """What each cell shows, by MIME type."""
+def run_cells(cells, folder, display=None):
+    """What each cell shows, by MIME type; a display that is named need not be there."""
     for name in ("nbclient", "ipykernel"):
         if not os.environ.get("CI"):
             pytest.importorskip(name)
     import nbclient
     import nbformat
 
-    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in CELLS])
-    folder = tmp_path_factory.mktemp("notebook")
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     with pytest.MonkeyPatch.context() as patch:
         for name in ("DISPLAY", "WAYLAND_DISPLAY"):
             patch.delenv(name, raising=False)
+        if display is not None:
+            patch.setenv("DISPLAY", display)
         nbclient.NotebookClient(book, timeout=120, resources={"metadata": {"path": str(folder)}}).execute()
     assert os.listdir(folder) == []  # nothing was written on the way
     shown = [[o for o in cell["outputs"] if o["output_type"] == "execute_result"] for cell in book["cells"]]
     return [results[0]["data"] for results in shown]
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory):
+    return run_cells(CELLS, tmp_path_factory.mktemp("notebook"))
+
+
+def test_where_there_is_a_display_a_view_is_a_page_too(tmp_path):
+    (shown,) = run_cells(CELLS[:1], tmp_path, display=":99")
+    assert shown["text/html"].startswith("<iframe")
 
 
 def is_red(image):
