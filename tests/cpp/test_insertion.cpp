@@ -173,6 +173,27 @@ TEST(Insertion, ChildrenOnASphereStayOnIt) {
     EXPECT_GT(std::log(farthest(400) / farthest(6400)) / std::log(4.0), 1.6);
 }
 
+TEST(Insertion, NormalsOfChildrenTurnWithTheSurface) {
+    // On a unit sphere a normal turns by as much as a place lies apart. Weighted means of normals around leave a good
+    // part of that, to first order of the radius R, and more with each generation; slopes their stiffness, a hundredth
+    // of what lies within reach of a disk, 2 R, and the second order.
+    for (const std::size_t n : {400, 6400})
+        for (const int rounds : {1, 3}) {
+            Refined r(scene_of({shapes::sphere(n, 1.0, 1.0, 0.5, 0.0)}), 40 * n);
+            r.refine([](const Vec3& p) { return p.z > 0.1 ? 1.0 : 0.0; }, 0.1, rounds);
+            const double radius = r.scene.surfels.radii[0];
+            std::size_t inserted = 0;
+            for (std::uint32_t p : r.leaves()) {
+                if (!r.tree.is_inserted(p)) continue;
+                ++inserted;
+                EXPECT_LT(length(cross(r.tree.normal(p), normalized(r.tree.position(p)))),
+                          0.01 * 2.0 * radius + radius * radius)
+                    << n << " " << rounds;
+            }
+            EXPECT_GT(inserted, 100u);
+        }
+}
+
 TEST(Insertion, ChildrenOfAPatchLieInIt) {
     Refined r(grid_of_patches(10), 4000);
     EXPECT_EQ(r.refine(step, 0.1, 3), 3);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/solution/interpolation.h"
@@ -19,6 +20,12 @@ constexpr std::size_t most_inserted = 50000;  // leaves more, unless it is said
 constexpr double step = 0.3;                  // of what the forces want, per round of repulsion
 constexpr double inside = 0.96;               // of the way to the rim of a patch is as far as children go
 constexpr double farthest = 0.75;             // of the parent's radius is as far as they go from it
+
+// A child at an offset in the plane of its parent, on a surface whose slope changes evenly from the parent's normal n
+// to the child's.
+Vec3 on_surface(const Vec3& center, const Vec3& n, const Vec3& offset, const Vec3& own) {
+    return center + offset - (0.5 * dot(own, offset) / std::max(0.2, dot(own, n))) * n;
+}
 
 }  // namespace
 
@@ -176,6 +183,7 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
         SurfelTree::Child children[SurfelTree::children];
     };
     std::vector<Family> families(chosen.size());
+    const NormalField& from = normals();
     parallel_blocks(chosen.size(), 32, [&](std::size_t begin, std::size_t end) {
         Neighborhood around;
         std::vector<Interpolation::Weight> weights;
@@ -194,15 +202,12 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
                 child.normal = w;
                 leaves.sites->at(child.position, w, tree_.object(leaf), weights);
                 child.reflectance = {};
-                Vec3 mean;
-                for (const Interpolation::Weight& other : weights) {
+                for (const Interpolation::Weight& other : weights)
                     child.reflectance += other.weight * tree_.reflectance(leaves.points[other.site]);
-                    mean += other.weight * leaves.normals[other.site];
-                }
                 if (!tree_.piece(leaf).empty())
                     child.position = kept_on_patch(leaf, child.position);
                 else
-                    child.normal = normalized(mean);
+                    child.normal = from.at(child.position, w, tree_.object(leaf));
             }
         }
     });
@@ -270,14 +275,41 @@ void Insertion::repel(std::uint32_t first) {
                 moved[k] = kept_on_patch(from, center + offset);
                 return;
             }
-            // On a surface whose slope changes evenly from the parent's normal to the child's.
-            const Vec3& own = tree_.normal(p);
-            moved[k] = center + offset - (0.5 * dot(own, offset) / std::max(0.2, dot(own, n))) * n;
+            moved[k] = on_surface(center, n, offset, tree_.normal(p));
         });
         for (std::uint32_t k = 0; k < count; ++k) tree_.move(first + k, moved[k]);
     }
+    // What moved has the normal of where it came to.
+    const NormalField& field = normals();
+    parallel_for(count, 64, [&](std::size_t k) {
+        const std::uint32_t p = first + static_cast<std::uint32_t>(k), from = parent[k];
+        if (!tree_.piece(from).empty()) return;
+        const Vec3 &at = tree_.position(p), &n = tree_.normal(from), &center = tree_.position(from);
+        const Vec3 normal = field.at(at, n, tree_.object(p));
+        moved[k] = on_surface(center, n, at - center - dot(at - center, n) * n, normal);
+        tree_.turn(p, normal);
+    });
+    for (std::uint32_t k = 0; k < count; ++k)
+        if (tree_.piece(parent[k]).empty()) tree_.move(first + k, moved[k]);
     for (std::uint32_t k = 0; k < count; k += SurfelTree::children)
         if (!tree_.piece(parent[k]).empty()) tree_.share_patch(parent[k]);
+}
+
+// Of the scene's own disks, wherever any may be split: what was inserted knows no more of the surface than they do, and
+// from one generation to the next normals would only be blurred.
+const NormalField& Insertion::normals() {
+    if (normals_) return *normals_;
+    const std::vector<char> open = asked();
+    std::vector<Vec3> positions, normals;
+    std::vector<std::uint32_t> objects;
+    for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+        if (!open[p] || tree_.surfel(p) != p || !tree_.piece(p).empty()) continue;
+        positions.push_back(tree_.position(p));
+        normals.push_back(tree_.normal(p));
+        objects.push_back(tree_.object(p));
+    }
+    normals_ = std::make_unique<NormalField>(std::move(positions), std::move(normals), std::move(objects));
+    return *normals_;
 }
 
 }  // namespace surflux

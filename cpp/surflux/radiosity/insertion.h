@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/radiosity/normal_field.h"
 #include "surflux/radiosity/surfel_tree.h"
 
 namespace surflux {
@@ -48,10 +50,12 @@ private:
     void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values, Neighborhood& out) const;
     double least_weight(const std::vector<std::uint32_t>& leaves, const std::vector<double>& weights) const;
     void repel(std::uint32_t first);
+    const NormalField& normals();
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 
     SurfelTree& tree_;
     InsertionOptions options_;
+    std::unique_ptr<NormalField> normals_;
     std::size_t left_out_ = 0;
 };
 

@@ -75,6 +75,7 @@ public:
     // Replaces a leaf by four of half its radius and a quarter of its area. Returns the first.
     std::uint32_t split(std::uint32_t leaf, const Child (&below)[children]);
     void move(std::uint32_t inserted, const Vec3& position) { inserted_.positions[inserted - surfels_] = position; }
+    void turn(std::uint32_t inserted, const Vec3& normal) { inserted_.normals[inserted - surfels_] = normal; }
     // Gives the children of a patch the parts of it that are nearest to each, and their areas.
     void share_patch(std::uint32_t parent);
     // The triangles of a patch, or of the part of one that an inserted point stands for; none of a disk.

@@ -6,6 +6,9 @@ namespace surflux {
 template <class Value>
 class SlopeFit {
 public:
+    // `stiffness` is against slopes that neighbours on one line do not give; all slopes are too small by as much.
+    explicit SlopeFit(double stiffness = 0.1) : stiffness_(stiffness) {}
+
     void add(double x, double y, double weight, const Value& rise) {
         uu_ += weight * x * x;
         uv_ += weight * x * y;
@@ -15,7 +18,7 @@ public:
     }
     // False where nothing was added from which it follows.
     bool solve(Value& along_x, Value& along_y) const {
-        const double ridge = stiffness * 0.5 * (uu_ + vv_);
+        const double ridge = 0.5 * stiffness_ * (uu_ + vv_);
         const double uu = uu_ + ridge, vv = vv_ + ridge;
         const double determinant = uu * vv - uv_ * uv_;
         if (!(determinant > 0.0)) return false;
@@ -25,8 +28,7 @@ public:
     }
 
 private:
-    static constexpr double stiffness = 0.1;  // against slopes that neighbours on one line do not give
-
+    double stiffness_;
     double uu_ = 0.0, uv_ = 0.0, vv_ = 0.0;
     Value u_{}, v_{};
 };

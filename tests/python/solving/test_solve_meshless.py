@@ -306,7 +306,7 @@ def test_nothing_comes_of_nothing():
         solution = sf.solve_meshless(sf.Scene([cube_inside(2), ball_inside(50, 0.2, [0.5] * 3, sign=1)]), **SMALL)
     for values in (solution.radiosity, solution.irradiance, solution.direct):
         assert np.all(values == 0.0)
-    assert solution.error == 0.0
+    assert np.isnan(solution.error)
     # Lone surfels, black walls, copies.
     sun, sky = sf.DirectionalLight([0, 0, -1], 2.0), sf.Environment(1.0)
     one = sf.Surfels([[0, 0, 0]], [UP], radii=0.1, reflectance=0.25, emission=3.0)
