@@ -97,7 +97,8 @@ void require_folder(const std::string& path) {
     std::error_code error;
     if (fs::is_directory(path, error)) throw FileError(shown_path(path), "", "is a folder, not a file");
     const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-    if (!fs::is_directory(folder, error))
+    const fs::file_status status = fs::status(folder, error);
+    if (status.type() == fs::file_type::not_found || (fs::exists(status) && !fs::is_directory(status)))
         throw FileError(shown_path(path), "", "cannot be written: there is no folder " + shown_path(folder.string()));
 }
 

@@ -5,7 +5,7 @@ import numpy as np
 import surflux as sf
 from surflux import _core
 from surflux._base import check
-from surflux.scenes.coincidence import coincidence_of
+from surflux.scenes.coincidence import coincidence_of, rounded_for
 
 LISTED = 10  # of the largest patches
 # Directions from a place, and the share of them in which it has fronts of a room all around.
@@ -32,7 +32,7 @@ def checked(options, scene):
     result = {"input": options.input, **counts, **coincident}
     result |= {"largest": [{"surfels": size, "center": center} for size, center in largest], "output": options.output}
 
-    place = _rounded_for(cloud)
+    place = rounded_for(cloud)
     for index, inside in rooms:
         lines.append(f"object {index} is a room: {inside} stands inside, and sees fronts all around")
     counted = check.counted(len(cloud), "surfel")
@@ -118,10 +118,3 @@ def _next_step(options, flags, call, condition=""):
     if options.input.lower().endswith(".toml"):
         return [f"  {condition}orient = true in its [[object]] turns them round"]
     return [f"  {condition}`surflux check {options.input}{flags} -o OUT.ply` turns them round, as {call} does"]
-
-
-def _rounded_for(cloud):
-    """Text of places: digits down to about a thousandth of the size of all."""
-    size = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
-    decimals = max(0, 3 - int(np.ceil(np.log10(size)))) if size > 0.0 else 3
-    return lambda point: ", ".join(f"{round(x, decimals) + 0.0:.{decimals}f}" for x in point)

@@ -25,9 +25,9 @@ def coincidence_of(scene):
     covered = np.flatnonzero(found.uncovered < 1.0 - _COVERED)
     surfels, lines = scene.surfels, []
     if len(covered):
-        center = ", ".join(f"{x:.6g}" for x in surfels.points[covered].mean(axis=0))
+        center = rounded_for(surfels)(surfels.points[covered].mean(axis=0))
         area = float((surfels.areas * (1.0 - found.uncovered)).sum()) if surfels.areas is not None else None
-        size = "" if area is None else f" ({area:.6g} of area)"
+        size = "" if area is None else f" ({area:.3g} of area)"
         many = "1 patch coincides" if len(covered) == 1 else f"{len(covered)} patches coincide"
         lines.append(f"{many} with later ones that face the same way{size}, around ({center}): counted once")
     for one, other, joined, _, _ in found.overlaps:
@@ -41,6 +41,13 @@ def coincidence_of(scene):
     coarse = [dict(zip(("object", "surfels", "contact"), c, strict=True)) for c in found.coarse]
     lists = {"overlaps": overlaps, "close_sheets": sheets, "gaps": gaps, "coarse": coarse}
     return {"covered": len(covered), **lists}, lines
+
+
+def rounded_for(surfels):
+    """Point -> text, with digits down to about a thousandth of the size of all surfels."""
+    size = float(np.linalg.norm(np.ptp(surfels.bounds, axis=0)))
+    decimals = max(0, 3 - int(np.ceil(np.log10(size)))) if size > 0.0 else 3
+    return lambda point: ", ".join(f"{round(x, decimals) + 0.0:.{decimals}f}" for x in point)
 
 
 def _layers(scene, least=_LAYERED):

@@ -51,10 +51,11 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             result = solver(core, **options, progress=callback)
+        dark = warn_of_darkness(scene, core, result)
     residual = result["history"][-1]["residual"]
     if converges and residual > options["tolerance"]:
         warn(f"the linear solver stopped at a residual of {residual:.2g}")
-    if not warn_of_darkness(scene, core, result):  # of next to no light, what becomes of it says little
+    if not dark:  # of next to no light, what becomes of it says little
         _warn_of_lost_light(result)
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
