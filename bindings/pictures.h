@@ -10,8 +10,8 @@
 
 namespace surflux::bindings {
 
-using EmitterArrays = std::tuple<Doubles, Doubles, Doubles, Doubles>;  // corner, u, v, radiance
-using CameraArrays = std::tuple<Doubles, Doubles, Doubles, double>;    // eye, target, up, fov
+using EmitterArrays = std::tuple<Doubles, Doubles, Doubles, Doubles>;        // corner, u, v, radiance
+using CameraArrays = std::tuple<Doubles, Doubles, Doubles, double, double>;  // eye, target, up, fov, height
 
 inline std::vector<VisibleEmitter> to_emitters(const std::vector<EmitterArrays>& emitters) {
     std::vector<VisibleEmitter> out;
@@ -23,8 +23,8 @@ inline std::vector<VisibleEmitter> to_emitters(const std::vector<EmitterArrays>&
 }
 
 inline Camera to_camera(const CameraArrays& camera) {
-    const auto& [eye, target, up, fov] = camera;
-    return {to_vec3(eye, "eye"), to_vec3(target, "target"), to_vec3(up, "up"), fov};
+    const auto& [eye, target, up, fov, height] = camera;
+    return {to_vec3(eye, "eye"), to_vec3(target, "target"), to_vec3(up, "up"), fov, height};
 }
 
 // (height, width), or with a third axis where there are channels.

@@ -49,9 +49,18 @@ inline bool out_of_view(const Ellipsoid& e, double tan_x, double tan_y) {
     return false;
 }
 
-// The pixels of a picture of width x height whose centres may see it. tan_x and tan_y: of half the field of view.
-inline PixelBox seen_pixels(const Ellipsoid& e, double tan_x, double tan_y, int width, int height) {
-    if (out_of_view(e, tan_x, tan_y)) return {};
+// Where it ends along an axis of the picture, under parallel rays.
+inline std::array<double, 2> seen_places(const Ellipsoid& e, int axis) {
+    double squared = 0.0;
+    for (const Vec3& half : e.axes) squared += half[axis] * half[axis];
+    return {e.center[axis] - std::sqrt(squared), e.center[axis] + std::sqrt(squared)};
+}
+
+// The pixels of a picture of width x height whose centres may see it. tan_x and tan_y: of half the field of view, or
+// half of what parallel rays show.
+inline PixelBox seen_pixels(const Ellipsoid& e, double tan_x, double tan_y, int width, int height,
+                            bool parallel = false) {
+    if (!parallel && out_of_view(e, tan_x, tan_y)) return {};
     const auto first = [](double slope, double tangent, int count) {
         const double at = 0.5 * count * (slope / tangent + 1.0);
         return static_cast<int>(std::ceil(std::clamp(at - 0.501, -1.0, count + 1.0)));
@@ -60,8 +69,8 @@ inline PixelBox seen_pixels(const Ellipsoid& e, double tan_x, double tan_y, int 
         const double at = 0.5 * count * (slope / tangent + 1.0);
         return static_cast<int>(std::floor(std::clamp(at - 0.499, -2.0, count + 1.0))) + 1;
     };
-    const auto [x_low, x_high] = seen_slopes(e, 0);
-    const auto [y_low, y_high] = seen_slopes(e, 1);
+    const auto [x_low, x_high] = parallel ? seen_places(e, 0) : seen_slopes(e, 0);
+    const auto [y_low, y_high] = parallel ? seen_places(e, 1) : seen_slopes(e, 1);
     return {std::max(0, first(x_low, tan_x, width)), std::max(0, first(y_low, tan_y, height)),
             std::min(width, end(x_high, tan_x, width)), std::min(height, end(y_high, tan_y, height))};
 }

@@ -240,7 +240,8 @@ SplatImage splat_image(const Surfels& surfels, const std::vector<SplatLayer>& la
     objects.resize(std::max<std::size_t>(surfels.size(), 1), 0);
     const auto samples = static_cast<std::size_t>(options.samples);
     const PixelGrid grid{static_cast<int>(width * samples), static_cast<int>(height * samples),
-                         frame.tan_half * static_cast<double>(width) / static_cast<double>(height), frame.tan_half};
+                         frame.tan_half * static_cast<double>(width) / static_cast<double>(height), frame.tan_half,
+                         frame.parallel};
     const DrawnGeometry geometry =
         drawn_geometry(surfels, objects, emitters, frame, grid, {options.footprint, options.culling});
 

@@ -1,7 +1,7 @@
 #pragma once
 
 // The shaders of surface_pass.cpp and splat.cpp. Everything is in the camera's frame: x right, y down, z depth, the eye
-// at the origin. Image row 0 is on top and is row 0 of the framebuffer, which holds a band of the image's rows. Clip z
+// at the origin. `parallel` is 1 where all rays go along z, else 0. Image row 0 is on top and is row 0 of the framebuffer, which holds a band of the image's rows. Clip z
 // only cuts what is nearer than `near_depth`; the depth test compares gl_FragDepth, which is linear in depth, so that
 // its precision is that of a float everywhere.
 
@@ -62,14 +62,17 @@ flat in float sag;
 flat in ivec2 names;
 flat in vec4 creases[2];
 uniform vec4 ray;
+uniform float parallel;
 uniform float near_depth;
 uniform float far_depth;
 layout(location = 0) out vec4 depth_normal;
 layout(location = 1) out ivec2 seen;
 
 void main() {
-    vec3 way = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1), n = normal_along.xyz, u = direction_across.xyz;
-    vec3 v = cross(n, u), from = way * center_radius.z - center_radius.xyz;
+    vec2 place = ray.xy * gl_FragCoord.xy + ray.zw;
+    vec3 way = vec3(parallel > 0.0 ? vec2(0) : place, 1), n = normal_along.xyz, u = direction_across.xyz;
+    vec3 at_center = parallel > 0.0 ? vec3(place, center_radius.z) : way * center_radius.z;
+    vec3 v = cross(n, u), from = at_center - center_radius.xyz;
     vec2 bend = vec2(normal_along.w, direction_across.w);
     vec2 start = vec2(dot(from, u), dot(from, v)), go = vec2(dot(way, u), dot(way, v));
     // a t^2 + 2 b t + c = 0; the front is where the left side rises.
@@ -97,28 +100,36 @@ constexpr const char* triangle_vertex = R"(#version 430
 struct Triangle { vec4 corner[3]; vec4 normal_index; ivec4 group; };
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 uniform vec4 scale;
+uniform float parallel;
 uniform float near_depth;
+uniform float far_depth;
 flat out vec3 normal;
 flat out ivec2 names;
+out float deep;
 
 void main() {
     Triangle t = triangles[gl_VertexID / 3];
     vec3 p = t.corner[gl_VertexID % 3].xyz;
     normal = t.normal_index.xyz;
     names = ivec2(floatBitsToInt(t.normal_index.w), t.group.x);
-    gl_Position = vec4(p.x * scale.x, p.y * scale.y + p.z * scale.z, p.z - 2.0 * near_depth, p.z);
+    deep = p.z;
+    gl_Position = parallel > 0.0
+        ? vec4(p.x * scale.x, p.y * scale.y + scale.z, 2.0 * (p.z - near_depth) / far_depth - 1.0, 1)
+        : vec4(p.x * scale.x, p.y * scale.y + p.z * scale.z, p.z - 2.0 * near_depth, p.z);
 }
 )";
 
 constexpr const char* triangle_fragment = R"(#version 430
 flat in vec3 normal;
 flat in ivec2 names;
+in float deep;
+uniform float parallel;
 uniform float far_depth;
 layout(location = 0) out vec4 depth_normal;
 layout(location = 1) out ivec2 seen;
 
 void main() {
-    float depth = 1.0 / gl_FragCoord.w;
+    float depth = parallel > 0.0 ? deep : 1.0 / gl_FragCoord.w;
     depth_normal = vec4(depth, normal);
     seen = names;
     // An emitter in the plane of a ceiling is in front of it.
@@ -158,6 +169,7 @@ constexpr const char* kernel_fragment = R"(
 layout(binding = 0) uniform sampler2D surface;
 layout(binding = 1) uniform isampler2D seen;
 uniform vec4 ray;
+uniform float parallel;
 flat in vec4 center_group;
 flat in vec4 normal_amplitude;
 flat in vec4 direction_agreement;
@@ -169,7 +181,8 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (texelFetch(seen, at, 0).y != floatBitsToInt(center_group.w)) discard;
     vec4 depth_normal = texelFetch(surface, at, 0);
-    vec3 d = vec3(ray.xy * gl_FragCoord.xy + ray.zw, 1) * depth_normal.x - center_group.xyz;
+    vec2 place = ray.xy * gl_FragCoord.xy + ray.zw;
+    vec3 d = (parallel > 0.0 ? vec3(place, depth_normal.x) : vec3(place, 1) * depth_normal.x) - center_group.xyz;
     vec3 n = normal_amplitude.xyz, u = direction_agreement.xyz;
     vec3 local = vec3(dot(d, u), dot(d, cross(n, u)), dot(d, n));
     float s = dot(local * local, shrink);

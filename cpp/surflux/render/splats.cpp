@@ -98,16 +98,21 @@ struct Drawing {
     const PixelGrid& grid;
     const DrawingOptions& options;
 
+    // Along the ray from the eye, or the rays, to a point of the camera's frame.
+    Vec3 way_to(const Vec3& point) const { return grid.parallel ? Vec3{0, 0, 1} : point; }
     Seen seen(std::size_t i) const {
         Seen out{frame.to_camera(surfels.positions[i]), frame.turn(surfels.normals[i]), false};
-        out.back = !options.culling && dot(out.center, out.normal) > 0.0;
+        out.back = !options.culling && dot(way_to(out.center), out.normal) > 0.0;
         if (out.back) out.normal = -out.normal;
         return out;
     }
     // Fronts and backs of one object do not blend.
     std::int32_t group(std::size_t i, bool back) const { return 2 * objects[i] + (back ? 1 : 0); }
-    // Of a subpixel, over depth.
-    double subpixel() const { return 2.0 * grid.tan_y / grid.height; }
+    // Of a subpixel at a depth.
+    double subpixel(double depth) const { return 2.0 * grid.tan_y / grid.height * (grid.parallel ? 1.0 : depth); }
+    PixelBox pixels(const Ellipsoid& around) const {
+        return seen_pixels(around, grid.tan_x, grid.tan_y, grid.width, grid.height, grid.parallel);
+    }
 
     bool make(std::size_t i, double radius, const Bend& bend, const Creases& creases, DrawnDisk& disk) const {
         const Seen s = seen(i);
@@ -115,12 +120,12 @@ struct Drawing {
         const double curve = std::max(std::abs(bend.along), std::abs(bend.across));
         const double sagitta = 0.5 * curve * radius * radius;
         // What faces away on all of it shows no front; of a disk that bends, the rim may.
-        if (options.culling && dot(s.normal, s.center) >= std::min(1.0, 2.0 * curve * radius) * length(s.center))
-            return false;
+        const Vec3 way = way_to(s.center);
+        if (options.culling && dot(s.normal, way) >= std::min(1.0, 2.0 * curve * radius) * length(way)) return false;
         const Frame axes = frame_around(s.normal);
         const double wide = curve > 0.0 ? 1.3 : 1.0;
         const Ellipsoid around{s.center, {wide * radius * axes.u, wide * radius * axes.v, 1.6 * sagitta * s.normal}};
-        const PixelBox box = seen_pixels(around, grid.tan_x, grid.tan_y, grid.width, grid.height);
+        const PixelBox box = pixels(around);
         if (box.empty()) return false;
         store(disk.center, s.center);
         store(disk.normal, s.normal);
@@ -146,22 +151,23 @@ struct Drawing {
     // plane (object-space EWA, Ren, Pfister and Zwicker 2002, eq. 8): in its plane the variances add up.
     bool make(std::size_t i, double reach, DrawnKernel& kernel) const {
         const Seen s = seen(i);
-        const double pixel = filter_reach * subpixel() * std::max(s.center.z, 0.0);
+        const double pixel = filter_reach * subpixel(std::max(s.center.z, 0.0));
         if (!(reach > 0.0) || s.center.z + std::hypot(reach, pixel / grazing) <= 0.0) return false;
-        const double distance = length(s.center);
+        const Vec3 way = way_to(s.center);
+        const double distance = length(way);
         if (!(distance > 0.0)) return false;  // it has no direction to be seen in
-        const double along_view = dot(s.normal, s.center) / distance;
+        const double along_view = dot(s.normal, way) / distance;
         // Turned away so far that no front-facing surface agrees with its normal (see kernel_fragment).
-        if (options.culling && distance > 10.0 * reach && along_view > 0.9) return false;
+        if (options.culling && (grid.parallel || distance > 10.0 * reach) && along_view > 0.9) return false;
         const double cosine = std::max(std::abs(along_view), grazing);
-        const Vec3 tilt = s.center / distance - along_view * s.normal;
+        const Vec3 tilt = way / distance - along_view * s.normal;
         const Vec3 direction = length(tilt) > 1e-6 ? normalized(tilt) : frame_around(s.normal).u;
         const double squares[3] = {reach * reach + pixel * pixel / (cosine * cosine), reach * reach + pixel * pixel,
                                    thickness * thickness * (reach * reach + pixel * pixel)};
         const Ellipsoid around{s.center,
                                {std::sqrt(squares[0]) * direction, std::sqrt(squares[1]) * cross(s.normal, direction),
                                 std::sqrt(squares[2]) * s.normal}};
-        const PixelBox box = seen_pixels(around, grid.tan_x, grid.tan_y, grid.width, grid.height);
+        const PixelBox box = pixels(around);
         if (box.empty()) return false;
         store(kernel.center, s.center);
         store(kernel.normal, s.normal);
@@ -181,11 +187,14 @@ struct Drawing {
         std::vector<std::uint32_t> asked, around, sharp;
         for (std::size_t i = 0; i < surfels.size(); ++i) {
             const Vec3 center = frame.to_camera(surfels.positions[i]);
-            const double radius = reach[i].disk, smallest = bent_from * subpixel() * center.z;
+            const double radius = reach[i].disk, smallest = bent_from * subpixel(center.z);
             // Neighbours of those asked for are about as large, and may be out of view.
             if (!(radius > 0.0) || radius < 0.5 * smallest || center.z + 5.0 * radius <= 0.0) continue;
-            if (std::abs(center.x) > grid.tan_x * center.z + 5.0 * radius * (1.0 + grid.tan_x)) continue;
-            if (std::abs(center.y) > grid.tan_y * center.z + 5.0 * radius * (1.0 + grid.tan_y)) continue;
+            const auto beyond = [&](double place, double tangent) {
+                if (grid.parallel) return std::abs(place) > tangent + 5.0 * radius;
+                return std::abs(place) > tangent * center.z + 5.0 * radius * (1.0 + tangent);
+            };
+            if (beyond(center.x, grid.tan_x) || beyond(center.y, grid.tan_y)) continue;
             around.push_back(static_cast<std::uint32_t>(i));
             if (radius >= smallest) asked.push_back(static_cast<std::uint32_t>(i));
         }
@@ -204,7 +213,7 @@ struct Drawing {
         Triangle t{frame.to_camera(world.a), frame.to_camera(world.b), frame.to_camera(world.c), 0};
         const double farthest = std::max({t.a.z, t.b.z, t.c.z});
         if (farthest <= 0.0) return;
-        const bool away = dot(cross_of(t), t.a) >= 0.0, back = away && !options.culling && index >= 0;
+        const bool away = dot(cross_of(t), way_to(t.a)) >= 0.0, back = away && !options.culling && index >= 0;
         if (away && !back) return;
         FlatTriangle& flat = geometry.triangles.emplace_back();
         store(flat.corners[0], t.a);

@@ -46,8 +46,9 @@ struct FlatTriangle {
 };
 
 struct PixelGrid {
-    int width, height;  // subpixels
-    double tan_x, tan_y;
+    int width, height;    // subpixels
+    double tan_x, tan_y;  // of half the field of view; of a parallel projection half its width and height
+    bool parallel = false;
 };
 
 // In view, as far as is easy to tell.

@@ -23,6 +23,7 @@ DrawnView::DrawnView(const PixelGrid& grid, int top_, int rows_, double farthest
       rows(rows_),
       tan_x(static_cast<float>(grid.tan_x)),
       tan_y(static_cast<float>(grid.tan_y)),
+      parallel(grid.parallel),
       near_depth(1e-6f * static_cast<float>(1.001 * farthest)),
       far_depth(static_cast<float>(1.001 * farthest)) {}
 
@@ -42,6 +43,7 @@ void DrawnView::use(const gl::Functions& gl, const gl::Program& program, int cor
     gl.Uniform4f(program.uniform("band"), static_cast<float>(width), part, first, static_cast<float>(corners));
     gl.Uniform1f(program.uniform("near_depth"), near_depth);
     gl.Uniform1f(program.uniform("far_depth"), far_depth);
+    gl.Uniform1f(program.uniform("parallel"), parallel ? 1.0f : 0.0f);
     gl.Uniform4f(program.uniform("ray"), pixel_x, pixel_y, -tan_x, first * pixel_y - tan_y);
 }
 

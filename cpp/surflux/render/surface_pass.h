@@ -57,7 +57,8 @@ private:
 struct DrawnView {
     GLsizei width, height;
     GLsizei top, rows;
-    float tan_x, tan_y;  // of half the field of view
+    float tan_x, tan_y;  // as of PixelGrid
+    bool parallel;
     float near_depth, far_depth;
 
     DrawnView(const PixelGrid& grid, int top, int rows, double far_depth);

@@ -64,9 +64,13 @@ def unproject(camera, depth, size):
     """The points (h, w, 3) in the middle of the pixels at these depths along the view axis; infinite where they are."""
     width, height = size
     right, down, forward = camera._axes()
-    scale = 0.5 * height / np.tan(np.radians(camera.fov) / 2.0)
+    parallel = camera.height is not None
+    scale = height / camera.height if parallel else 0.5 * height / np.tan(np.radians(camera.fov) / 2.0)
     column, row = np.meshgrid(np.arange(width) + 0.5 - 0.5 * width, np.arange(height) + 0.5 - 0.5 * height)
-    way = forward + (column[..., None] * right + row[..., None] * down) / scale
+    across = (column[..., None] * right + row[..., None] * down) / scale
+    if parallel:
+        return camera.eye + across + depth[..., None] * forward
+    way = forward + across
     return camera.eye + depth[..., None] * way
 
 

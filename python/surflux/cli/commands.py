@@ -318,7 +318,9 @@ def _camera(options, surfels, default):
     if default is None:
         default = framing(surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
-    return sf.Camera(**{name: getattr(default, name) if value is None else value for name, value in chosen.items()})
+    height = default.height if options.fov is None else None
+    found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}
+    return sf.Camera(**found, height=height)
 
 
 def _view(options):

@@ -7,7 +7,7 @@ from surflux.drawing import sharing
 from surflux.drawing.area_panel import MAIN, Panel, closed_line
 from surflux.drawing.colors import screen_bytes, surface_property
 from surflux.drawing.glyphs import disk_corners, polygons, rings
-from surflux.drawing.plots import camera_or_none, destination, quiet_vtk, window_size
+from surflux.drawing.plots import camera_or_none, destination, look_through, quiet_vtk, window_size
 from surflux.geometry.areas import METHODS, effective_areas
 
 COLORS = {"c": "coverage", "a": "area", "d": "radius", "n": "normal"}  # by key: VTK itself takes r
@@ -132,8 +132,7 @@ class AreaView:
             reach = np.max(np.linalg.norm(self._centers, axis=1) + self.surfels.radii)
             self._look(np.zeros(3), towards / np.linalg.norm(towards), reach)
         else:
-            view.position, view.focal_point = np.array(camera.eye) - self.origin, np.array(camera.target) - self.origin
-            view.up, view.view_angle = camera.up, camera.fov
+            look_through(view, camera, self.origin)
             self._renderer.ResetCameraClippingRange()
             self._panel.show(self.picked)
 
@@ -203,6 +202,7 @@ class AreaView:
     def _look(self, target, towards, reach):
         """Looks at target from the direction towards, so far away that a ball of radius reach is in view."""
         view = self._renderer.camera
+        view.parallel_projection = False
         width, height = self._renderer.GetSize()
         half = np.arctan(np.tan(np.radians(view.view_angle / 2)) * min(1.0, width / height))
         view.position, view.focal_point = target + reach / np.sin(half) * towards, target

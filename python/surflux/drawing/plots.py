@@ -138,9 +138,7 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
             if marks is not None:
                 plotter.add_mesh(_dots(*marks, origin, mesh.length), color="black", lighting=False, culling="back")
             if camera is not None:
-                plotter.camera.position = np.array(camera.eye) - origin
-                plotter.camera.focal_point = np.array(camera.target) - origin
-                plotter.camera.up, plotter.camera.view_angle = camera.up, camera.fov
+                look_through(plotter.camera, camera, origin)
                 plotter.renderer.ResetCameraClippingRange()
             if path is None:
                 plotter.show()
@@ -155,6 +153,15 @@ def _dots(points, normals, origin, extent):
     """Small disks a little above a surface: from behind they are hidden, as it is."""
     radii = np.full(len(points), _DOT * extent)
     return polygons(rings(points - origin + _LIFT * extent * normals, normals, radii, disk_corners(len(points))))
+
+
+def look_through(view, camera, origin):
+    """Makes a camera of pyvista see what a Camera does, in a scene that is moved by -origin."""
+    view.position, view.focal_point = camera.eye - origin, camera.target - origin
+    view.up, view.view_angle = camera.up, camera.fov
+    view.parallel_projection = camera.height is not None
+    if camera.height is not None:
+        view.parallel_scale = camera.height / 2.0
 
 
 def camera_or_none(camera):

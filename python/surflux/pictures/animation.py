@@ -54,14 +54,14 @@ def turntable(camera, frames, *, turns=1.0, axis=None, center=None):
         angle = 2.0 * np.pi * turns * k / frames
         turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross  # Rodrigues
         eye, target = (center + turn @ (point - center) for point in (camera.eye, camera.target))
-        out.append(Camera(eye, target, turn @ camera.up, camera.fov))
+        out.append(Camera(eye, target, turn @ camera.up, camera.fov, height=camera.height))
     return out
 
 
 def camera_path(cameras, frames, *, closed=False):
     """Cameras on a smooth way through some given ones (Catmull and Rom 1974), at an even pace between each two.
 
-    Eye, target, up and field of view each go through those of the given cameras.
+    Eye, target, up and field of view, or height, each go through those of the given cameras.
 
     Args:
         cameras: list of at least two Camera.
@@ -83,9 +83,12 @@ def camera_path(cameras, frames, *, closed=False):
         raise ValueError("cameras: wanted a list of at least two")
     for camera in cameras:
         _check_camera("cameras", camera)
+    orthographic = cameras[0].height is not None
+    if any((camera.height is not None) != orthographic for camera in cameras):
+        raise ValueError("cameras: wanted pinhole cameras or orthographic ones, got both")
     frames = check.count("frames", frames, 2)
     check.flag("closed", closed)
-    knots = np.array([[*c.eye, *c.target, *(c.up / np.linalg.norm(c.up)), c.fov] for c in cameras])
+    knots = np.array([[*c.eye, *c.target, *(c.up / np.linalg.norm(c.up)), c.fov, c.height or 0.0] for c in cameras])
     count = len(knots)
     if closed:
         at = np.arange(frames) * (count / frames)
@@ -101,7 +104,8 @@ def camera_path(cameras, frames, *, closed=False):
         there - before + t * (2 * before - 5 * here + 4 * there - after + t * (3 * (here - there) + after - before))
     )
     try:
-        return [Camera(row[:3], row[3:6], row[6:9], row[9]) for row in way]
+        heights = way[:, 10] if orthographic else [None] * frames
+        return [Camera(w[:3], w[3:6], w[6:9], w[9], height=h) for w, h in zip(way, heights, strict=True)]
     except ValueError as error:
         raise ValueError(f"cameras: on the way between them one looks nowhere ({error})") from None
 

@@ -1,19 +1,22 @@
-"""A pinhole camera for pictures of surfels."""
+"""A camera for pictures of surfels, pinhole or orthographic."""
 
 import numpy as np
 
-from surflux._base.check import finite_array, number, positions, unit_vectors, vector3
+from surflux._base.check import finite_array, flag, length, number, positions, unit_vectors, vector3
 
 
 class Camera:
-    """A pinhole camera.
+    """A pinhole camera, or with `height` an orthographic one, whose rays are all parallel to its view.
 
     Row 0 of its images is on top, columns go to the right; depth is measured along the view axis, not along the ray.
 
     Args:
         eye, target: (3,) each: where the camera is, and a point in the middle of its picture.
         up: (3,), a direction that is vertical in the picture; not parallel to the view.
-        fov: vertical field of view, full angle in degrees, between 0 and 180.
+        fov: vertical field of view, full angle in degrees, between 0 and 180; an orthographic camera has
+            none.
+        height: what an orthographic camera shows from bottom to top, above 0, in the unit of eye and target; None for
+            a pinhole camera. What is behind the eye is not seen.
 
     Raises:
         ValueError: an argument, by name: a wrong shape, a value that is not finite, target at the eye, up along the
@@ -25,17 +28,21 @@ class Camera:
     Camera(eye=[0.0, -4.0, 1.0], target=[0.0, 0.0, 1.0], up=[0.0, 0.0, 1.0], fov=40)
     >>> camera.project([[0, 0, 1]], (800, 600))  # the target, 4 away, is in the middle of the picture
     array([[400., 300.,   4.]])
+    >>> plan = sf.Camera([0, 0, 9], [0, 0, 0], up=[0, 1, 0], height=6)  # from above; 100 pixels are 1
+    >>> plan.project([[1, 0, 0]], (800, 600))
+    array([[500., 300.,   9.]])
     """
 
-    __slots__ = ("_eye", "_fov", "_target", "_up")
+    __slots__ = ("_eye", "_fov", "_height", "_target", "_up")
 
-    def __init__(self, eye, target, up=(0, 0, 1), fov=45.0):
+    def __init__(self, eye, target, up=(0, 0, 1), fov=45.0, *, height=None):
         self._eye = positions("eye", eye).copy()
         self._target = positions("target", target).copy()
         self._up = positions("up", up).copy()
         self._fov = number("fov", fov, 0.0, 180.0)
         if not 0.0 < self._fov < 180.0:
             raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")
+        self._height = None if height is None else length("height", height)
         view = self._target - self._eye
         distance = np.linalg.norm(view)
         if distance == 0.0:
@@ -50,9 +57,10 @@ class Camera:
     target = property(lambda self: self._target.copy(), doc="(3,) float64.")
     up = property(lambda self: self._up.copy(), doc="(3,) float64.")
     fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
+    height = property(lambda self: self._height, doc="Of what an orthographic camera shows; None of a pinhole camera.")
 
     @classmethod
-    def fit(cls, points, direction=None, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0):
+    def fit(cls, points, direction=None, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0, *, orthographic=False):
         """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
 
         Args:
@@ -62,6 +70,7 @@ class Camera:
                 takes +z to `up` (for -z by 180 degrees about x).
             up, fov: as of the camera.
             aspect: width of the picture over its height.
+            orthographic: True for such a camera, from where a pinhole one would stand.
 
         Raises:
             ValueError: an argument, by name.
@@ -84,7 +93,36 @@ class Camera:
             (np.abs(p @ right) / (tan_y * aspect) - p @ forward).max(), (np.abs(p @ down) / tan_y - p @ forward).max()
         )
         extent = np.linalg.norm(p, axis=1).max()
-        return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov)
+        height = None
+        if flag("orthographic", orthographic):
+            height = 2.1 * max(np.abs(p @ right).max() / aspect, np.abs(p @ down).max(), extent * 1e-3, 1e-6)
+        return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov, height=height)
+
+    @classmethod
+    def from_pyvista(cls, view):
+        """The Camera that a picture of pyvista is seen through, perspective or parallel.
+
+        Args:
+            view: pyvista.Plotter, or its camera.
+
+        Raises:
+            ValueError: neither; a camera whose angle is horizontal, or that Camera refuses.
+
+        >>> import pyvista
+        >>> import surflux as sf
+        >>> view = pyvista.Camera()
+        >>> view.position, view.focal_point, view.up = (0, -4, 1), (0, 0, 1), (0, 0, 1)
+        >>> sf.Camera.from_pyvista(view)
+        Camera(eye=[0.0, -4.0, 1.0], target=[0.0, 0.0, 1.0], up=[0.0, 0.0, 1.0], fov=30)
+        """
+        found = getattr(view, "camera", view)
+        needed = ("position", "focal_point", "up", "view_angle", "parallel_projection", "parallel_scale")
+        if not all(hasattr(found, name) for name in needed):
+            raise ValueError(f"view: wanted a pyvista.Plotter or its camera, got {type(view).__name__}")
+        height = 2.0 * found.parallel_scale if found.parallel_projection else None
+        if height is None and found.GetUseHorizontalViewAngle():
+            raise ValueError("view: wanted a camera with a vertical angle, got a horizontal one")
+        return cls(found.position, found.focal_point, found.up, found.view_angle, height=height)
 
     def project(self, points, size):
         """Where points appear in a picture of `size` (width, height): (n, 3) of column, row, depth.
@@ -100,6 +138,9 @@ class Camera:
         right, down, forward = self._axes()
         p = points - self._eye
         depth = p @ forward
+        if self._height is not None:
+            scale = height / self._height
+            return np.stack([0.5 * width + scale * (p @ right), 0.5 * height + scale * (p @ down), depth], axis=1)
         scale = 0.5 * height / np.tan(np.radians(self._fov) / 2.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             column, row = (0.5 * n + scale * (p @ axis) / depth for n, axis in ((width, right), (height, down)))
@@ -114,17 +155,19 @@ class Camera:
 
     def to_dict(self):
         """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
-        return {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
+        found = {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
+        return found if self._height is None else found | {"height": self._height}
 
     def __eq__(self, other):
         return isinstance(other, Camera) and self.to_dict() == other.to_dict()
 
     def __hash__(self):
-        return hash((*self._eye, *self._target, *self._up, self._fov))
+        return hash((*self._eye, *self._target, *self._up, self._fov, self._height))
 
     def __repr__(self):
-        eye, target, up, fov = (v for v in self.to_dict().values())
-        return f"Camera(eye={eye}, target={target}, up={up}, fov={fov:g})"
+        eye, target, up, fov = (self.to_dict()[name] for name in ("eye", "target", "up", "fov"))
+        seen = f"fov={fov:g}" if self._height is None else f"height={self._height:g}"
+        return f"Camera(eye={eye}, target={target}, up={up}, {seen})"
 
 
 def _from_above(up):

@@ -55,7 +55,7 @@ def save_camera(path, camera):
     after = _rewritten(text, wanted)
     # What is read from it must be what it was, with this camera.
     kept = (
-        {key: value for key, value in before.get("camera", {}).items() if key not in wanted}
+        {key: value for key, value in before.get("camera", {}).items() if key not in wanted and key != "height"}
         if isinstance(before.get("camera", {}), dict)
         else {}
     )
@@ -86,6 +86,7 @@ def _plain(camera):
         "target": [round(float(v), places) + 0.0 for v in camera.target],
         "up": [digits(v) for v in camera.up],
         "fov": digits(camera.fov),
+        **({} if camera.height is None else {"height": digits(camera.height)}),
     }
 
 
@@ -109,7 +110,7 @@ def _rewritten(text, wanted):
             head = body[k][: len(body[k]) - len(body[k].lstrip())]
             out.append(f"{head}{key} = {_text(wanted[key])}{tail}{ending}")
             written.add(key)
-        else:
+        elif key != "height":  # of a camera that was orthographic, and is not any more
             out += body[k:until]
         k = until
     missing = [key for key in wanted if key not in written and wanted[key] != _DEFAULTS.get(key)]

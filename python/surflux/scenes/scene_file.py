@@ -31,7 +31,7 @@ _LIGHT_KEYS = {
     "directional": ("direction", "irradiance"),
     "environment": ("radiance", "image", "up", "azimuth"),
 }
-_OPTIONAL = {"cone", "penumbra", "up", "azimuth", "radiance", "image", "fov"}
+_OPTIONAL = {"cone", "penumbra", "up", "azimuth", "radiance", "image", "fov", "height"}
 
 
 def load_scene(path, *, surfels=None, threads=None, progress=False):
@@ -94,7 +94,8 @@ def load_scene(path, *, surfels=None, threads=None, progress=False):
     - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]);
       azimuth (0), degrees by which the picture is turned about up, counter-clockwise seen from its tip.
 
-    [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees.
+    [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees; or height, of what an
+    orthographic camera shows.
 
     [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: transport, zeta, insert,
     tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options,
@@ -321,7 +322,7 @@ def _light(table):
 
 
 def _camera(table):
-    arguments = _arguments(table, ("eye", "target", "up", "fov"))
+    arguments = _arguments(table, ("eye", "target", "up", "fov", "height"))
     return table.call(Camera, **arguments)
 
 

@@ -31,7 +31,9 @@ class View:
             camera = solution.camera or framing(solution.surfels, size)
         if not isinstance(camera, Camera):
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
-        self.camera = (camera.eye, camera.target, camera.up, camera.fov)
+        if camera.height is not None and isinstance(solution._field, BasisField):
+            raise ValueError("camera: wanted one without height, for a meshless basis is drawn in perspective alone")
+        self.camera = (camera.eye, camera.target, camera.up, camera.fov, camera.height or 0.0)
         self.background = check.rgb("background", background)
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)

@@ -56,6 +56,8 @@ class Page:
             raise ValueError(f"title: wanted text, got {type(title).__name__}")
         title = title.encode("utf-8", "replace").decode("utf-8")  # names of files may hold bytes that are no text
         self._camera = subject.framed((4, 3)) if camera is None else camera
+        if self._camera.height is not None:
+            raise ValueError("camera: wanted one without height, for a page is drawn in perspective alone")
         self._title = title
 
     def html(self):

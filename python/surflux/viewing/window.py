@@ -6,6 +6,7 @@ from surflux._base import check
 from surflux.drawing import sharing
 from surflux.drawing.colors import Shown, range_of, screen_bytes, white_of
 from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
+from surflux.drawing.plots import look_through
 from surflux.pictures.camera import Camera
 from surflux.viewing.links import LinkFinder
 from surflux.viewing.picks import PARTS, draw_links, draw_members
@@ -221,15 +222,16 @@ class SceneView:
     def frame(self, camera=None):
         """Looks through a Camera; None for the one that comes with what is shown, or one that has all in view."""
         camera = self.subject.framed(self.size) if camera is None else camera
-        view, origin = self.plotter.camera, self.subject.origin()
-        view.position, view.focal_point = camera.eye - origin, camera.target - origin
-        view.up, view.view_angle = camera.up, camera.fov
+        look_through(self.plotter.camera, camera, self.subject.origin())
         self.plotter.renderer.ResetCameraClippingRange()
 
     def camera(self):
         """The Camera that the window looks through."""
         view, origin = self.plotter.camera, self.subject.origin()
-        return Camera(origin + view.position, origin + view.focal_point, np.array(view.up), view.view_angle)
+        height = 2.0 * view.parallel_scale if view.parallel_projection else None
+        return Camera(
+            origin + view.position, origin + view.focal_point, np.array(view.up), view.view_angle, height=height
+        )
 
     def fly_to_picked(self):
         """Looks at the picked surfel from its front."""
