@@ -113,7 +113,7 @@ def test_false_cancels_in_the_core_and_in_python(answer):
 
 def test_jobs_in_threads_report_on_the_thread_that_called_and_all_stop(monkeypatch):
     monkeypatch.setattr(passes, "_POLL", 1e-3)
-    ended, at_work, asked = [], threading.Barrier(2), []
+    ended, both_ended, at_work, asked = [], threading.Semaphore(0), threading.Barrier(2), []
 
     def job():
         at_work.wait(60)
@@ -122,6 +122,7 @@ def test_jobs_in_threads_report_on_the_thread_that_called_and_all_stop(monkeypat
                 passes.report(passes.stage("steps"), k, 10**9)
         finally:
             ended.append(threading.get_ident())
+            both_ended.release()
 
     def stop(done, total):
         asked.append((threading.get_ident(), total))
@@ -130,8 +131,27 @@ def test_jobs_in_threads_report_on_the_thread_that_called_and_all_stop(monkeypat
     with pytest.raises(sf.Cancelled), passes.watched(None, stop):
         passes.in_threads([job, job, job], ["one", "two", "three"])
     assert asked == [(threading.get_ident(), 10**9)] * 3
+    assert both_ended.acquire(timeout=60)
+    assert both_ended.acquire(timeout=60)
     assert len(ended) == 2  # the third one was never begun
     assert threading.get_ident() not in ended
+
+
+def test_who_cancels_jobs_in_threads_does_not_wait_for_them(monkeypatch):
+    """Some steps, such as building an index of all points, take seconds and cannot be asked."""
+    monkeypatch.setattr(passes, "_POLL", 1e-3)
+    go_on = threading.Event()
+
+    def job():
+        passes.report(passes.stage("steps"), 0, 1)
+        assert go_on.wait(60)
+
+    try:
+        with pytest.raises(sf.Cancelled), passes.watched(None, lambda *_: False):
+            passes.in_threads([job, job], ["one", "two"])
+        assert not go_on.is_set()
+    finally:
+        go_on.set()
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 8])

@@ -111,18 +111,19 @@ def in_threads(jobs, names, threads=None, order=None):
             finally:
                 told.pop(k, None)
 
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            futures = {k: pool.submit(run, k) for k in (range(len(jobs)) if order is None else order)}
-            for k in range(len(jobs)):
-                while wait([futures[k]], _POLL).not_done:
-                    for label, done, total in sorted(told.copy().values())[:1]:
-                        report(show and partial(show, label), done, total)
-            return [futures[k].result() for k in range(len(jobs))]
-        except BaseException:  # the pool waits for what its threads have begun
-            stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    pool = ThreadPoolExecutor(workers)
+    try:
+        futures = {k: pool.submit(run, k) for k in (range(len(jobs)) if order is None else order)}
+        for k in range(len(jobs)):
+            while wait([futures[k]], _POLL).not_done:
+                for label, done, total in sorted(told.copy().values())[:1]:
+                    report(show and partial(show, label), done, total)
+        return [futures[k].result() for k in range(len(jobs))]
+    except BaseException:
+        stop.set()
+        raise
+    finally:  # nobody waits for what stops: it may be a while until it is asked
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 @contextlib.contextmanager
