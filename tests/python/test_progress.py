@@ -154,6 +154,20 @@ def test_who_cancels_jobs_in_threads_does_not_wait_for_them(monkeypatch):
         go_on.set()
 
 
+def test_a_job_that_fails_is_told_before_others_have_ended():
+    go_on = threading.Event()
+
+    def fails():
+        raise sf.FileError("one: is not there")
+
+    try:
+        with pytest.raises(sf.FileError, match="is not there"):
+            passes.in_threads([fails, lambda: go_on.wait(60)], ["one", "two"])
+        assert not go_on.is_set()
+    finally:
+        go_on.set()
+
+
 @pytest.mark.parametrize("threads", [1, 2, 3, 8])
 def test_jobs_in_threads_keep_to_the_limit_of_all(threads, monkeypatch):
     limits, at_once, most = [], set(), []

@@ -1,9 +1,9 @@
 #pragma once
 
 // The shaders of surface_pass.cpp and splat.cpp. Everything is in the camera's frame: x right, y down, z depth, the eye
-// at the origin. `parallel` is 1 where all rays go along z, else 0. Image row 0 is on top and is row 0 of the framebuffer, which holds a band of the image's rows. Clip z
-// only cuts what is nearer than `near_depth`; the depth test compares gl_FragDepth, which is linear in depth, so that
-// its precision is that of a float everywhere.
+// at the origin. `parallel` is 1 where all rays go along z, else 0. Image row 0 is on top and is row 0 of the
+// framebuffer, which holds a band of the image's rows. Clip z only cuts what is nearer than `near_depth`; the depth
+// test compares gl_FragDepth, which is linear in depth, so that its precision is that of a float everywhere.
 
 namespace surflux::splat_shaders {
 

@@ -114,11 +114,13 @@ def in_threads(jobs, names, threads=None, order=None):
     pool = ThreadPoolExecutor(workers)
     try:
         futures = {k: pool.submit(run, k) for k in (range(len(jobs)) if order is None else order)}
+        results = []
         for k in range(len(jobs)):
             while wait([futures[k]], _POLL).not_done:
                 for label, done, total in sorted(told.copy().values())[:1]:
                     report(show and partial(show, label), done, total)
-        return [futures[k].result() for k in range(len(jobs))]
+            results.append(futures[k].result())
+        return results
     except BaseException:
         stop.set()
         raise
