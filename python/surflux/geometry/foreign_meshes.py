@@ -33,7 +33,7 @@ class Mesh(NamedTuple):
 
 
 WANTED = "a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces)"
-_CORNERS = {"triangle": 3, "quad": 4}  # of meshio's cells; polygons say how many by themselves
+_SURFACES = ("triangle", "quad")  # of meshio's cells, and polygons
 _WITHOUT_AREA = ("vertex", "line")
 
 
@@ -66,7 +66,9 @@ def _triangles(vertices, faces, reflectance=None, of_faces=None):
 def reflectance_of(colors):
     """Linear reflectance (n, 3) of an array of colours of any type, RGB or RGBA: fractions, 8 or 16 bits."""
     colors = np.asarray(colors)[:, :3]
-    white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else colors.dtype.name)
+    white = {"uint8": 255.0, "uint16": 65535.0}.get(colors.dtype.name)  # also where all of them are dark
+    if white is None:
+        white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else colors.dtype.name)
     if white is None or not np.all(np.isfinite(colors)):
         raise ValueError("colours: wanted finite numbers, at most 1, 255 or 65535")
     return reflectance_of_colors(colors, white)
@@ -133,7 +135,7 @@ def _from_meshio(mesh):
     rings, left_out = [], set()
     for block in mesh.cells:
         kind, data = (block.type, block.data) if hasattr(block, "type") else block  # pairs in older versions
-        if kind in _CORNERS or kind.startswith("polygon"):
+        if kind in _SURFACES or kind.startswith("polygon"):
             rings += [np.asarray(ring, dtype=np.int64) for ring in data]
         elif not kind.startswith(_WITHOUT_AREA):
             left_out.add(kind)

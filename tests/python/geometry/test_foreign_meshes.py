@@ -166,6 +166,12 @@ def test_colors_of_pyvista_in_8_and_16_bits(dtype, white, half):
     np.testing.assert_allclose(read_mesh(mesh).face_reflectance(), [[0, GREY, 0], [0, 0, WHITE]])
 
 
+def test_dark_colors_of_16_bits_are_not_taken_for_8():
+    dark = np.full(4, 188, np.uint16)
+    mesh = read_mesh(meshio_like(("quad", [[0, 1, 2, 3]]), red=dark, green=dark, blue=dark))
+    np.testing.assert_allclose(mesh.reflectance, WHITE * srgb_to_linear(188 / 65535))
+
+
 def test_colors_that_no_type_has_are_refused():
     with pytest.raises(ValueError, match=r"^colours: wanted finite numbers"):
         read_mesh(open3d_like(vertex_colors=np.full((4, 3), np.nan)))
