@@ -7,9 +7,10 @@
 
 namespace surflux {
 
-// Of surfels at the very same place.
+// Exact duplicates among disks, by exact position: the two sides of a two_sided sheet, and copies, which Tracer keeps
+// out of Embree.
 struct Coincident {
-    std::vector<std::uint32_t> twin;  // of each, the one of its object that is its back (two_sided), or Hit::none
+    std::vector<std::uint32_t> twin;  // of each, the opposite side at its place, of its object; or Hit::none
     std::vector<char> is_copy;        // a disk that is the same as an earlier one in all that rays meet
 };
 

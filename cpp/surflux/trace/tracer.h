@@ -10,6 +10,7 @@
 
 namespace surflux {
 
+// The closest intersection of a ray.
 struct Hit {
     static constexpr std::uint32_t none = 0xffffffffu;
     std::uint32_t surfel = none;
@@ -18,8 +19,7 @@ struct Hit {
     explicit operator bool() const { return surfel != none; }
 };
 
-// A place that rays leave from: a point with the normal of the surface there, and the surfel that it lies on (`none`
-// for a point in the air).
+// Origin of a ray on a surface: point, normal, and the surfel that it lies on (`none` for a point in the air).
 struct Departure {
     Vec3 position, normal;
     std::uint32_t surfel = Hit::none;
@@ -31,16 +31,16 @@ struct Ray {
     double length = std::numeric_limits<double>::infinity();
 };
 
-// Visibility among the surfels of a scene: disks, up to their creases, and the triangles of those that have some, block
-// from both sides. The rule at the ends of a ray, for all solvers alike: leaving surfel i, it ignores i itself, and
-// those disks k of the same object, i within 2 R_k of their centres, that it crosses from behind: they stand off a
-// convex surface or ridge that they are tangent to; those of other objects too, within the spread of their heights
-// (Scene). So it does what it crosses from behind within twice the contact distance over where it begins, unless that
-// faces the place: what lies in one plane is one surface. Arriving at a surfel or a light, the same seen backwards. On
-// the way, rays pass under the rims of disks: they do not see the back of a disk where the surface of a neighbour lies
-// below it, so that a closed convex cloud shows no backs. By index and side, not by distance alone: what touches i but
-// faces elsewhere, or rises in front of it, blocks. Of patches that coincide a ray meets the one on top (Cover).
-// Queries are const and may run on many threads at once.
+// Ray queries (closest hit and occlusion, by Embree) against the surfels of a scene: disks, up to their creases, and
+// the triangles of those that have some, block from both sides. Self-intersection is avoided by one rule for all
+// solvers: leaving surfel i, it ignores i itself, and those disks k of the same object, i within 2 R_k of their
+// centres, that it crosses from behind: they stand off a convex surface or ridge that they are tangent to; those of
+// other objects too, within the spread of their heights (Scene). So it does what it crosses from behind within twice
+// the contact distance over where it begins, unless that faces the place: what lies in one plane is one surface.
+// Arriving at a surfel or a light, the same seen backwards. On the way, rays pass under the rims of disks: they do not
+// see the back of a disk where the surface of a neighbour lies below it, so that a closed convex cloud shows no backs.
+// By index and side, not by distance alone: what touches i but faces elsewhere, or rises in front of it, blocks. Of
+// patches that coincide a ray meets the one on top (Cover). Queries are const and may run on many threads at once.
 class Tracer {
 public:
     explicit Tracer(const Scene& scene);
@@ -48,7 +48,7 @@ public:
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
 
-    // Is the segment from a point of surfel i to a point of surfel j free?
+    // Shadow ray: is the segment from a point of surfel i to a point of surfel j unoccluded?
     bool visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const;
     // The same towards a point that is no surfel's: a light.
     bool visible(std::uint32_t i, const Vec3& from, const Vec3& to) const;
@@ -57,17 +57,16 @@ public:
     // What the ray from surfel i meets first.
     Hit closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
 
-    // For rays from anywhere on a surface, many at a time: what each meets first, within its length. At their end there
-    // is no rule.
+    // The same for many rays, each within its length, at the end of which nothing is ignored.
     void closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const;
-    // Do they meet nothing within their length, at which they arrive at a light or a surface?
+    // Shadow rays, many at a time: is each unoccluded up to its length, where it arrives at a light or a surface?
     void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
     // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.
     Departure departure(const Vec3& point, const Vec3& normal) const;
     // Throws ArgumentError where a point is so far from the scene that floats do not take it.
     void require_near(const std::vector<Vec3>& points) const;
-    // What is no farther from the surfel touches it (scene/extent.h).
+    // Contact distance (scene/extent.h): what is no farther from the surfel touches it.
     double contact(std::uint32_t surfel) const;
     double contact(const Vec3& place) const;
 
