@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t restart_after = 30;
 constexpr const char* out_of_range =
     "scene: its light is too strong to compute with: the linear system left the range of float64";
-constexpr double rounding = 1e-14;  // what is left of a vector of length 1 where nothing should be
+constexpr double rounding = 1e-14;  // relative pivot below which the projected system counts as singular
 
 // Least squares on one system's Hessenberg matrix, turned into a triangle by Givens rotations as its columns come.
 class LeastSquares {

@@ -9,10 +9,10 @@
 
 namespace surflux {
 
-// A field that is known at sites scattered over surfaces, anywhere else: Shepard's weights as Franke and Little have
-// them, ((h - d) / (h d))^2, over the nearest sites of the same object that face about the same way, h being the
-// distance at which the farthest of them drops out. So the weights are 1 at a site, positive, and sum to 1, and they
-// follow the density of the sites. What lies off the surface, behind or before it, counts as farther.
+// Scattered-data interpolation on surfaces by modified Shepard weights (Franke and Little), ((h - d) / (h d))^2, over
+// the nearest sites of the same object that face about the same way, h being the distance at which the farthest of them
+// drops out: a positive partition of unity, 1 at its own site, with supports that follow the density of sites. What
+// lies off the surface, behind or before it, counts as farther.
 class Interpolation {
 public:
     static constexpr std::uint32_t any_object = 0xffffffffu;

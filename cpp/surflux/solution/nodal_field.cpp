@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
 constexpr double most_sloped = 2.0;                  // of a value by weights alone, with slopes and turns
-constexpr double spare_share = 0.25;  // how far slopes may leave the span of the values around, of that span
+constexpr double spare_share = 0.25;                 // overshoot that slopes may make, over the range of values around
 
 double brightness(const NodalField::Values& field, std::size_t k) {
     const Rgb& c = field.values[k].value;

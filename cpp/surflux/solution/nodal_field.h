@@ -12,15 +12,15 @@
 
 namespace surflux {
 
-// Irradiance at a place for normals n' around its own, to first order: value + n' . (u frame.u + v frame.v). So the
-// same light from everywhere, below the horizon too, is the same for all normals.
+// Irradiance at a place with its rotation gradient (Ward and Heckbert 1992): for normals n' around its own it is value
+// + n' . (u frame.u + v frame.v). The same light from everywhere, below the horizon too, has no gradient.
 struct TiltedRgb {
     Rgb value, u, v;
 };
 
-// A field on surfaces from its values at nodes: each is continued linearly by the slope that its neighbours give
-// (Franke and Nielson 1980) and, where it is known how the field turns with the normal, to the normal asked for (Ward
-// and Heckbert 1992); Shepard's weights blend them.
+// First-order Shepard interpolation of irradiance from nodes: each node's value is extrapolated by its translation
+// gradient, fitted to its neighbours by least squares (Franke and Nielson 1980), and, where known, by its rotation
+// gradient to the normal asked for (Ward and Heckbert 1992); Interpolation's partition of unity blends them.
 class NodalField {
 public:
     struct Slope {
@@ -54,7 +54,7 @@ public:
         double area;
         Span<Interpolation::Weight> weights;
     };
-    // The field at all places of a surface, with the integral of values and weights alone: what slopes and turns add
+    // The field at all places of a surface, conserving the integral of zeroth-order interpolation: what gradients add
     // around a node is taken off there. They are limited to twice of what weights say and to half of it, so that the
     // factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may be nothing all around a node
     // in the dark, those would have no bound.

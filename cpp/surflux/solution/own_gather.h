@@ -10,16 +10,16 @@
 
 namespace surflux {
 
-// Light from surfels at a place from which none of the nodes around can be seen, so that nothing can be interpolated:
-// what rays over its hemisphere meet, with the field at their ends. An end that no node can be seen from, as inside a
-// column that a slab covers, only emits.
+// Final gathering where interpolation has no node in sight: irradiance from surfels, estimated by cosine-distributed
+// rays that look up the interpolated radiosity where they end. An end with no node in sight either, as inside a column
+// that a slab covers, only emits.
 class OwnGather {
 public:
     // `fields` make up the irradiance that is reflected, if any is.
     OwnGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
               const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects);
 
-    // The mean of `rays`, the same for the same place and seed.
+    // Irradiance as the mean of `rays`, the same for the same place and seed.
     Rgb operator()(const Departure& place, int rays, std::uint64_t seed) const;
 
 private:

@@ -22,7 +22,7 @@ public:
     void add(std::uint32_t part, const Surfel& surfel);
     void operator+=(const PowerBalance& other);
 
-    // power_in, power_absorbed, power_escaped, power_into_backs, power_lost (what is left, of either sign),
+    // power_in, power_absorbed, power_escaped, power_into_backs, power_lost (the residual, of either sign),
     // power_lost_error (its standard error by the senders' rays), all channels added up; parts, and largest_part_lost:
     // of the part and channel that balance worst, what is lost or made of what enters.
     Figures figures() const;

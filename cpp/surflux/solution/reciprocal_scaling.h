@@ -10,7 +10,7 @@
 
 namespace surflux {
 
-// What of a place's hemisphere meets no fronts, as shares, and how well that is known.
+// Shares of a place's cosine-weighted hemisphere that meet no fronts, estimated by rays, with their variance.
 struct HemisphereLoss {
     double escape = 0.0, into_backs = 0.0;
     double spread = 0.0;    // standard deviation among the nodes it is interpolated from
@@ -18,15 +18,15 @@ struct HemisphereLoss {
     double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
 };
 
-// The variance of a share that so many rays found; of none, what one ray would have made of it.
+// Binomial variance p (1 - p) / n of a share that n rays found; where none did, as if one had.
 inline double variance_of_share(double met, double rays) {
     return std::max(met, 1.0 / rays) * std::max(0.0, 1.0 - met) / rays;
 }
 
-// An exchange of light whose rows were gathered by rays: row k has the share of its hemisphere that each sender fills.
-// Rows are right by construction, with what escapes them and what backs absorb they make 1. Columns are not: what all
-// receive from a sender, over the area that each row stands for, ought to be what the sender's own rays say leaves it
-// for fronts of others, but rays have noise, and weights of interpolation do not carry on what rises towards an edge.
+// A transport matrix G estimated row by row by rays: G[k, j] is the share of receiver k's hemisphere that sender j
+// fills. Rows conserve energy by construction: with what escapes and what backs absorb they make 1. Columns do not: by
+// reciprocity, what all receive from a sender is what its own rays say meets fronts, but rays have variance, and
+// interpolation has bias at edges.
 struct RayExchange {
     // out[k] = sum_j G[k, j] sent[j]; out[j] = sum_k G[k, j] weight[k].
     std::function<void(const std::vector<double>& sent, std::vector<double>& out)> gather, scatter;

@@ -13,11 +13,12 @@
 
 namespace surflux {
 
-// One bounce of a solution, gathered anew. Surfaces nearer to the place than their size do not send one value: there,
-// rays gather once more where they arrive.
+// Monte Carlo estimate of D + T B at a place, one bounce T of a solution's radiosity B: cosine-distributed rays and
+// next event estimation, combined by multiple importance sampling (LightSampler). A surface nearer to the place than
+// its size is not taken to send one value: there a ray goes on for one more bounce.
 class ResidualRays {
 public:
-    // Where the sequences of one place stand, which go on evenly from call to call.
+    // Low-discrepancy sequences of one place, continued from call to call.
     struct Sequences {
         Sequences(std::uint64_t seed, std::uint64_t stream);
         EvenPoints directions, lights;
@@ -38,7 +39,7 @@ public:
           regions_(regions),
           points_(points) {}
 
-    // Adds `count` rays over the hemisphere of a place and as many towards lights.
+    // Adds `count` rays over the hemisphere of a place and as many of next event estimation.
     void gather(const Place& place, int count, Sequences& sequences, Gathered& sum);
 
     std::size_t rays = 0;

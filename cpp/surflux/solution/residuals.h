@@ -7,7 +7,7 @@
 
 namespace surflux {
 
-// Regions of the surface, of about equal area, alike in place and normal.
+// The coarse grid of error_from(): regions of the surface, of about equal area, alike in position and normal.
 struct Regions {
     Regions(const Surfels& surfels, std::size_t wanted);
     std::vector<std::uint32_t> of;  // each surfel's
@@ -16,8 +16,8 @@ struct Regions {
     std::size_t count = 0;
 };
 
-// The irradiance that one half of the rays of a place gathers when surfaces send what a solution says, and how much of
-// it depends on what: by region, what reaches the place per unit of irradiance there.
+// What one half of a place's rays gathers (ResidualRays): the irradiance, and its row of the coarse operator: by
+// region, what reaches the place per unit of irradiance there.
 struct Gathered {
     // Of lamps, as sums: what samples bring that are lit, and all of them, for which there is a closed form.
     struct Lamps {
@@ -51,14 +51,14 @@ struct ErrorEstimate {
 // The error e of H at surfels solves e = r + T e, with r the residual D + T H - H and T one bounce. Of T e only the
 // mean over each region is resolved: a coarse system, solved for each half of the rays, brings all bounces (defect
 // correction on a coarse grid; Brandt 1977). The estimate is sqrt(sum e'.e'' / sum (H + e').(H + e'')) of the two
-// halves: the noise of their rays has no part in its mean.
+// halves: they are independent, so that the variance of their rays does not bias it.
 //
 // Bounces amplify the mean residual, by 1 / (1 - rho) in a closed room, and with it the chance of which surfels were
 // drawn and of what their rays met. Reciprocity takes out both. The coarse exchange, A_k F_kg by area, is scaled to be
-// symmetric, with rows that make A_k together with what they lose. And what is sent arrives or is lost, sum A T B =
-// sum A B (1 - l) with l the share lost of what a surfel sends: the mean of c = D + T B + l B - H over all surfels is
-// that of D + B - H, `balance`, which no rays are needed for, so that c is a control variate of r. With m_k the mean of
-// r, of one bounce, over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c')
+// symmetric, with rows that make A_k together with what they lose. And what is sent arrives or is lost, sum A T B = sum
+// A B (1 - l) with l the share lost of what a surfel sends: the mean of c = D + T B + l B - H over all surfels is that
+// of D + B - H, `balance`, which no rays are needed for, so that c is a control variate of r. With m_k the mean of r,
+// of one bounce, over the places drawn in region k, and c' of c over all by regions' areas, m_k gains (balance - c')
 // cov(m_k, c') / var(c'), the regression of least variance (Cochran 1977, 7.3), whose moments come from the sample,
 // within regions. Where nothing is lost c is r but for the error of D; where most is, they have little in common, and
 // so little is gained.

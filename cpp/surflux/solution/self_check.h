@@ -21,9 +21,9 @@ struct SelfCheckOptions {
     std::uint64_t seed = 0;
 };
 
-// How far a solution is from path tracing, at some of its surfels: its own estimate of its error, of direct light and
-// of all bounces. Of a patch, or piece of one, the mean is checked, of a disk the value at its centre. Rays are added
-// until the standard error of the estimate is small enough.
+// A posteriori error of a solution, of direct light and all bounces, from its residuals at some surfels (residuals.h):
+// how far it is from path tracing. Of a patch, or piece of one, the mean is checked, of a disk the value at its centre.
+// Rays are added until the standard error of the estimate is small enough.
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
                           const SelfCheckOptions& options, const Progress& progress = {});
 

@@ -12,14 +12,14 @@
 
 namespace surflux {
 
-// Which places of one object are neighbours: those with nothing standing between them. A floor goes on beneath a thin
-// wall, and its light does not; a wall goes on behind the panel that covers it.
+// Adjacency for interpolation: places of one object are joined where short shadow rays over the surface between them
+// are unoccluded. A floor goes on beneath a thin wall, and its light does not: values interpolated across would leak.
 class Sight {
 public:
     static constexpr std::uint32_t none = 0xffffffffu;
     struct Place {
         Vec3 position, normal;
-        double headroom;  // how far it is free over it
+        double headroom;  // unoccluded distance along the normal
     };
 
     // Sites that places are asked about many times over: the headroom of each is found when it is needed, and once.

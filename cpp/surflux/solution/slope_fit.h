@@ -2,7 +2,8 @@
 
 namespace surflux {
 
-// The slope, per unit of x and of y, that fits rises at places around best, by weighted least squares.
+// A gradient in the plane, fitted by weighted least squares to differences at offsets (x, y), with ridge
+// regularization.
 template <class Value>
 class SlopeFit {
 public:
