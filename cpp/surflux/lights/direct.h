@@ -16,12 +16,12 @@ struct DirectOptions {
 };
 
 // Irradiance of each surfel from every light but the Environments (see hemisphere.h), with shadows: the unoccluded
-// irradiance (in closed form for point lights, and over area lights) times the fraction that shadow rays find visible.
+// irradiance (in closed form for point lights, and over area lights) times the fraction that shadow rays find visible,
+// a ratio estimator: no variance outside penumbrae.
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
                                    std::uint64_t seed, const Progress& progress = {});
 
-// The same at places on the shapes of `points`; with `errors`, about the standard error of each, which is 0 where all
-// rays agree.
+// The same at places on the shapes of `points`; `errors`: the estimated standard error of each, 0 where all rays agree.
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
                                    const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
                                    const Progress& progress = {}, std::vector<Rgb>* errors = nullptr);

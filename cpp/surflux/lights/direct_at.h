@@ -11,7 +11,8 @@
 namespace surflux {
 
 // Irradiance from lights and Environments at points of the surface with normals, traced anew: shadow rays towards each
-// light, and where there is an Environment `rays` over the hemisphere and as many towards its images.
+// light, and where there is an Environment `rays` cosine-distributed ones and as many light samples of its images,
+// combined by multiple importance sampling.
 std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                            const std::vector<Vec3>& normals, const DirectOptions& options, int rays, std::uint64_t seed,
                            const Progress& progress = {});

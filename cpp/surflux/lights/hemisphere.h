@@ -10,7 +10,7 @@
 
 namespace surflux {
 
-// Where the hemisphere of each surfel ends, measured by cosine-distributed rays.
+// What each surfel's cosine-weighted hemisphere loses (ambient visibility), estimated by cosine-distributed rays.
 struct Hemispheres {
     std::vector<double> escape;  // fraction (of the cosine-weighted hemisphere) that leaves the scene
     std::vector<double>

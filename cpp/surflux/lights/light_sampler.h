@@ -8,8 +8,8 @@
 
 namespace surflux {
 
-// Light that one ray may bring to a point: the irradiance, if the ray is free, or meets the front of `target` first
-// where there is one.
+// A light sample: the irradiance that its shadow ray brings to a point, if that is unoccluded, or meets the front of
+// `target` first where there is one.
 struct LightRay {
     Vec3 direction;
     double length = 0.0;
@@ -20,27 +20,27 @@ struct LightRay {
     bool arrives(const Hit& hit) const { return target == Hit::none ? !hit : hit.front && hit.surfel == target; }
 };
 
-// All light that a vertex of a path can receive at once: next-event rays towards lights, images of the sky and emissive
-// surfels, and what the cosine-distributed ray that goes on picks up on its way. Both ways together give the irradiance
-// once: where light can be found by either, the balance heuristic (Veach and Guibas 1995) shares it between them.
+// Next event estimation with multiple importance sampling: light samples towards lights, images of the sky and emissive
+// surfels, by sample(), and what a cosine-distributed ray meets of them, by found(). Each is weighted by the balance
+// heuristic (Veach and Guibas 1995), so that both together give the irradiance once.
 class LightSampler {
 public:
     enum class Sources { all, surfels, sky };
-    // Emissive surfels are sampled if they cover at most this share of the surface of the scene; larger ones are found
-    // as well by chance. Measured on a sphere in a sphere and a lamp in a room: a gain of 2 at 0.1, of 30 at 0.04, and
-    // none from 0.2 on.
+    // Emissive surfels are sampled if they cover at most this share of the surface of the scene; larger ones
+    // cosine-distributed rays find as well. Measured on a sphere in a sphere and a lamp in a room: a gain of 2 at 0.1,
+    // of 30 at 0.04, and none from 0.2 on.
     static constexpr double usual_small_emitters = 0.15;
     explicit LightSampler(const Scene& scene, double small_emitters = usual_small_emitters,
                           Sources sources = Sources::all);
 
     bool empty() const { return point_like_.empty() && areas_.empty() && images_.empty() && emitters_.empty(); }
-    // One ray for all lights: of one candidate towards each, one is chosen in proportion to what it would bring.
+    // One light sample for all lights: of one candidate towards each, resampled in proportion to what it would bring.
     // (u, v) choose the place on each light, `choice` the light; all in [0, 1).
     LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;
     // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
     Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
-    // What a ray drawn with density cos / pi finds of lights that sample() aims at too, and of the constant sky, as
-    // irradiance: pi times the radiance times the share of this way. `hit` is what it meets first.
+    // What a ray drawn with density cos / pi finds of lights that sample() draws too, and of the constant sky, as
+    // irradiance: pi times the radiance times its MIS weight. `hit` is what it meets first.
     Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
         return found_on_way(point, normal, direction, hit) + found_at_end(normal, direction, hit);
     }

@@ -8,10 +8,10 @@
 
 namespace surflux {
 
-// Patches that lights shine on, as lights of their own: points on them, drawn in proportion to what they would bring to
-// a place if nothing were between, for rays that complement those over its hemisphere, which rarely meet a spot of sun.
-// Patches are drawn by groups, alike in place and normal (many lights: Conty Estevez and Kulla 2018), and in a group by
-// their power. They are taken to be flat.
+// Importance sampling of the first bounce: patches that lights shine on, as many lights, by clusters alike in position
+// and normal (Conty Estevez and Kulla 2018) in proportion to their unoccluded irradiance at a place, and within a
+// cluster by power. For multiple importance sampling with cosine-distributed rays, which rarely meet a spot of sun.
+// They are taken to be flat.
 class LitPatches {
 public:
     // `exitance`: what each surfel sends of that light, by area. Disks are not drawn: which part of one is surface,
@@ -21,9 +21,9 @@ public:
     // Of all that surfels send, what these do; 0 where there are none.
     double share() const { return share_; }
 
-    // Of each group, and all before it, what it may bring to a place.
+    // Cumulative distribution over groups, by the irradiance each may bring to a place; not normalized.
     using Aim = std::vector<float>;
-    // Does any bring something?
+    // Fills it in for a place; false where none brings anything.
     bool aim(const Vec3& point, const Vec3& normal, Aim& out) const;
 
     struct Target {

@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint64_t beam_stream = 0xbea35;
 // A spot's circle of light and a lamp's distance, in radii of the disks, from which on centres tell the light: a circle
 // of 4 radii holds some 50 centres, whose number is off by 4 %, and of a lamp 3 radii away half a per cent is missed.
-// Beyond, centres have no noise.
+// Beyond, centres have no variance.
 constexpr double wide_circle = 4.0, far_away = 3.0;
 // Rays for each disk in the circle, and bounds of their number.
 constexpr std::size_t rays_each = 256, least_rays = 4096, wide_rays = std::size_t{1} << 18,
@@ -41,7 +41,7 @@ struct Source {
     // By a point of [0, 1)^4. Powers are in proportion: they add up to that of the light.
     virtual Beam beam(const double* u) const = 0;
     virtual double power() const = 0;
-    // So many that those which meet one disk have no more noise than its centre would be off by.
+    // So many that those which meet one disk have a standard error no larger than what its centre would be off by.
     virtual std::size_t fewest_rays() const { return wide_rays; }
 };
 

@@ -9,11 +9,11 @@
 
 namespace surflux {
 
-// Direct light of disks within whose width it changes: that of a spot whose cone is hardly wider than the disks it
-// meets, or of a lamp close over them. Their centres alone would miss it, or take a hair of it for the light of all the
-// disk. Its power is known, so rays from the light carry it (particle tracing, Jensen 1996) to the surface that they
-// meet first, where the disks share it as they share that surface's area (area/effective_area.h): what meets fronts
-// arrives, once.
+// Direct light by light tracing, of disks within whose width it changes: that of a spot whose cone is hardly wider than
+// the disks it meets, or of a lamp close over them. Their centres alone would miss it, or take a hair of it for the
+// light of all the disk. Its power is known, so rays from the light carry it (particle tracing, Jensen 1996) to the
+// surface that they meet first, where the disks share it as they share that surface's area (area/effective_area.h):
+// what meets fronts arrives, once.
 class NarrowLight {
 public:
     struct Part {
