@@ -30,7 +30,7 @@ double difference(const GatheredSystem& system, const Gathering& rows, std::uint
 CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed)
     : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), passed_(tree.size(), -1.0f) {}
 
-double CutTest::noise(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
+double CutTest::standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
     double mean;
     return 0.5 * std::abs(difference(system, gathering_, row, sent, mean));
 }
@@ -43,11 +43,11 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
         Random random(seed_, node);
         std::uint32_t p = node;
         while (!tree_.is_leaf(p)) {
-            double left = random.uniform() * tree_.area(p);
+            double rest = random.uniform() * tree_.area(p);
             std::uint32_t next = p;
             tree_.for_members(p, [&](std::uint32_t member) {
-                if (left >= 0.0) next = member;
-                left -= tree_.area(member);
+                if (rest >= 0.0) next = member;
+                rest -= tree_.area(member);
             });
             p = next;
         }
@@ -102,8 +102,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             for (std::size_t k = from; k < to; ++k) {
                 const std::uint32_t node = cut.nodes[k];
                 if (passed_[node] >= 0.0f) continue;
-                const double spread = noise(cut.rows[k], system, sent);
-                double left = 0.0;
+                const double spread = standard_error(cut.rows[k], system, sent);
+                double interpolation_error = 0.0;
                 if (!tree_.is_leaf(node)) {
                     const double around = said_by_others(k, near);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
@@ -111,13 +111,15 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                         closeness_weight * gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
                     const double off =
                         std::max(std::abs(value[k] - around), off_at_probe(k, near)) - significance * spread;
-                    // The error of all has less of a small node's: half way to where all have the same part in it.
+                    // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with
+                    // e as A^0 the same error. The exponent is half way between, -1/4.
                     const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
                     out.refine[k] = std::max(close_by, off) > wanted * small;
                     const double most = std::min(std::max(close_by, off), value[k] + around);
-                    left = 0.25 * std::max(0.0, out.refine[k] ? most : off);  // with nodes on all sides
+                    // Second order: between neighbours on all sides, half as far, a quarter of it.
+                    interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
                 }
-                squared[k] = spread * spread + left * left;
+                squared[k] = spread * spread + interpolation_error * interpolation_error;
                 if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
             }
         },

@@ -12,8 +12,8 @@
 
 namespace surflux {
 
-// Finds the nodes of a cut between which interpolation is not good enough. D04 7.1 refines where neighbours differ; as
-// fields are interpolated to first order, what is asked here is
+// Refinement oracle: finds the nodes of a cut between which the interpolation error is too large. D04 7.1 refines where
+// neighbours differ; as fields are interpolated to first order, what is asked here is
 //   - how close by surfaces are that do not all send the same: they change the field within their distance (Ward and
 // others 1988), to first order by its square;
 //   - what the nodes around would say at the node, and all of them at another surfel below it, drawn by chance, at
@@ -28,14 +28,14 @@ public:
     // `probes` takes the rays to surfels drawn by chance.
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
 
-    // `wanted`: luminance that may be left at nodes of `usual_area`, more at smaller ones; `reference` that of the RMS
-    // of H. Values as solved, with what all senders
-    // send then. A node that was good enough once is so for good.
+    // `wanted`: the error in luminance that nodes of `usual_area` may have, smaller ones more; `reference`: luminance
+    // of the RMS of H. Values as solved, with what all senders send then. A node that was good enough once is so for
+    // good.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
                       const std::vector<double>& sent, double wanted, double reference, double usual_area,
                       const Progress& progress);
-    // Standard error of the luminance of a row.
-    double noise(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
+    // Standard error of the luminance of a row, from its two halves.
+    double standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
 
 private:
     void probe(const Cut& cut, const Progress& progress);

@@ -14,9 +14,10 @@
 
 namespace surflux {
 
-// The operator of light, as rays find it: for each receiver a row of links, each the share of its cosine-weighted
-// hemisphere that a sender fills; with what escapes and what back faces absorb it makes 1. A ray's sender is the
-// largest group that the cone the ray stands for covers: far senders act through their groups, near ones are surfels.
+// The transport operator as a sparse matrix estimated by rays: for each receiver a row of links, each the share of its
+// cosine-weighted hemisphere that a sender fills; with what escapes and what back faces absorb it makes 1. A ray's
+// sender is the largest group that the cone the ray stands for covers: far senders act through their groups, near ones
+// are surfels.
 //   Shot once and kept: every bounce, every channel and every iteration of the refinement is one sparse product.
 class Gathering {
 public:

@@ -187,7 +187,7 @@ private:
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + significance * sources_.noise(p);
+            return options_.zeta * reference_ + significance * sources_.standard_error(p);
         };
         for (int round = 0; round < Insertion::most_rounds && insertion_.refine(source, wanted, stage("insertion"));
              ++round)
@@ -202,8 +202,8 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return options_.zeta * reference_ +
-                   significance *
-                       std::hypot(sources_.noise(p), test_.noise(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+                   significance * std::hypot(sources_.standard_error(p),
+                                             test_.standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         if (!insertion_.refine(all, wanted, stage("insertion"))) return false;
         sources_.update(stage("insertion"));
@@ -251,7 +251,7 @@ private:
         LinearReport linear = system_->solve(asked.empty() ? balanced_tolerance : rough_tolerance, most_applications,
                                              values_, stage("solve"));
         if (asked.empty()) {
-            // Energy that rays' noise and interpolation would lose or make is kept where it is.
+            // Energy that variance of rays and bias of interpolation would lose or make is kept where it is.
             const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
             imbalance_ = scaling.before;
             imbalance_left_ = scaling.after;

@@ -41,7 +41,7 @@ void LitPoints::update(const Progress& progress) {
     const DirectOptions direct{each(options_.probes), each(options_.rays)};
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
-    for (const Rgb& error : errors) noise_.push_back(luminance(error));
+    for (const Rgb& error : errors) standard_error_.push_back(luminance(error));
     const DirectOptions aimed = aimed_options(options_, aimed_rays_);
     if (sampled_emitters_ && !sampled_emitters_->empty())
         append(emitters_,

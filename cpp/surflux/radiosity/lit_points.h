@@ -32,8 +32,8 @@ public:
     const Rgb& from_emitters(std::size_t p) const { return emitters_[p]; }
     // From what makes a Solution's direct light.
     Rgb from_lights(std::size_t p) const { return lights_[p] + sky_[p]; }
-    // About the standard error of each, of its luminance.
-    double noise(std::size_t p) const { return noise_[p]; }
+    // Estimated standard error of each, of its luminance.
+    double standard_error(std::size_t p) const { return standard_error_[p]; }
     bool is_grey() const;
 
     static Place place(const SurfelTree& tree, std::uint32_t point) {
@@ -50,7 +50,7 @@ private:
     int aimed_rays_;
     std::uint64_t seed_;
     std::vector<Rgb> lights_, emitters_, sky_;
-    std::vector<double> noise_;
+    std::vector<double> standard_error_;
 };
 
 }  // namespace surflux

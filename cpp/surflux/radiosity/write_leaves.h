@@ -9,7 +9,7 @@
 namespace surflux {
 
 struct LeafLight {
-    Rgb direct, irradiance;  // of all light, direct light with it
+    Rgb direct, irradiance;  // total, direct light included
     std::int32_t level;      // SurfelTree::level of the node that light was gathered for
 };
 
