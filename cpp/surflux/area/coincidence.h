@@ -17,8 +17,8 @@ struct Coarse {
     double contact = 0.0;  // the largest distance within which surfaces there touch
 };
 
-// Where surfels of a scene coincide and face the same way, found by geometry alone: a carpet modelled into a floor, two
-// scans of one wall.
+// Coincident geometry that faces the same way, which a rasterizer would show as z-fighting: a carpet modelled into a
+// floor, two scans of one wall.
 struct Coincidence {
     std::vector<Cover> covers;
     std::vector<double> uncovered;  // of each patch, the share of it that no later patch covers; 1 of disks

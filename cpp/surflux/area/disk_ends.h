@@ -7,9 +7,9 @@
 
 namespace surflux {
 
-// Sets where disks end before their rims, as the curved areas have it (neighborhood.h): at the border of the sampling
-// and at creases. With it the fronts that rays meet are the surface whose area is counted, and nothing that overhangs
-// it. And which disks have no neighbours at all.
+// Fills in Surfels::ends, the half planes that clip disks as the curved areas do (neighborhood.h), at borders of the
+// sampling and at creases: the surface that rays meet is the one whose area is counted, without overhang. Lists the
+// disks without neighbours, too.
 void find_disk_ends(Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
 
 // The same with default options, and what effective_areas() gives by them: both ask for the same neighbourhoods.

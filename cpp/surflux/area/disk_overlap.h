@@ -9,10 +9,10 @@
 
 namespace surflux {
 
-// Two objects whose disks overlap and face alike.
+// Two objects whose disks overlap and face alike, as registered scans do.
 struct Overlap {
     std::uint32_t one, other;  // objects, ascending
-    std::size_t joined = 0;    // disks of either that stand for one surface with disks of the other
+    std::size_t joined = 0;    // disks of either that sample one surface with disks of the other
     std::size_t layered = 0;   // disks of either that the other's lie closely over: another sheet, or so it is taken
     double height = 0.0;       // mean, of those
 };
@@ -24,10 +24,10 @@ struct DiskOverlaps {
     std::vector<Overlap> overlaps;  // ascending
 };
 
-// Disks of different objects are one surface where each lies within the other's reach, normals are within 60 degrees,
-// and the height of one over the other's plane is no more than four times the RMS of what disks of the same object have
-// there: noise, and curvature. What is farther off is a sheet of its own, as a leaf on a floor is. Disks of an object
-// that are piled up at one place are looked at once.
+// Tells overlapping scans of one surface from layers: disks of different objects are one where each lies within the
+// other's reach, normals are within 60 degrees, and the height of one over the other's plane is no more than four times
+// the RMS of what disks of the same object have there: noise, and curvature. What is farther off is a sheet of its own,
+// as a leaf on a floor is. Disks of an object that are piled up at one place are looked at once.
 DiskOverlaps find_disk_overlaps(const Scene& scene, const Extent& extent, const Progress& progress = {});
 
 // Multiplies the shares of joined disks by the mean of one over the number of objects that cover each, as far as its

@@ -19,7 +19,7 @@ struct Member {
     double radius;
 };
 
-// Who shares disk i and where it ends.
+// The adjacency of disk i: who shares it, and the half planes that clip it.
 struct Neighborhood {
     Frame frame;
     double radius = 0.0;          // of the domain, in the unit of the positions
@@ -38,8 +38,8 @@ public:
     // Of those surfels for which `is_disk` holds.
     NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
 
-    // Disks are numbered here along a curve through space; which surfels disk i is, surfels(i) says: one, or a pile of
-    // them (neighbors/piles.h), which have the area of the first in equal parts.
+    // Disks are numbered here in Morton order; which surfels disk i is, surfels(i) says: one, or a pile of them
+    // (neighbors/piles.h), which have the area of the first in equal parts.
     std::size_t size() const { return disks_.size(); }
     Span<std::uint32_t> surfels(std::size_t i) const {
         return {surfels_.data() + begin_[i], surfels_.data() + begin_[i + 1]};

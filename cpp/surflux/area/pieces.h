@@ -6,8 +6,8 @@
 
 namespace surflux {
 
-// Convex pieces of a patch, whose corners are given from some origin near it: far from that of the scene, differences
-// keep their digits.
+// Polygon clipping: set differences of a patch, as convex polygons, and triangles. Corners are given from some origin
+// near the patch: far from that of the scene, differences keep their digits.
 using Polygon = std::vector<Vec3>;
 using Pieces = std::vector<Polygon>;
 

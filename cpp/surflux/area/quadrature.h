@@ -13,9 +13,9 @@ struct DiskTerm {
     float stretch;  // dA_j / dA_i = 1 / (n_i . n_j), D04 eq. 8
 };
 
-// D04 eq. 9 over disk i, whose own term stands first, in units of R_i^2:
-// the integral of w_i (sum_j w_j stretch_j) / (sum_j w_j)^2 over the pixel centres of a resolution^2 grid.
-// Uses AVX2 or AVX-512 where the processor has it.
+// SIMD kernels. D04 eq. 9 over disk i, whose own term stands first, in units of R_i^2: the integral of w_i (sum_j w_j
+// stretch_j) / (sum_j w_j)^2 over the pixel centres of a resolution^2 grid. Uses AVX2 or AVX-512 where the processor
+// has it.
 double integrate_paper(const DiskTerm* terms, std::size_t count, float kappa, int resolution);
 
 // One that shares disk i, in its frame and in units of R_i: its place on the modelled surface and 1 / R_j^2.

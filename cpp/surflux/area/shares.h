@@ -7,7 +7,7 @@
 
 namespace surflux {
 
-// The influence functions xi_j over the disk of one surfel (D04 eq. 5), as images.
+// The influence functions xi_j over the disk of one surfel (D04 eq. 5), a partition of unity, as images.
 struct DiskShares {
     Frame frame;                         // columns run along u, rows along v
     double extent;                       // half the side of the images: the radius of the domain

@@ -6,10 +6,10 @@
 
 namespace surflux {
 
-// The surface around a surfel, in the frame of its disk and in units of its radius: over (x, y) the normal's tangential
-// part is t = g + K (x, y), K symmetric (the shape operator), and the height follows from it as on a sphere, where the
-// chord between two points is normal to the sum of their normals. So spheres and planes are exact, and any smooth
-// surface is to second order.
+// Second-order surface model around a surfel, in the frame of its disk and in units of its radius: over (x, y) the
+// normal's tangential part is t = g + K (x, y), K symmetric (the shape operator), and the height follows from it as on
+// a sphere, where the chord between two points is normal to the sum of their normals. So spheres and planes are exact,
+// and any smooth surface is to second order.
 struct SurfaceModel {
     double kxx = 0.0, kxy = 0.0, kyy = 0.0;  // K
     double gx = 0.0, gy = 0.0;               // g: how far the surface's normal differs from the surfel's own
