@@ -9,7 +9,8 @@
 
 namespace surflux {
 
-// The points' indices, ascending by x, y and z, those at one place by index: points that coincide stand together.
+// The points' indices in lexicographic order of x, y and z, those at one place by index: points that coincide stand
+// together.
 inline std::vector<std::uint32_t> place_order(const std::vector<Vec3>& points) {
     std::vector<std::pair<Vec3, std::uint32_t>> sorted(points.size());  // sorting finds the positions near by
     for (std::uint32_t i = 0; i < points.size(); ++i) sorted[i] = {points[i], i};

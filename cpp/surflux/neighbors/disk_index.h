@@ -6,8 +6,8 @@
 
 namespace surflux {
 
-// Finds disks by where they reach: all whose centre lies closer than r + R_k to a point. One tree per octave of
-// radii, so that a few large disks do not make every search large.
+// Range search for disks of different radii: all whose centre lies closer than r + R_k to a point. One tree per octave
+// of radii, so that a few large disks do not make every search large.
 class DiskIndex {
 public:
     DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii);

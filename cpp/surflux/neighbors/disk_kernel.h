@@ -5,8 +5,8 @@
 
 namespace surflux {
 
-// How disks share the surface between them: effective areas are integrals of it, and what arrives at a place between
-// disks is theirs by it.
+// The kernel of the partition of unity over disks: effective areas are its integrals, and what arrives at a place
+// between disks is shared by it.
 
 // How far a disk counts, over its radius. With 1 random points on a torus miss .06 % of its area at any density, with
 // 1.3 .004 %.

@@ -8,9 +8,9 @@
 
 namespace surflux {
 
-// Items with keys that only ever fall, the largest key first; `wins(i, j)` says which of equal ones. Buckets hold items
-// of about one key, and only the highest is ordered, as a heap that stays in cache: in one heap of all, each item that
-// has fallen would sink through all levels.
+// A bucket priority queue with decrease-key: items with keys that only ever fall, the largest key first; `wins(i, j)`
+// says which of equal ones. Buckets hold items of about one key, and only the highest is ordered, as a heap that stays
+// in cache: in one heap of all, each item that has fallen would sink through all levels.
 template <class Wins>
 class FallingQueue {
 public:

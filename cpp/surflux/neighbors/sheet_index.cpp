@@ -60,7 +60,7 @@ void SheetIndex::split(Node& node, std::size_t begin, std::size_t middle, std::s
     constexpr double far = std::numeric_limits<double>::infinity();
     node.low = node.normal_low = {far, far, far};
     node.high = node.normal_high = {-far, -far, -far};
-    node.left = static_cast<std::uint32_t>(end - begin);
+    node.remaining = static_cast<std::uint32_t>(end - begin);
     double inverse_reach = 0.0;
     for (std::size_t s = begin; s < end; ++s) {
         widen(node.low, node.high, entries_[s].place);
@@ -93,7 +93,7 @@ void SheetIndex::take(std::uint32_t i, std::vector<std::uint32_t>& out, const Jo
 std::uint32_t SheetIndex::search(const Tree& tree, int depth, std::size_t k, const Entry& from,
                                  std::vector<std::uint32_t>& out, const Joined& joined) {
     Node& node = nodes_[tree.root + (std::size_t{1} << depth) - 1 + k];
-    if (node.left == 0) return 0;
+    if (node.remaining == 0) return 0;
     // Rounded sums of terms that are no smaller are no smaller: these bounds hold to the last bit.
     Vec3 gap, most;
     for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ std::uint32_t SheetIndex::search(const Tree& tree, int depth, std::size_t k, con
             ++found;
         }
     }
-    node.left -= found;
+    node.remaining -= found;
     return found;
 }
 

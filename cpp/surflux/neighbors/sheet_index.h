@@ -8,9 +8,9 @@
 
 namespace surflux {
 
-// Places with unit normals, found by distance and by angle at once, each only once: what a search finds, later ones
-// pass over. Splits go through space and through the sphere of normals, whichever is wider against what searches
-// reach, so that searches cost about what they find: in a pile, or where each reaches everything, too.
+// A kd-tree over positions and unit normals, searched by distance and angle at once. Each place is found once: later
+// searches pass over it. Splits go through space and through the sphere of normals, whichever is wider against what
+// searches reach, so that searches cost about what they find: in a pile, or where each reaches everything, too.
 class SheetIndex {
 public:
     // reach: how far the search from each place will go. Places of different `group` never find each other.
@@ -35,7 +35,7 @@ private:
     struct Node {
         Vec3 low, high;                // of the places
         Vec3 normal_low, normal_high;  // of the normals
-        std::uint32_t left = 0;        // at least as many as are not taken yet
+        std::uint32_t remaining = 0;   // at least as many as are not taken yet
     };
     // A balanced tree over the entries [begin, end): node k of depth d, at nodes_[root + 2^d - 1 + k], holds those
     // from begin + count k / 2^d on.

@@ -31,10 +31,10 @@ struct DivisionOptions {
     std::size_t most_added = 20000;
 };
 
-// Parts a patch where walls stand on it, for a patch has one value: with both sides of a wall in it, each would have
-// light of the other. A wall is a polygon that stands on the front of the patch or goes through it, 12 degrees or
-// more steep; faces in one plane are one wall. A piece is parted along a wall's plane where walls run over half of
-// its width or more, all together: round one that is shorter light finds its way.
+// D0 discontinuity meshing (Heckbert 1992): parts a patch where walls stand on it. A patch has one value: with both
+// sides of a wall in it, light would leak from one to the other. A wall is a polygon that stands on the front of the
+// patch or goes through it, 12 degrees or more steep; faces in one plane are one wall. A piece is parted along a wall's
+// plane where walls run over half of its width or more, all together: round one that is shorter light finds its way.
 class PatchDivider {
 public:
     PatchDivider(const Vec3* corners, std::size_t count, const DivisionOptions& options = {});
