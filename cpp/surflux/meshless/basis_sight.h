@@ -13,11 +13,12 @@
 
 namespace surflux {
 
-// Which functions of a basis speak for a place: those of the air that it is in. L07 has all whose supports reach it,
-// through walls and to sheets behind its own, and names such leaks as its limit. A ray for each place and function
-// would cost more than all else. So a place looks for its anchor, the heaviest of a level that it sees, most often the
-// first; what that one sees is asked once for each pair of functions, and the place itself only about what it does not.
-// Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all functions speak.
+// Adjacency of the basis by visibility: the field at a place is made of the functions whose points it sees (Sight). L07
+// takes all whose supports reach it, and names the leaks through walls as its limit. A shadow ray for each place and
+// function would cost more than all else. So a place looks for its anchor, the heaviest of a level that it sees, most
+// often the first; what that one sees is asked once for each pair of functions, and the place itself only about what it
+// does not. Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all
+// functions speak.
 class BasisSight {
 public:
     BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
@@ -46,8 +47,8 @@ public:
     bool joined(std::uint32_t a, std::uint32_t b) const;
 
 private:
-    // Pairs of each function that have been asked for, with the answer: what is found once is found again, whoever asks
-    // first. Where there is no room for a pair it is asked anew.
+    // A lock-free cache of joined(), by function; deterministic, as an answer does not depend on who asks first. Where
+    // there is no room for a pair it is asked anew.
     static constexpr std::size_t room = 32;
     struct Pairs {
         std::atomic<std::uint32_t> of[room] = {};  // 2 (other + 1) + answer; 0: free

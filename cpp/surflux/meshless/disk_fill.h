@@ -14,8 +14,8 @@ struct FilledPoint {
     std::uint32_t surfel;
 };
 
-// Fills an object with points no closer to each other, and to those in `grid`, than radius max(0, n . n'). They go into
-// the grid, too.
+// Near-maximal Poisson disk sampling of an object: points no closer to each other, and to those in `grid`, than radius
+// max(0, n . n'). They go into the grid, too.
 //
 // L07 proposes points one by one, uniformly over the surface, until 1000 in a row fail. Here the proposals of the same
 // process come in windows: as many for each area as would have come meanwhile, in an order drawn by chance, each

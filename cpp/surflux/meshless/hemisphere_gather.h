@@ -21,8 +21,8 @@ struct GatherOptions {
 // GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
 // and what needs no solving. Surfels send by their means, but wide patches that are near by the basis functions where
 // rays end, down to the level on which these are small as seen from there. Rays are shot once and kept as such rows:
-// every bounce is one sparse product, where L07 shoots anew. Of lights that are not in the basis, rays aimed at patches
-// that these shine on find the first bounce too.
+// every bounce is one sparse product, where L07 shoots anew. Where direct light is not in the basis, its first bounce
+// is found by next event estimation towards lit patches, too, by multiple importance sampling (Veach and Guibas 1995).
 class HemisphereGather {
 public:
     struct Link {
@@ -107,7 +107,7 @@ public:
     void clear();
 
 private:
-    // A ray's end for which the finest level there is was too coarse.
+    // A ray's end at which the finest level so far was too coarse: to be linked to the next.
     struct OpenEnd {
         Vec3 position;
         std::uint32_t surfel;

@@ -14,13 +14,14 @@
 
 namespace surflux {
 
-// The exchange of light between surfels by way of the rows of receivers: what is needed to keep its energy.
+// The transport operator between surfels that receivers' rows make up, with what conserving its energy takes: connected
+// parts, areas that rows stand for, and losses.
 class MeshlessExchange {
 public:
     MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
                      const Receivers& receivers, const HemisphereGather& gather, const Progress& progress = {});
 
-    // The connected part of each row: of those that one is gathered from by way of a surfel.
+    // The connected component of each row, in the graph of which row gathers from which by way of surfels.
     const std::vector<std::uint32_t>& parts() const { return parts_; }
     // Factors of surfels (solution/reciprocal_scaling.h), which reflect the light that the basis has with
     // `coefficients`, and send what rays find beside that.

@@ -9,9 +9,9 @@
 
 namespace surflux {
 
-// L07's basis (sec. 4.1): levels of ever denser points on surfaces, each level's Shepard functions correcting what the
-// levels above it leave. Functions are numbered through, coarse levels first. A value is a double, or an Rgb where
-// there are three channels. Queries are const and may run on many threads at once.
+// L07's hierarchical basis (sec. 4.1): levels of ever denser points on surfaces; each level's Shepard functions
+// approximate the residual of the coarser levels. Functions are numbered through, coarse levels first. A value is a
+// double, or an Rgb where there are three channels. Queries are const and may run on many threads at once.
 class MultilevelBasis {
 public:
     static constexpr std::size_t all_levels = static_cast<std::size_t>(-1);

@@ -9,9 +9,10 @@
 
 namespace surflux {
 
-// RECEIVER-ORACLE of L07 6.3: which receivers give way to finer ones. On the coarsest level those that differ from
-// others around, on finer ones those whose coefficient is large. What surfaces send is measured by its own RMS, beside
-// all that is in the basis: a bright sky on the outside hides no room.
+// RECEIVER-ORACLE of L07 6.3, the refinement criterion: which receivers give way to finer ones. References only, made
+// for one question. On the coarsest level those that differ from others around, on finer ones those whose coefficient
+// is large. What surfaces send is measured by its own RMS, beside all that is in the basis: a bright sky on the outside
+// hides no room.
 struct Oracle {
     const MultilevelBasis& basis;
     const Receivers& receivers;

@@ -15,8 +15,8 @@
 
 namespace surflux {
 
-// The levels of a basis on the surfaces of a scene: where their points are, which places they speak for, and what they
-// come to over surfels. All that it refers to must outlive it; `basis` is what it fills.
+// Builds the levels of a basis on the surfaces of a scene: point placement, adjacency (BasisSight) and means over
+// surfels, kept in step. All that it refers to must outlive it; `basis` is what it fills.
 class PlacedBasis {
 public:
     struct Options {

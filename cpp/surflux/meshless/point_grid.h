@@ -9,8 +9,8 @@
 
 namespace surflux {
 
-// Points with normals, sorted by a hash of the cubic cell that they lie in; cells in a row along x come one after the
-// other. Those of other cells with the same hash come along, and may come twice: who asks looks at distances anyway.
+// A spatial hash of points with normals: buckets of cubic cells, those along x one after the other. On a collision the
+// points of other cells come along, and may come twice: callers test distances anyway.
 class PointGrid {
 public:
     struct Point {

@@ -9,7 +9,7 @@
 
 namespace surflux {
 
-// What is filled with points, and how.
+// Dart throwing for disk_fill.h: the surface to sample, and the options.
 struct Fill {
     const Scene& scene;
     const Tracer& tracer;
@@ -21,8 +21,9 @@ struct Fill {
     const Wanted& wanted;
 };
 
-// What is not yet covered: a piece's part after some bisections (PartFinder). Path 0 is a disk, which stands for its
-// centre: there alone it is known to touch the surface, and rays that leave elsewhere may start below the next disk.
+// A cell that disks do not cover yet: a piece's part after some bisections (PartFinder). Path 0 is a disk, which stands
+// for its centre: there alone it is known to touch the surface, and rays that leave elsewhere may start below the next
+// disk.
 struct Part {
     std::uint32_t piece, path;
 };
@@ -34,7 +35,7 @@ struct Proposal {
     std::uint32_t part;  // its index among those that stay
 };
 
-// The disk around a point that others keep out of.
+// The exclusion disk around an accepted point.
 struct KeptDisk {
     Vec3 center;
     double radius;
@@ -46,8 +47,8 @@ struct Proposed {
     std::vector<Proposal> proposals;
 };
 
-// Proposes places on the parts, `density` to a unit of area, where the points in `grid` let them; in the first window
-// it cuts the parts into such as are no longer than 1.4 R.
+// Throws darts on the parts, `density` to a unit of area, and keeps those outside of the disks of points in `grid`; in
+// the first window it cuts the parts into such as are no longer than 1.4 R.
 Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
                  std::uint64_t seed, bool first);
 

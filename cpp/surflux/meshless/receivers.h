@@ -9,8 +9,8 @@
 
 namespace surflux {
 
-// The functions of a basis at whose points light is gathered, and the way from light there to their coefficients (L07
-// eq. 10). All others have coefficient 0.
+// The active functions of a basis, at whose points irradiance is gathered, and the projection from these values to
+// coefficients (L07 eq. 10). All others have coefficient 0.
 class Receivers {
 public:
     static constexpr std::uint32_t none = 0xffffffffu;
@@ -30,7 +30,7 @@ public:
 
     // From values by row, for all functions.
     void coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& out) const;
-    // The transpose of that: by row, what a functional of the coefficients is of the values.
+    // The adjoint of that projection: a linear functional of coefficients as one of values, by row.
     std::vector<double> functional(std::vector<double> of_coefficients) const;
     // Calls visit(function) for the parents of a row's function.
     template <class Visit>

@@ -8,8 +8,8 @@
 
 namespace surflux {
 
-// Places around the points of some functions of the finest level, where the next level is wanted. `first_radius`: of
-// the Poisson disks of each object's first level.
+// The region to refine: places around the points of some functions of the finest level. `first_radius`: of the Poisson
+// disks of each object's first level.
 Wanted wanted_around(const MultilevelBasis& basis, const std::vector<std::uint32_t>& functions,
                      const std::vector<double>& first_radius);
 

@@ -9,7 +9,8 @@
 
 namespace surflux {
 
-// Which proposals of a window stand in each other's way, and the order in which they came.
+// The conflict graph of a window of proposals: pairs closer than their Poisson disks allow, and the order in which they
+// came, by which the first of a pair wins (parallel dart throwing).
 struct Rivals {
     // `grid` is one that suits the radius.
     Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid);

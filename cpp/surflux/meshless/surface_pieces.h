@@ -57,8 +57,10 @@ private:
     std::vector<double> area_;
 };
 
-// What is left of pieces after the bisections that `path` tells: below its leading one a digit for each, 1 for the
-// second half. Parts that come one after the other mostly have the first of these in common: they are not made anew.
+// The part of a piece after repeated bisect(), a node of its binary tree. `path` is the node's index, as in a heap: a
+// leading 1, then a bit for each bisection from the first on, 1 for the second half. The nodes above the last one are
+// kept. Two paths cut to the same length share the bits above the leading one of their XOR: so many bisections are not
+// made anew.
 class PartFinder {
 public:
     explicit PartFinder(const SurfacePieces& pieces) : pieces_(pieces) {}

@@ -12,9 +12,9 @@
 
 namespace surflux {
 
-// What the functions of a basis come to over each surfel: their means over patches, and at the centre of disks. These
-// rows are found once for a level; after that what surfels receive, and what they send, is a sparse product, where
-// evaluating the basis anew at each ray's end took most of the time of L07 and of this solver, too.
+// The restriction of a basis to surfels, as a sparse matrix: row i holds the mean of each function over patch i, or its
+// value at the centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
+// product, where evaluating the basis at each ray's end took most of the time of L07 and of this solver, too.
 class SurfelMeans {
 public:
     // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on

@@ -13,9 +13,9 @@
 
 namespace surflux {
 
-// Surfels at which the basis is still off on its last level: light is gathered on all of each, and is theirs alone.
-// They are those that the oracle says are off and, of the largest others and the brightest, those that rays
-// contradict: what lies between points, or seems to, has no coefficient to tell.
+// A last level without a basis: final gathering at surfels where the basis is still off on its finest level. They are
+// those that the oracle says are off and, of the largest others and the brightest, those where a few rays contradict
+// the basis: features between its points have no coefficient that could tell.
 class SurfelRefinement {
 public:
     struct Options {

@@ -10,10 +10,10 @@
 
 namespace surflux {
 
-// Where the supports of the finest level reach through walls: a floor goes on beneath a thin wall, and its light does
-// not. L07 names such leaks as its limit and leaves them to finer levels. Rays close over the surface look for planes
-// that part a function's point from all other points beyond in its support; a column, around which light gets, does
-// not. The field then is discontinuous on the plane, which the wall hides, and nowhere else.
+// Half spaces that clip supports of the finest level at walls, against light leaks, which L07 names as its limit and
+// leaves to finer levels. Shadow rays close over the surface look for planes that part a function's point from all
+// other points beyond in its support; a column, around which light gets, does not. The field then is discontinuous on
+// the plane, which the wall hides, and nowhere else.
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
                                   const BasisSight& sight, const Progress& progress);
 
