@@ -16,7 +16,7 @@ namespace surflux::bindings {
 
 namespace {
 
-// The `count` nearest of every point, one row each, itself first; rows of fewer repeat it.
+// The `count` nearest neighbours of every point, one row each, the point itself first and for padding.
 std::vector<std::uint32_t> nearest_points(const std::vector<Vec3>& points, std::size_t count) {
     const PointIndex index(points);
     std::vector<std::uint32_t> rows(points.size() * count);

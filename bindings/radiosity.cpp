@@ -31,7 +31,7 @@ py::dict solve_scene(const Scene& scene, const std::string& transport, double ze
     return to_dict(scene, std::move(solution));
 }
 
-// F, what its rows leave to 1 (empty without visibility), how many pairs did not come to the error, and the rays.
+// F, 1 less its row sums (empty without visibility), how many pairs did not come to the error, and the rays.
 py::tuple form_factors_of_scene(const Scene& scene, bool visibility, double error, int rays, double epsilon,
                                 std::uint64_t seed, const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);

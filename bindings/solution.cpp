@@ -15,7 +15,7 @@ namespace {
 
 constexpr int own_rays = 256, own_probes = 16, own_shadow_rays = 64;
 
-// Fields of a solution, anywhere: values at its surfels. With its scene, none is carried on across a wall. Where
+// Interpolates fields of a solution from values at its surfels to any places; with its scene, not across walls. Where
 // `reflects` is given, objects are those of the scene, the first field is light from surfels, the second direct light,
 // and places on surfaces from which none of the surfels around can be seen find them by rays of their own: from surfels
 // that send what they receive, besides emission, or emission alone.

@@ -8,7 +8,7 @@ namespace surflux::bindings {
 
 namespace {
 
-// What each ray meets first: a surfel or -1, whether on its front, and the distance.
+// Closest hit of each ray: surfel or -1, whether on its front, and the distance.
 py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles& points, const Doubles& directions) {
     const std::vector<std::uint32_t> from = to_vector(surfels);
     const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
@@ -29,8 +29,7 @@ py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles
     return py::make_tuple(to_array(met), to_array(front), to_array(distance));
 }
 
-// What rays through the air see first of the fronts, backs being as if they were not there: a surfel or -1, and the
-// distance.
+// Closest front hit of rays from points in the air, with back faces culled: surfel or -1, and the distance.
 py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& directions) {
     const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
     require(at.size() == along.size(), "directions: wanted as many as points");
