@@ -46,7 +46,7 @@ def solve_meshless(
         epsilon_omega: solid angle in steradians, as a receiver sees it, below which a patch wider than the coarsest
             spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
-            patches, a quarter of them are aimed at what these send (many lights: Conty Estevez and Kulla 2018).
+            patches, a quarter of them sample these (many lights: Conty Estevez and Kulla 2018).
         bounces: how often light is reflected; None for until the residual is below `tolerance`.
         indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
             where rays meet surfaces that are coarse. False has it in the basis, too.

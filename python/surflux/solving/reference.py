@@ -29,9 +29,9 @@ def reference_irradiance(scene, points, normals, samples=4096, seed=0, *, thread
       half their radius and mesh patches that touch it, facing its way. So points between surfels, slightly over or
       under the disks, are not in their shadow. Other points are in the air.
 
-    Lights, images of the sky and emissive surfels that cover at most 15 % of all surface are aimed at from every
-    vertex of a path, and shared with the rays that meet them by chance by the balance heuristic (Veach and Guibas
-    1995). Russian roulette ends paths whose throughput has fallen below 1/16.
+    Next event estimation from every vertex of a path samples lights, images of the sky and emissive surfels that cover
+    at most 15 % of all surface, combined with the rays that meet them by multiple importance sampling (balance
+    heuristic, Veach and Guibas 1995). Russian roulette ends paths whose throughput has fallen below 1/16.
 
     Args:
         scene: Scene. Its areas are not used.
