@@ -116,8 +116,9 @@ private:
         watch_.lap("gathering");
         SurfaceLight::At lit;
         if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
+        const std::size_t first_row = unbounced_.size();
         for (std::size_t k = 0; k < fresh.size(); ++k) {
-            const HemisphereGather::Row& row = gather_[unbounced_.size()];
+            const HemisphereGather::Row& row = gather_[first_row + k];
             Rgb direct = row.sky, emitted = row.emitted;
             if (!options_.indirect_only) {
                 direct += lit.lights[k] + lit.sky[k];
