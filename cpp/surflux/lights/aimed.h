@@ -24,8 +24,8 @@ std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& ligh
                                   const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
                                   const Progress& progress = {});
 
-// All of the irradiance that emissive surfels bring: as many rays over the hemisphere of each place as are aimed, in
-// balance with these, where no other rays find the rest.
+// Both parts, for emissive surfels: as many cosine-distributed rays as light samples, where no other rays find that
+// part.
 std::vector<Rgb> emitted_irradiance(const Scene& scene, const Tracer& tracer, const LightSampler& emitters,
                                     const SurfelPoints& points, const std::vector<Place>& places,
                                     const DirectOptions& options, std::uint64_t seed, const Progress& progress = {});

@@ -11,10 +11,10 @@
 
 namespace surflux {
 
-// Light on surfaces that needs no solving: from lights, from emissive surfels that are few enough to be aimed at, and
-// from rays aimed at images of the sky, which complement what rays over a hemisphere find of these
-// (LightSampler::found). What emissive surfels bring rises steeply towards them and makes all other light: a basis
-// that was as fine as that light asks for would not carry their power, so it is had at each surfel, as that of lamps.
+// Irradiance that needs no solving: from lights, and by next event estimation towards small emissive surfels and images
+// of the sky, of the latter the light-sampling part alone (LightSampler::found has the other). What emissive surfels
+// bring rises steeply towards them and makes all other light: a basis that was as fine as that light asks for would not
+// carry their power, so it is had at each surfel, as that of lamps.
 class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.

@@ -36,7 +36,7 @@ public:
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
-    // The sky is in no link: rays pick it up here, in balance with those that are aimed at it (lights/aimed.h).
+    // The sky is in no link: rays find it here, with the MIS weight that goes with light sampling (lights/aimed.h).
     Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
               std::uint64_t seed);
 

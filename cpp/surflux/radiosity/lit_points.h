@@ -15,8 +15,8 @@ namespace surflux {
 // Standard errors beyond which a difference is taken to be one of the light, and not of the rays that found it.
 constexpr double significance = 2.0;
 
-// Irradiance of the points of a tree that needs no solving: from lights, from emissive surfels that are few enough to
-// be aimed at, and by rays aimed at images of the sky. By point; those that were split have what they had.
+// Irradiance of the points of a tree that needs no solving: from lights, and by next event estimation towards small
+// emissive surfels (LightSampler) and images of the sky. By point; those that were split have what they had.
 class LitPoints {
 public:
     // Without samplers, of lights alone. Towards emitters and images of the sky go a quarter of `aimed_rays`, and all
