@@ -111,3 +111,23 @@ def test_a_solution_from_a_file_shows_what_there_is(solution, tmp_path):
 def test_large_and_survey_coordinates_are_told_apart():
     s = sf.Surfels(np.array([[5.1e6, 4.3e5, 800], [5.1e6 + 20, 4.3e5, 800]]), [[0, 0, 1]] * 2, radii=1.0)
     assert table_of(s)[1]["bounds"] == "x 5100000 to 5100020, y 430000 to 430000, z 800 to 800"
+
+
+def test_a_printed_solution_tells_where_the_power_went(solution):
+    said, power = str(solution).splitlines()
+    assert said == repr(solution)
+    names = ("absorbed", "escaped", "into backs", "lost")
+    found = re.fullmatch("power in (.+?): " + ", ".join(f"{name} (.+)%" for name in names), power)
+    assert float(found[1]) == pytest.approx(solution.history[-1]["power_in"], rel=1e-4)
+    # All that enters ends somewhere; each of the four is rounded to .01 %.
+    assert sum(float(share) for share in found.groups()[1:]) == pytest.approx(100.0, abs=0.02 + 1e-9)
+
+
+def test_a_printed_solution_without_power_or_figures():
+    dark = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=0.1, areas=0.03)
+    with pytest.warns(UserWarning, match="light"):
+        black = sf.solve(sf.Scene([dark]))
+    assert str(black).endswith("\npower in 0: absorbed 0, escaped 0, into backs 0, lost 0")
+    arrays = {name: getattr(black, name) for name in ("parents", "objects", "radiosity", "irradiance", "direct")}
+    bare = sf.Solution(black.surfels, **arrays)
+    assert str(bare) == repr(bare)

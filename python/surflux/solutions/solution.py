@@ -122,7 +122,7 @@ class Solution:
         basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
         return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None, "_on_surface": None}
 
-    __repr__, _repr_html_ = summaries.as_text, summaries.as_table
+    __repr__, __str__, _repr_html_ = summaries.as_text, summaries.as_lines, summaries.as_table
 
     def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
         """Irradiance H at any points on surfaces.

@@ -22,9 +22,22 @@ def as_text(self):
     return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
 
 
+def as_lines(self):
+    """str() of Solution: its repr(), and on a second line where the power went, in shares of what entered."""
+    power = _account(self)
+    if power is None:
+        return as_text(self)
+    whole = power["power_in"]
+    places = ", ".join(
+        f"{_ACCOUNT[key]} {power[key] / whole:.2%}" if whole > 0 else f"{_ACCOUNT[key]} {power[key]:.3g}"
+        for key in list(_ACCOUNT)[1:]
+    )
+    return f"{as_text(self)}\npower in {whole:.5g}: {places}"
+
+
 def as_table(self):
     """What Jupyter shows of a Solution."""
-    s, last = self.surfels, self.history[-1] if self.history else {}
+    s, power = self.surfels, _account(self)
     n, _, area = facts(s)
     inserted = int((self.levels < 0).sum())
     rows = [
@@ -33,9 +46,7 @@ def as_table(self):
         ("area", f"{area:.6g}"),
         ("error, estimated", "unknown" if math.isnan(self.error) else f"{self.error:.2%}"),
     ]
-    # A solution from a file has what the file says, which may be anything.
-    power = {key: last.get(key) for key in (*_ACCOUNT, "power_lost_error")}
-    if all(isinstance(value, (int, float)) for value in power.values()):
+    if power is not None:
         whole = power["power_in"]
         for key, name in _ACCOUNT.items():
             share = f" ({power[key] / whole:.2%})" if whole > 0 and key != "power_in" else ""
@@ -43,3 +54,11 @@ def as_table(self):
             rows.append((name, f"{power[key]:.5g}{spread}{share}"))
     rows.append(("seconds", f"{sum(self.timings.values()):.3g}"))
     return html_table("Solution", rows)
+
+
+def _account(self):
+    """The figures of the power by their keys in the history; None where they are not all there."""
+    last = self.history[-1] if self.history else {}
+    power = {key: last.get(key) for key in (*_ACCOUNT, "power_lost_error")}
+    # A solution from a file has what the file says, which may be anything.
+    return power if all(isinstance(value, (int, float)) for value in power.values()) else None
