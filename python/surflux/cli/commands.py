@@ -93,6 +93,7 @@ def _check_options(options):
         "stops": lambda name, value: check.number(name, value, -100.0, 100.0),
         "smallest": check.count,
         "seed": check.seed,
+        "rays": lambda name, value: check.count(name, value, 16, 65535),
         "tolerance": lambda name, value: check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
         "pick": lambda name, value: check.count(name, value, 0),
         "zeta": lambda name, value: check.number(name, value, 0.0, low_open=True),
@@ -131,7 +132,7 @@ def _solve(options):
     images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
     _check_images(images)
     scene = _scene_to_solve(options)
-    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "transport", "seed", "threads")}
+    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "rays", "transport", "seed", "threads")}
     if options.no_insert:
         given["insert"] = False
     settings = {name: value for name, value in given.items() if value is not None}

@@ -24,6 +24,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--solver", default="radiosity", choices=("radiosity", "meshless"), help=text)
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
     solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
+    solve.add_argument("--rays", type=int, metavar="N", help="rays of a node or receiver (default: 256; meshless: 512)")
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")

@@ -53,8 +53,25 @@ def test_options_reach_the_solver(here, run, monkeypatch):
         raise ValueError("enough: seen")
 
     monkeypatch.setattr(sf, "solve", solve)
-    assert run("solve", "room.toml", "--seed", 7, "--threads", 1, "--zeta", 0.1)[0] == 2
-    assert given == {"zeta": 0.1, "seed": 7, "threads": 1, "progress": True}
+    assert run("solve", "room.toml", "--seed", 7, "--threads", 1, "--zeta", 0.1, "--rays", 64)[0] == 2
+    assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "progress": True}
+
+
+@pytest.mark.parametrize("solver", ["radiosity", "meshless"])
+def test_rays_are_those_of_either_solver(here, run, solver):
+    """Each ray of a meshless receiver is a link, and pairs shoot from every surfel: fewer are fewer."""
+    shot = []
+    for rays in (64, 256):
+        status, out, _ = run("solve", "room.toml", "--solver", solver, "--rays", rays, "--no-image", "--json")
+        assert status == 0
+        shot.append(json.loads(out)["history"][-1]["rays"])
+    assert 0 < shot[0] < shot[1]
+
+
+def test_too_few_rays_are_refused_before_any_work(here, run):
+    status, _, err = run("solve", "missing.toml", "--rays", 15)
+    assert status == 2
+    assert "--rays: wanted" in err
 
 
 def test_a_cloud_is_solved_under_a_plain_sky_and_this_is_said(ball, run):
