@@ -95,6 +95,9 @@ def test_every_figure_of_the_history_is_explained():
         for key in {key for entry in solution.history for key in entry}:
             written.setdefault(key, set()).add(name)
     assert written == explained
+    for solution in found.values():
+        assert [entry["iteration"] for entry in solution.history] == list(range(1, len(solution.history) + 1))
+    assert "| `iteration` | all | number of the iteration, from 1 |" in page
 
 
 @pytest.mark.parametrize("block", blocks(README.read_text()))
