@@ -7,6 +7,7 @@ import pkgutil
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import surflux as sf
@@ -103,6 +104,14 @@ def test_every_figure_of_the_history_is_explained():
 @pytest.mark.parametrize("block", blocks(README.read_text()))
 def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})
+
+
+def test_the_scene_file_of_the_readme_is_solved(elsewhere):
+    (scene,) = re.findall(r"^```toml\n(.*?)^```", README.read_text(), re.MULTILINE | re.DOTALL)
+    Path("room.toml").write_text(scene)
+    solution = sf.solve(sf.load_scene("room.toml"), rays=16, insert=False)
+    assert len(solution.surfels) == 6 * 12**2  # six walls of 12 x 12 patches
+    assert np.all(solution.direct > 0)  # a convex room under a lamp inside of it
 
 
 def test_the_readme_has_its_example():
