@@ -9,7 +9,7 @@ def unpacked(points, normals, reflectance):
     """(points, normals, reflectance) where points may be a cloud: what it has, where nothing else is given.
 
     A cloud has `points`, and `normals` and `colors` that may be empty, as open3d.geometry.PointCloud; tensor clouds of
-    Open3D are made such ones. Reflectance that nobody gives is .5.
+    Open3D are made such ones. Reflectance None is that of the colours, or .5.
     """
     if hasattr(points, "to_legacy"):
         points = points.to_legacy()

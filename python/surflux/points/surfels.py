@@ -22,14 +22,14 @@ class Surfels:
 
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing. Or a cloud of
-            Open3D, whose normals and colours count where none are given.
+            Open3D, whose normals count where none are given (and its colours for reflectance=None).
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
             line, and to orient them outwards, sheet by sheet (needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
             Where n is 3, three numbers are one RGB. None for the colours of a cloud, sRGB made linear (white at .98),
-            else 0.5.
+            or 0.5 where it has none.
         emission: exitance of the surfel itself, at least 0; the same shapes.
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
@@ -67,7 +67,7 @@ class Surfels:
         *,
         radii=None,
         areas=None,
-        reflectance=None,
+        reflectance=0.5,
         emission=0.0,
         viewpoint=None,
         two_sided=False,

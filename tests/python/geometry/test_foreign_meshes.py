@@ -72,7 +72,7 @@ def cloud(**more):
 
 def test_clouds_of_open3d():
     colors = np.array([[1, 0, 188 / 255]] * 4)
-    s = sf.Surfels(cloud(normals=[[0, 0, -2]] * 4, colors=colors), radii=1.0)
+    s = sf.Surfels(cloud(normals=[[0, 0, -2]] * 4, colors=colors), radii=1.0, reflectance=None)
     np.testing.assert_array_equal(s.points, SQUARE)
     np.testing.assert_array_equal(s.normals, [[0, 0, -1]] * 4)
     np.testing.assert_allclose(s.reflectance, [[WHITE, 0, GREY]] * 4)
@@ -80,11 +80,11 @@ def test_clouds_of_open3d():
     given = sf.Surfels(cloud(colors=colors), [[0, 0, 1]] * 4, radii=1.0, reflectance=0.2)
     assert given.normals[0].tolist() == [0, 0, 1]
     assert (given.reflectance == 0.2).all()
-    plain = sf.Surfels(cloud(), radii=1.0)
+    plain = sf.Surfels(cloud(), radii=1.0, reflectance=None)
     assert (plain.reflectance == 0.5).all()
     np.testing.assert_array_equal(plain.normals, sf.Surfels(SQUARE, radii=1.0).normals)
     tensors = SimpleNamespace(to_legacy=lambda: cloud(colors=colors))
-    np.testing.assert_array_equal(sf.Surfels(tensors, radii=1.0).reflectance, s.reflectance)
+    np.testing.assert_array_equal(sf.Surfels(tensors, radii=1.0, reflectance=None).reflectance, s.reflectance)
 
 
 def two_triangles(**visual):
