@@ -19,6 +19,10 @@ SLOW = (
     "behind a slit",
     "two long rooms",
     "canyon",
+    "cylinder, points, an end glows",
+    "sphere inside, points",
+    "unequal disks, points",
+    "half sky on a slope, points",
     "disks with one between, patches",
     "squares with one between, patches",
 )

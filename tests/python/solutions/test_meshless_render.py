@@ -46,7 +46,7 @@ def with_direct(scene):
 
 def basis_image(solution, size=(160, 120), camera=CAMERA):
     lamps = [(LAMP.corner, LAMP.edge_u, LAMP.edge_v, np.divide(LAMP.exitance, np.pi))]
-    return solution._field.basis.image(lamps, (camera.eye, camera.target, camera.up, camera.fov), *size)
+    return solution._field.basis.image(lamps, (camera.eye, camera.target, camera.up, camera.fov, 0.0), *size)
 
 
 def decibels(image, exact, peak):

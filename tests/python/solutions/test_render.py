@@ -8,7 +8,7 @@ import pyvista
 
 from surflux import _core
 
-CAMERA = (np.array([0.0, -4, 0]), np.zeros(3), np.array([0.0, 0, 1]), 60.0)
+CAMERA = (np.array([0.0, -4, 0]), np.zeros(3), np.array([0.0, 0, 1]), 60.0, 0.0)
 
 
 def disk(radius=1.0):
