@@ -52,7 +52,9 @@ _HOME = {
 __version__ = _VERSION
 __all__ = sorted([*_HOME, "Cancelled", "DeviceError", "FileError"])
 
-# The core's own exceptions come without words.
+# The core's own exceptions come without words, and tracebacks name them as users write them.
+for _error in (FileError, Cancelled, DeviceError):
+    _error.__module__ = "surflux"
 FileError.__doc__ = """A file that cannot be read or written, an OSError: "path (place): reason".
 
 The place is the line, byte, or table and key, where there is one.

@@ -1,8 +1,11 @@
 """The public names and their arguments, which scripts outside this repository rely on."""
 
 import inspect
+import pickle
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,6 +64,22 @@ def test_signature(path):
     for name, parameter in wanted.items():
         assert got[name].kind == parameter.kind, name
         assert parameter.default in (parameter.empty, got[name].default), name
+
+
+def test_editors_read_all_names():
+    """__init__.pyi, which type checkers read in place of __init__.py, has every name from where it lives."""
+    text = Path(sf.__file__).with_name("__init__.pyi").read_text()
+    found = {
+        name: home for home, name in re.findall(r"^from surflux\.([\w.]+) import (\w+) as \2$", text, re.MULTILINE)
+    }
+    assert found == sf._HOME | dict.fromkeys(("Cancelled", "DeviceError", "FileError"), "_core")
+
+
+@pytest.mark.parametrize("error", [sf.FileError, sf.Cancelled, sf.DeviceError])
+def test_errors_have_the_names_that_users_write(error):
+    assert error.__module__ == "surflux"
+    same = pickle.loads(pickle.dumps(error("why")))
+    assert (type(same), same.args) == (error, ("why",))
 
 
 @pytest.fixture(scope="module")
