@@ -81,8 +81,7 @@ private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
     Oracle oracle() const {
-        return {field_->basis, receivers_, gather_, placed_.first_radius(), placed_.evenly_placed(), values_,
-                direct_,       unbounced_, first_,  field_->coefficients,   field_->direct};
+        return {field_->basis, receivers_, gather_, placed_.first_radius(), placed_.evenly_placed(), rows_, *field_};
     }
 
     // The basis has got a level.
@@ -116,7 +115,7 @@ private:
         watch_.lap("gathering");
         SurfaceLight::At lit;
         if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
-        const std::size_t first_row = unbounced_.size();
+        const std::size_t first_row = rows_.unbounced.size();
         for (std::size_t k = 0; k < fresh.size(); ++k) {
             const HemisphereGather::Row& row = gather_[first_row + k];
             Rgb direct = row.sky, emitted = row.emitted;
@@ -124,9 +123,9 @@ private:
                 direct += lit.lights[k] + lit.sky[k];
                 emitted += lit.emitters[k];
             }
-            direct_.push_back(direct);
-            unbounced_.push_back(direct + emitted);
-            first_.push_back(row.first);
+            rows_.direct.push_back(direct);
+            rows_.unbounced.push_back(direct + emitted);
+            rows_.first.push_back(row.first);
         }
         watch_.lap("direct");
     }
@@ -142,32 +141,34 @@ private:
     }
 
     void solve(double tolerance, std::size_t refined) {
-        std::vector<Rgb> constant(unbounced_.size());
-        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = unbounced_[row] + first_[row];
+        std::vector<Rgb> constant(rows_.unbounced.size());
+        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = rows_.unbounced[row] + rows_.first[row];
         for (std::size_t row = 0; row < correction_.size(); ++row) constant[row] += correction_[row];
-        values_.insert(values_.end(), constant.begin() + static_cast<std::ptrdiff_t>(values_.size()), constant.end());
+        rows_.values.insert(rows_.values.end(), constant.begin() + static_cast<std::ptrdiff_t>(rows_.values.size()),
+                            constant.end());
         LinearReport linear;
         if (options_.bounces >= 0) {
-            values_ = before_ = unbounced_;
+            rows_.values = before_ = rows_.unbounced;
             for (; linear.applications < options_.bounces; ++linear.applications) {
-                before_ = values_;
-                const std::vector<Rgb> arrived = bounce(values_);
-                for (std::size_t row = 0; row < values_.size(); ++row) values_[row] = constant[row] + arrived[row];
+                before_ = rows_.values;
+                const std::vector<Rgb> arrived = bounce(rows_.values);
+                for (std::size_t row = 0; row < rows_.values.size(); ++row)
+                    rows_.values[row] = constant[row] + arrived[row];
             }
         } else {
             const Channels channels(false);
-            std::vector<double> x = channels.pack(values_);
+            std::vector<double> x = channels.pack(rows_.values);
             const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
                 to = channels.pack(bounce(channels.unpack(of)));
                 for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
             };
             linear = gmres(apply, channels.pack(constant), LinearSystems(channels.count, parts_), tolerance,
                            most_applications, x, stage("solve"));
-            values_ = channels.unpack(x);
-            before_ = values_;
+            rows_.values = channels.unpack(x);
+            before_ = rows_.values;
         }
-        receivers_.coefficients(values_, field_->coefficients);
-        receivers_.coefficients(direct_, field_->direct);
+        receivers_.coefficients(rows_.values, field_->coefficients);
+        receivers_.coefficients(rows_.direct, field_->direct);
         watch_.lap("solve");
         report(linear, refined);
     }
@@ -175,7 +176,7 @@ private:
     void report(const LinearReport& linear, std::size_t refined) {
         out_.history.push_back({{"level", static_cast<double>(field_->basis.levels() - 1)},
                                 {"points", static_cast<double>(field_->basis.size())},
-                                {"cut", static_cast<double>(values_.size())},
+                                {"cut", static_cast<double>(rows_.values.size())},
                                 {"refined", static_cast<double>(refined)},
                                 {"links", static_cast<double>(gather_.links())},
                                 {"rays", static_cast<double>(gather_.rays())},
@@ -203,18 +204,18 @@ private:
         imbalance_left_ = scaling.after;
         parts_ = exchange.parts();
         gather_.set_sender_scale(scaling.senders);
-        for (std::size_t row = 0; row < first_.size(); ++row) {
+        for (std::size_t row = 0; row < rows_.first.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
-            first_[row] = of.first_scale * of.first;
-            unbounced_[row] += (of.emitted_scale - 1.0) * of.emitted;
+            rows_.first[row] = of.first_scale * of.first;
+            rows_.unbounced[row] += (of.emitted_scale - 1.0) * of.emitted;
         }
         solve(std::max(options_.tolerance, balanced_tolerance), 0);
         gather_.set_sender_power(exchange.sender_power(scaling, field_->coefficients));
         gather_.sent(field_->coefficients, sent_);
-        correction_.resize(first_.size());
-        for (std::size_t row = 0; row < first_.size(); ++row) {
+        correction_.resize(rows_.first.size());
+        for (std::size_t row = 0; row < rows_.first.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
-            first_[row] = of.first_scale * of.first;
+            rows_.first[row] = of.first_scale * of.first;
             correction_[row] = (of.power_scale - 1.0) * gather_.gather(row, field_->coefficients, sent_);
         }
     }
@@ -252,9 +253,7 @@ private:
     double imbalance_ = 0.0;  // of what surfels send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     std::vector<std::uint32_t> parts_;  // connected part of each row; empty: one
-    // Of each row: direct light, that and emission, the first bounce of what is not in the basis, and the
-    // solution.
-    std::vector<Rgb> direct_, unbounced_, first_, values_;
+    Received rows_;
     std::vector<Rgb> correction_;  // of what each row gathers, that keeps its power; empty: none
     std::vector<Rgb> before_;      // values before their last bounce
     Figures power_;

@@ -35,18 +35,18 @@ double rms(const Oracle& of, const Value& of_row) {
 double Oracle::allowed_at(double level) { return std::exp2(0.5 * level); }
 
 Oracle::Wanted Oracle::wanted(double epsilon_e) const {
-    const auto all = [&](std::uint32_t row) { return luminance(values[row]); };
-    const auto sent = [&](std::uint32_t row) { return luminance(values[row] - direct[row]); };
-    const auto all_first = [&](std::uint32_t row) { return luminance(unbounced[row] + first[row]); };
-    const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(direct[row]); };
+    const auto all = [&](std::uint32_t row) { return luminance(rows.values[row]); };
+    const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
+    const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first[row]); };
+    const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(rows.direct[row]); };
     return {epsilon_e * std::min(rms(*this, all), many_bounces * rms(*this, all_first)),
             epsilon_e * std::min(rms(*this, sent), many_bounces * rms(*this, sent_first))};
 }
 
 std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) const {
     const std::uint32_t from = basis.first(level), to = level > 0 ? basis.first(level + 1) : evenly_placed;
-    const auto all = [&](std::uint32_t row) { return luminance(values[row]); };
-    const auto sent = [&](std::uint32_t row) { return luminance(values[row] - direct[row]); };
+    const auto all = [&](std::uint32_t row) { return luminance(rows.values[row]); };
+    const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
     const double allowed = allowed_at(static_cast<double>(level));
     const Wanted most = wanted(epsilon_e * allowed);
     std::vector<char> chosen(to - from, 0);
@@ -58,8 +58,8 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
             const std::uint32_t row = receivers.row(j);
             double off = 0.0, off_sent = 0.0;
             if (level > 0) {
-                off = std::abs(luminance(coefficients[j]));
-                off_sent = std::abs(luminance(coefficients[j] - direct_coefficients[j]));
+                off = std::abs(luminance(field.coefficients[j]));
+                off_sent = std::abs(luminance(field.coefficients[j] - field.direct[j]));
             } else {
                 basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
                 for (const BasisWeight& w : near) {

@@ -4,10 +4,19 @@
 #include <vector>
 
 #include "surflux/meshless/hemisphere_gather.h"
+#include "surflux/meshless/meshless_field.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/receivers.h"
 
 namespace surflux {
+
+// Irradiance of receivers, by row.
+struct Received {
+    std::vector<Rgb> values;     // the solution
+    std::vector<Rgb> direct;     // the part that is direct light
+    std::vector<Rgb> unbounced;  // that and emission
+    std::vector<Rgb> first;      // the first bounce of what is not in the basis
+};
 
 // RECEIVER-ORACLE of L07 6.3, the refinement criterion: which receivers give way to finer ones. References only, made
 // for one question. On the coarsest level those that differ from others around, on finer ones those whose coefficient
@@ -19,10 +28,8 @@ struct Oracle {
     const HemisphereGather& gather;
     const std::vector<double>& first_radius;  // of each object's points on the coarsest level
     std::uint32_t evenly_placed;              // so many of them are as dense all over an object; others are of nooks
-    // By row: the solution, the part that is direct light, what comes without a bounce, and the first bounce.
-    const std::vector<Rgb>&values, &direct, &unbounced, &first;
-    // By function, of the solution and of the part that is direct light.
-    const std::vector<Rgb>&coefficients, &direct_coefficients;
+    const Received& rows;
+    const MeshlessField& field;  // coefficients of the solution and of its direct light
 
     // The functions of a level that are off by more than epsilon_e of the RMS.
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;

@@ -86,7 +86,7 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
         if (!oracle_.receivers.has(j)) return;
         any = true;
         if (const std::size_t level = oracle_.basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
-        const double c = luminance(oracle_.coefficients[j]), c_sent = c - luminance(oracle_.direct_coefficients[j]);
+        const double c = luminance(oracle_.field.coefficients[j]), c_sent = c - luminance(oracle_.field.direct[j]);
         all += weight * c, sent += weight * c_sent;
         off += weight * std::abs(c), off_sent += weight * std::abs(c_sent);
     });
@@ -99,8 +99,8 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
 }
 
 bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
-    const double sent = luminance(means_.mean(surfel, oracle_.coefficients)) -
-                        luminance(means_.mean(surfel, oracle_.direct_coefficients));
+    const double sent = luminance(means_.mean(surfel, oracle_.field.coefficients)) -
+                        luminance(means_.mean(surfel, oracle_.field.direct));
     return stricter * options_.epsilon_e * sent > bright * wanted_.of_sent;
 }
 
@@ -109,8 +109,8 @@ bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::A
     const auto farther = [&](double a, double b, double may_be) {
         return std::abs(a - b) > allowed(surfel) * may_be + noise_of_few / root * std::max(a, b);
     };
-    const double all = luminance(means_.mean(surfel, oracle_.coefficients)),
-                 direct = luminance(means_.mean(surfel, oracle_.direct_coefficients));
+    const double all = luminance(means_.mean(surfel, oracle_.field.coefficients)),
+                 direct = luminance(means_.mean(surfel, oracle_.field.direct));
     return farther(all, luminance(found.all), wanted_.of_all) ||
            farther(all - direct, luminance(found.all - found.direct), wanted_.of_sent);
 }
