@@ -4,6 +4,7 @@ import dataclasses
 import math
 import os
 import signal
+import sys
 import threading
 
 import numpy as np
@@ -319,7 +320,8 @@ def test_ctrl_c_without_any_callback():
 
 @pytest.mark.parametrize("work", [sf.solve, sf.form_factors], ids=lambda f: f.__name__)
 @pytest.mark.slow
-def test_bars_go_to_stderr(work, capfd):
+def test_bars_go_to_stderr(work, capfd, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     work(scene_of_some_time(), progress=True)
     out, err = capfd.readouterr()
     assert out == ""
