@@ -14,7 +14,7 @@ BY_NAME = {case.name: case for case in CASES}
 SAMPLES = 1024
 
 
-# Of cases, seconds each.
+# Of cases that take seconds by any solver.
 SLOW = (
     "behind a slit",
     "two long rooms",
@@ -29,13 +29,13 @@ SLOW = (
 
 
 def runs():
-    """All entries of the table; those of some cases, and of patches by two of the solvers, count as slow."""
-    for case in CASES:
+    """All entries of the table; quick ones are each case by one of the solvers, which take turns."""
+    for k, case in enumerate(CASES):
         problem = problem_of(case, case.densities[0])
-        for name, solver in SOLVERS.items():
-            if solver.takes(problem):
-                slow = case.name in SLOW or (name != "solve" and case.name.endswith("patches"))
-                yield pytest.param(case, solver, id=f"{case.name}-{name}", marks=[pytest.mark.slow] * slow)
+        taking = [name for name, solver in SOLVERS.items() if solver.takes(problem)]
+        for name in taking:
+            slow = case.name in SLOW or name != taking[k % len(taking)]
+            yield pytest.param(case, SOLVERS[name], id=f"{case.name}-{name}", marks=[pytest.mark.slow] * slow)
 
 
 def complaint(case, solver, found):

@@ -52,6 +52,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_rows_from_a_process_of_their_own(folder, tmp_path, capsys):
     rows, text = tmp_path / "rows.json", tmp_path / "rows.md"
     arguments = ["--repeats", "1", "--cache", str(tmp_path / "kept"), "--paths", "4096"]

@@ -73,6 +73,7 @@ def test_meshes_and_the_faces_of_ply(run):
     assert (picture("b.png") == gray).all()
 
 
+@pytest.mark.slow
 def test_how_it_looks_is_chosen(run):
     base = ("red.toml", "--screenshot", "a.png", "--size", "200x160")
     seen = set()

@@ -253,6 +253,7 @@ def test_a_pick_taken_back_leaves_nothing(window):
     assert (seen(view) == before).all()
 
 
+@pytest.mark.slow
 def test_keys(window):
     s = pair(areas=[0.5 * np.pi * 0.25, 0.3 * np.pi * 0.64])
     view = window(s)

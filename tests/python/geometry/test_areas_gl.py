@@ -34,6 +34,7 @@ def test_both_backends_agree(api, monkeypatch):
 
 @pytest.mark.scans
 @pytest.mark.parametrize("method", ["paper", "curved"])
+@pytest.mark.slow
 def test_both_backends_agree_on_a_scan(method, scans):
     s = sf.read(scans / "statues" / "bunny_34834.ply")
     assert (apart(s, method=method) < 1e-4).mean() >= 0.999

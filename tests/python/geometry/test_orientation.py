@@ -36,6 +36,7 @@ def test_normals_of_statues(scans, name, least, least_signs):
 
 
 @pytest.mark.scans
+@pytest.mark.slow
 def test_normals_of_a_statue_sampled_at_random(scans):
     mesh = read_mesh(scans / "statues" / "armadillo_43k.ply")
     corners = np.asarray(mesh.vertices)[np.asarray(mesh.indices).reshape(-1, 3)]
@@ -97,6 +98,7 @@ def test_refusals(call, message):
 
 
 @pytest.mark.scans
+@pytest.mark.slow
 def test_patches_of_the_lion(scans):
     # An open scan, seen from one side: its own normals agree but for leaves. A piece turned over is found.
     whole = sf.read(scans / "statues" / "lion_takanawa_342k_surfels.ply")

@@ -86,9 +86,9 @@ def test_solutions(scene, twin, solver):
     assert solution.camera == scene.camera
 
 
-@pytest.mark.parametrize("indirect_only", [True, False])
-def test_meshless_solutions_keep_their_basis(twin, indirect_only):
-    """Functions, their coefficients and the walls that end them, between surfels and in pictures; also of a twin's."""
+@pytest.fixture(scope="module", params=[True, pytest.param(False, marks=pytest.mark.slow)])
+def divided_by_a_wall(request):
+    """A meshless solution, indirect_only or not, with functions that a wall ends."""
     floor = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]]
     wall = [[0, -1, 0], [0, 1, 0], [0, 1, 1], [0, -1, 1]], [[0, 1, 2, 3], [3, 2, 1, 0]]
     objects = [sf.Surfels.from_mesh(mesh, 0.1, 0.7) for mesh in (floor, wall)]
@@ -96,8 +96,14 @@ def test_meshless_solutions_keep_their_basis(twin, indirect_only):
     objects.append(sf.Surfels(0.3 * ball.points + [0.5, 0.0, 0.5], ball.normals))
     camera = sf.Camera([-2, -3, 2], [0, 0, 0.3])
     lights = [sf.PointLight([-0.5, 0.2, 0.8], 1.0), sf.Environment(0.1)]
-    solution = sf.solve_meshless(sf.Scene(objects, lights, camera=camera), indirect_only=indirect_only, levels=3)
+    solution = sf.solve_meshless(sf.Scene(objects, lights, camera=camera), indirect_only=request.param, levels=3)
     assert len(solution._field.basis.functions()["cut"]) > 0
+    return solution
+
+
+def test_meshless_solutions_keep_their_basis(twin, divided_by_a_wall):
+    """Functions, their coefficients and the walls that end them, between surfels and in pictures; also of a twin's."""
+    solution = divided_by_a_wall
     places = np.column_stack([np.random.default_rng(0).uniform(-1, 1, (200, 2)), np.zeros(200)])
     up = np.tile([0.0, 0.0, 1.0], (200, 1))
     for other in (twin(solution), twin(twin(solution))):

@@ -223,6 +223,7 @@ def test_a_turned_environment_lights_what_faces_its_bright_half(azimuth, up):
         assert found == pytest.approx(wanted, abs=0.01 * np.pi)
 
 
+@pytest.mark.slow
 def test_whole_turns_of_an_environment_change_no_bit():
     rng = np.random.default_rng(0)
     image = rng.uniform(size=(16, 32, 3))

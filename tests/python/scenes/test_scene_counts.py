@@ -127,6 +127,7 @@ def test_the_gallery(scans):
 
 
 @pytest.mark.scans
+@pytest.mark.slow
 def test_the_gallery_has_as_many_surfels_as_the_paper_says(scans):
     """Counted where clouds are read, before they are thinned and sampled, which takes seconds."""
     path = DATA / "gallery.toml"

@@ -93,7 +93,7 @@ def escape_from(surfels):
     return escape
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("transport", ["rays", "meshless"])
 def test_account_of_an_open_scene_is_a_check(transport, seed):
     """Three fifths of the light leave it. That is counted by senders, and not taken to be what receivers lack."""
@@ -107,7 +107,7 @@ def test_account_of_an_open_scene_is_a_check(transport, seed):
     assert abs(figures["power_escaped"] - escaped) <= 1e-3 * figures["power_in"] + 3 * error
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("transport", ["rays", "meshless"])
 def test_ball_on_an_open_floor_is_as_bright_as_path_tracing_says(transport, seed):
     """Nearly all light leaves the floor for the sky. What little the ball gets is known by its own rays."""

@@ -75,6 +75,7 @@ def test_two_rooms_wall_to_wall(at_once):
     assert solution.history[-1]["power_escaped"] == 0.0
 
 
+@pytest.mark.slow
 def test_a_bright_sky_through_a_hole_has_the_noise_of_its_own_rays():
     """Rays that are aimed at the bright part of an image decide, not how many others happen to find the hole."""
     image = np.full((64, 128, 3), 0.01)

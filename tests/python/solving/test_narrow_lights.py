@@ -84,6 +84,7 @@ def test_two_scans_share_a_narrow_spot():
     assert min(power[:1600].sum(), power[1600:].sum()) > 0
 
 
+@pytest.mark.slow
 def test_what_stands_in_a_narrow_spot_keeps_it_from_points():
     """Half of the cone ends on a black sheet over the floor, which is a mesh here and points there."""
     spot = sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.0)

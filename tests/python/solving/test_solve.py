@@ -159,6 +159,7 @@ def test_survey_coordinates_cost_nothing(offset):
     np.testing.assert_allclose(after.irradiance, before.irradiance, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_turning_the_scene():
     """Where all see each other hardly anything differs; past a ball other rays go, as with another seed."""
     before = solve_own(furnished(ball=False), tolerance=1e-8)
@@ -171,6 +172,7 @@ def test_turning_the_scene():
     assert difference < spread_over_seeds("irradiance") < 0.05
 
 
+@pytest.mark.slow
 def test_the_order_of_objects_does_not_matter():
     scene = furnished()
     before = solve_own(scene)

@@ -290,6 +290,7 @@ def test_sheets_with_two_sides(transport):
     assert solution.irradiance_at(at, down).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_links_grow_with_surfels_and_not_with_their_pairs():
     """Blobs over a floor, made by formula. Links from 1000 surfels to 32 000: as M^1.15 at most."""
 

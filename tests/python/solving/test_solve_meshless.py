@@ -42,6 +42,7 @@ def solved():
     return sf.solve_meshless(furnished(), **SMALL)
 
 
+@pytest.mark.slow
 def test_bounces_of_a_furnace():
     """Each surfel sees E all around: after n bounces H = E (1 + rho + ... + rho^n), at last E / (1 - rho)."""
     for room in (cube_inside(3, 0.5, 2.0), ball(1, sign=-1, kind="patches", rho=0.5, emission=2.0)):
@@ -125,6 +126,7 @@ def test_the_mesh_does_not_matter():
     assert np.sqrt(((one - many) ** 2).mean()) / size < 0.04
 
 
+@pytest.mark.slow
 def test_many_objects_are_as_good_as_one():
     """Walls that are objects of their own share no functions, nor need they."""
     vertices, faces, _ = shapes.box(1.0, 3, inward=True)
@@ -316,6 +318,7 @@ def test_nothing_comes_of_nothing():
 
 
 @pytest.mark.parametrize("offset", [[1e6, -1e6, 1e6]])
+@pytest.mark.slow
 def test_far_from_the_origin_it_is_the_same(offset):
     def light(at):
         vertices, faces, _ = shapes.box(1.0, 3, inward=True)

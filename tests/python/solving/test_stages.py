@@ -29,6 +29,7 @@ def test_sponza_stands_upright_in_metres(sponza):
     assert np.all(s.reflectance < 1)
 
 
+@pytest.mark.slow
 def test_sponza_s_leaves_have_backs_and_its_curtains_need_none(sponza):
     s = sponza.surfels
     twins = len(s) - len(np.unique(np.hstack([s.points, np.abs(s.normals)]), axis=0))
@@ -57,6 +58,7 @@ def test_the_sun_reaches_sponza_s_floor(sponza):
     assert 0.0 < irradiance[22:, 0].max() < 0.2 * irradiance[:22, 0].max()
 
 
+@pytest.mark.slow
 def test_the_statue_stands_on_its_plinth():
     scene = sf.load_scene(DATA / "statue.toml")
     room, plinth, statue = scene.objects

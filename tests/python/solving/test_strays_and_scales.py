@@ -126,6 +126,7 @@ def test_a_stray_triangle_of_the_same_mesh_takes_no_points(distance):
 
 
 @pytest.mark.parametrize("pile", [2, 200, 20_000])
+@pytest.mark.slow
 def test_a_pile_is_one_points_worth_of_surface(pile):
     """Each of k that coincide has a kth of what one has there; no pass compares each of them with all others."""
     rng = np.random.default_rng(1)

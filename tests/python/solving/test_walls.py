@@ -60,6 +60,7 @@ def test_a_church_keeps_its_rooms_dark_and_its_walls_lit(lit_church, seed):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
+@pytest.mark.slow
 def test_functions_speak_for_the_air_that_they_are_in(lit_church, seed):
     scene, inside, others, total, error, direct = lit_church
     solution = sf.solve_meshless(scene, seed=seed)

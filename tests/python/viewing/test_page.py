@@ -68,6 +68,7 @@ def test_of_disks_that_overlap_each_is_seen_where_it_is_nearest(browser, tmp_pat
     assert is_red(image[179, 244:310][:, [2, 1, 0]]).all()
 
 
+@pytest.mark.slow
 def test_splats_run_into_each_other_but_not_around_edges(browser, tmp_path):
     x = np.linspace(-1, 1, 11)
     floor = [[a, b, 0] for b in x for a in x]
@@ -201,6 +202,7 @@ def test_keys_change_what_is_seen(browser, tmp_path):
     assert (browser.picture()[20:60, 360:470] < 100).any()  # the words
 
 
+@pytest.mark.slow
 def test_survey_coordinates_look_like_any_other(browser, tmp_path):
     far = np.array([5.1e6, 4.3e5, 800.0])
     s = pair(reflectance=RED)
