@@ -1,10 +1,19 @@
-"""Solution.error beside the error against path tracing: `python tests/support/estimates.py SCENE.toml [--tight]`."""
+"""Solution.error beside the true error, by path tracing or, in the table of cases, by closed forms.
+
+`python tests/support/estimates.py SCENE.toml [--tight]`, `python tests/support/estimates.py --cases`
+"""
 
 import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 import surflux as sf
+from cases import CASES
+from cases.case import problem_of
+from cases.solvers import at_surfels
 from surflux.bench.truth import Truth
 
 MEASURED = 2000  # surfels
@@ -62,13 +71,55 @@ class Estimated:
         return error, off.std() / np.sqrt(len(off)) / (2 * max(error, 1e-12))
 
 
+# A case has one value of each surfel: nothing is inserted.
+OF_CASES = {
+    "pairs": lambda scene, seed: sf.solve(scene, transport="pairs", tolerance=1e-7, insert=False, seed=seed),
+    "rays": lambda scene, seed: sf.solve(scene, transport="rays", tolerance=1e-7, insert=False, seed=seed),
+    "meshless": lambda scene, seed: sf.solve_meshless(scene, levels=3, tolerance=1e-7, seed=seed),
+}
+WITHIN = 0.7, 1.5
+EXACT = 1e-8  # errors and estimates below this agree
+MOST_PAIRS = 3000  # surfels
+
+
+def cases():
+    """(name, solver, solution, true relative RMS error) of each case whose truth covers all of its surfels."""
+    for case in CASES:
+        problem = problem_of(case, case.densities[-1])
+        known = np.zeros(len(problem.scene.surfels), bool)
+        for wanted in problem.wanted:
+            known[wanted.surfels] |= not wanted.mean
+        for solver, solve in OF_CASES.items():
+            if known.all() and not (solver == "pairs" and len(known) > MOST_PAIRS):
+                solution = solve(problem.scene, 0)
+                yield case.name, solver, solution, problem.error(at_surfels(solution, problem.scene))
+
+
+def report_cases():
+    print("| case | solver | error, % | estimate, % | ratio |\n|---|---|---|---|---|")
+    held = total = 0
+    for name, solver, solution, error in cases():
+        own, doubt = solution.error, solution.history[-1]["error_uncertainty"]
+        good = WITHIN[0] * error <= own <= WITHIN[1] * error or max(own, error) < EXACT
+        held, total = held + good, total + 1
+        ratio = f"{own / error:.2f}" if error > EXACT else ""
+        ratio += "" if good else " off"
+        print(f"| {name} | {solver} | {100 * error:.3g} | {100 * own:.3g} +- {100 * doubt:.2g} | {ratio} |")
+    print(f"\n{held} of {total} within {WITHIN[0]} and {WITHIN[1]}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("scenes", nargs="*")
+    parser.add_argument("--cases", action="store_true")
     parser.add_argument("--tight", action="store_true")
     parser.add_argument("--solvers", nargs="+", default=["rays", "meshless"], choices=list(DEFAULT))
     parser.add_argument("--seeds", type=int, default=3)
     options = parser.parse_args()
+    if options.cases:
+        report_cases()
+    if not options.scenes:
+        return
     print("| scene | solver | seed | error, % | estimate, % | ratio |\n|---|---|---|---|---|---|")
     for path in options.scenes:
         scene = sf.load_scene(path)
