@@ -2,6 +2,7 @@
 #include "rooms.h"
 #include "solution_dict.h"
 #include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/form_factor_operator.h"
 #include "surflux/radiosity/form_factors.h"
 #include "surflux/radiosity/hierarchy.h"
 #include "surflux/radiosity/solve.h"
@@ -65,6 +66,82 @@ py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsi
     return out;
 }
 
+FormFactorOperator operator_of_scene(const Scene& scene, int rays, std::uint64_t seed, const py::object& progress) {
+    const StageProgress stages = to_stage_progress(progress);
+    return without_gil([&] { return form_factor_operator(scene, {rays, seed}, stages); });
+}
+
+FormFactorOperator operator_of_arrays(
+    const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>& begin, const Indices& met,
+    const Indices& rays, const Indices& into_backs, const Doubles& areas, const Doubles& scale, const Doubles& escape,
+    const Doubles& absorbed) {
+    FormFactorOperator::State state;
+    state.rows.begin.assign(begin.data(), begin.data() + begin.size());
+    state.rows.met = to_vector(met);
+    state.rows.rays = to_vector(rays);
+    state.rows.into_backs = to_vector(into_backs);
+    state.areas = to_vector(areas);
+    state.scale = to_vector(scale);
+    state.escape = to_vector(escape);
+    state.absorbed = to_vector(absorbed);
+    return FormFactorOperator(std::move(state));
+}
+
+// K x or K^T x of x (n, channels).
+py::array_t<double> product(const FormFactorOperator& k, const Doubles& x, bool transposed) {
+    require(x.ndim() == 2 && static_cast<std::size_t>(x.shape(0)) == k.size(), "x: wanted a row for each surfel");
+    const std::vector<double> in = to_vector(x);
+    const auto channels = static_cast<std::size_t>(x.shape(1));
+    std::vector<double> out;
+    without_gil([&] {
+        if (transposed)
+            k.apply_transposed(in, channels, out);
+        else
+            k.apply(in, channels, out);
+        return 0;
+    });
+    return py::array_t<double>({x.shape(0), x.shape(1)}, out.data());
+}
+
+void bind_operator(py::module_& module) {
+    // A view of a vector of the operator's, which lives as long.
+    const auto view = [](const auto& vector, const py::object& self) {
+        using Value = typename std::decay_t<decltype(vector)>::value_type;
+        py::array_t<Value> out({static_cast<py::ssize_t>(vector.size())}, vector.data(), self);
+        out.attr("flags").attr("writeable") = false;
+        return out;
+    };
+    py::class_<FormFactorOperator> bound(module, "FormFactorOperator");
+    bound
+        .def(py::init(&operator_of_arrays), py::arg("begin"), py::arg("met"), py::arg("rays"), py::arg("into_backs"),
+             py::arg("areas"), py::arg("scale"), py::arg("escape"), py::arg("absorbed"))
+        .def("product", &product, py::arg("x"), py::arg("transposed"))
+        .def(
+            "variance",
+            [](const FormFactorOperator& k, const Doubles& x) {
+                const std::vector<double> in = to_vector(x);
+                require(in.size() == k.size(), "x: wanted a value for each surfel");
+                return to_array(without_gil([&] { return k.variance(in); }));
+            },
+            py::arg("x"));
+    const auto property = [&](const char* name, const auto& get) {
+        bound.def_property_readonly(name, [get, view](const py::object& self) {
+            return view(get(self.cast<const FormFactorOperator&>().state()), self);
+        });
+    };
+    using State = FormFactorOperator::State;
+    property("begin", [](const State& s) -> const auto& { return s.rows.begin; });
+    property("met", [](const State& s) -> const auto& { return s.rows.met; });
+    property("rays", [](const State& s) -> const auto& { return s.rows.rays; });
+    property("into_backs", [](const State& s) -> const auto& { return s.rows.into_backs; });
+    property("areas", [](const State& s) -> const auto& { return s.areas; });
+    property("scale", [](const State& s) -> const auto& { return s.scale; });
+    property("escape", [](const State& s) -> const auto& { return s.escape; });
+    property("absorbed", [](const State& s) -> const auto& { return s.absorbed; });
+    module.def("form_factor_operator", &operator_of_scene, py::arg("scene"), py::arg("rays"), py::arg("seed"),
+               py::arg("progress") = py::none());
+}
+
 }  // namespace
 
 void bind_radiosity(py::module_& module) {
@@ -77,6 +154,7 @@ void bind_radiosity(py::module_& module) {
                py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),
                py::arg("rays"), py::arg("epsilon"), py::arg("seed"), py::arg("progress") = py::none());
+    bind_operator(module);
 }
 
 }  // namespace surflux::bindings

@@ -29,6 +29,9 @@ from surflux.scenes.scene import Scene as Scene
 from surflux.scenes.scene_file import load_scene as load_scene
 from surflux.solutions.solution import Solution as Solution
 from surflux.solutions.solution_file import load_solution as load_solution
+from surflux.solving.form_factor_operator import FormFactorOperator as FormFactorOperator
+from surflux.solving.form_factor_operator import form_factor_operator as form_factor_operator
+from surflux.solving.form_factor_operator import load_operator as load_operator
 from surflux.solving.form_factors import form_factors as form_factors
 from surflux.solving.meshless import solve_meshless as solve_meshless
 from surflux.solving.radiosity import solve as solve

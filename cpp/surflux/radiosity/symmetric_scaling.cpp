@@ -9,6 +9,8 @@ namespace {
 
 constexpr int warm_up_rounds = 3, newton_rounds = 30, newton_applications = 60;
 constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
+// Of what is wanted in the end, what a step's system may be off by.
+constexpr double newton_margin = 0.3;
 
 // The state of the iteration.
 class Iteration {
@@ -47,7 +49,11 @@ public:
 
     // In log scale: (DGD + diag(slope)) step = totals - row sums over the rows that are not held, with unit diagonal.
     // What comes of it is measured.
-    void newton_round() {
+    //   As precise as the residual is small, which keeps the convergence quadratic (Eisenstat and Walker 1996), and no
+    // more than `tolerance` asks for.
+    void newton_round(double tolerance) {
+        const double precision =
+            std::min(newton_tolerance, std::max(out_.residual, newton_margin * tolerance / out_.residual));
         std::vector<double> weight(size_), right(size_), step(size_, 0.0);
         for (std::size_t i = 0; i < size_; ++i) {
             weight[i] = held(i) ? 0.0 : 1.0 / std::sqrt(slope_[i]);
@@ -59,7 +65,7 @@ public:
             apply(scaled, out);
             for (std::size_t i = 0; i < size_; ++i) out[i] = x[i] + weight[i] * out[i];
         };
-        conjugate_gradients(hessian, right, 1, newton_tolerance, newton_applications, step);
+        conjugate_gradients(hessian, right, 1, precision, newton_applications, step);
         // The bound cuts a step short for some rows and not for others: without a search along it, what is left may
         // lead uphill, and two rows take turns for ever (Bertsekas 1982).
         const std::vector<double> start = out_.scale, slack = out_.rows;
@@ -119,7 +125,7 @@ Scaling scale_symmetrically(const ScalingProblem& problem, double largest, doubl
         iteration.sinkhorn_round();
         iteration.measure();
     }
-    for (; out.rounds < newton_rounds && out.residual > tolerance; ++out.rounds) iteration.newton_round();
+    for (; out.rounds < newton_rounds && out.residual > tolerance; ++out.rounds) iteration.newton_round(tolerance);
     if (out.residual > tolerance) {
         iteration.shrink_rows_above_one();
         iteration.measure();

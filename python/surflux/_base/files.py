@@ -1,6 +1,7 @@
 """Files that appear whole or not at all."""
 
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 from surflux._core import FileError
@@ -17,8 +18,10 @@ def require_folder(path, folder):
         raise FileError(f"{path}: cannot be written: there is no folder {folder}")
 
 
-def write_whole(path, data):
-    """Writes bytes beside `path` and renames: a file that is there is replaced whole or not at all, and keeps its mode.
+@contextmanager
+def whole_file(path):
+    """A binary file beside `path`, renamed when the block ends: a file that is there is replaced whole or not at all,
+    and keeps its mode.
 
     Raises FileError.
     """
@@ -27,7 +30,7 @@ def write_whole(path, data):
     beside = real.with_name(unfinished_name(real))
     try:
         with open(beside, "xb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())  # some file systems say only here that there is no room
         if real.exists():
@@ -37,6 +40,12 @@ def write_whole(path, data):
         raise FileError(f"{path}: cannot be written: {error.strerror}") from error
     finally:
         beside.unlink(missing_ok=True)
+
+
+def write_whole(path, data):
+    """Writes bytes as a whole_file."""
+    with whole_file(path) as file:
+        file.write(data)
 
 
 def unfinished_name(path):

@@ -1,0 +1,61 @@
+#include "surflux/radiosity/row_block.h"
+
+#include <algorithm>
+
+#include "surflux/core/parallel.h"
+#include "surflux/lights/hemisphere.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t row_stream = 0x5e1ec7;
+
+}  // namespace
+
+RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
+                     const std::vector<int>& counts, std::uint64_t seed, const Progress& progress) {
+    const SurfelPoints points(scene.surfels);
+    RowBlock out;
+    out.rays.assign(counts.begin(), counts.end());
+    out.into_backs.assign(places.size(), 0);
+    // Each row is written where it would be if all rays met fronts, and moved up afterwards: no second copy.
+    std::vector<std::size_t> room(places.size() + 1, 0), found(places.size(), 0);
+    for (std::size_t row = 0; row < places.size(); ++row) room[row + 1] = room[row] + out.rays[row];
+    out.met.resize(room.back());
+    struct Shot {
+        std::vector<Ray> rays;
+        std::vector<Hit> hits;
+    };
+    Scratch<Shot> scratch;
+    parallel_blocks(
+        places.size(), 16,
+        [&](std::size_t first, std::size_t last) {
+            const Scratch<Shot>::Lent shot(scratch);
+            for (std::size_t row = first; row < last; ++row) {
+                cosine_rays(points, places[row], counts[row], seed + row_stream, (*shot).rays);
+                tracer.closest((*shot).rays, (*shot).hits);
+                std::uint32_t* met = out.met.data() + room[row];
+                for (const Hit& hit : (*shot).hits) {
+                    if (!hit) continue;
+                    if (absorbs(hit, places[row].normal, scene.surfels, tracer.contact(hit.surfel)))
+                        ++out.into_backs[row];
+                    else
+                        met[found[row]++] = hit.surfel;
+                }
+                std::sort(met, met + found[row]);
+            }
+        },
+        progress);
+    out.begin.resize(places.size() + 1);
+    for (std::size_t row = 0; row < places.size(); ++row) {
+        const auto from = out.met.begin() + static_cast<std::ptrdiff_t>(room[row]);
+        std::copy(from, from + static_cast<std::ptrdiff_t>(found[row]),
+                  out.met.begin() + static_cast<std::ptrdiff_t>(out.begin[row]));
+        out.begin[row + 1] = out.begin[row] + found[row];
+    }
+    out.met.resize(out.begin.back());
+    return out;
+}
+
+}  // namespace surflux
