@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.check import counted
-from surflux._base.passes import stage
+from surflux._base.passes import report, stage
 from surflux._base.warn import warn
 
 # Faces with less area than this fraction of their longest edge squared are lines or points, not faces.
@@ -15,6 +15,7 @@ _DEGENERATE = 1e-12
 _FLAT = 1e-4
 # More are a slip in patch_area: they would take gigabytes before anything could be said about them.
 _MOST = 20_000_000
+_STEPS = 7  # of the stage "faces": each a fraction of a second for a million of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +46,12 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
     grid of near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles. Where
     `divided`, what another face stands on is cut along it.
     """
+    told = stage("faces")
+    report(told, 0, _STEPS)
     rings = _rings(
         vertices, offsets, indices
     )  # polygons of equal corner count together: (face (m,), corners (m, k, 3))
+    report(told, 1, _STEPS)
     dropped = sum(int(np.count_nonzero(_degenerate(corners))) for _, corners in rings)
     if dropped:
         text = f"mesh: {counted(dropped, 'degenerate face')} dropped (no area)"
@@ -58,13 +62,15 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
     # Cutting polygons that are not convex may leave nothing of those that go over themselves.
     if not any(len(face) for face, _ in rings):
         raise ValueError("mesh: wanted faces with an area, got none")
+    report(told, 2, _STEPS)
 
     triangles = [ring for ring in rings if ring[1].shape[1] == 3]
     others = [ring for ring in rings if ring[1].shape[1] > 3]
     merged = np.arange(len(offsets) - 1)
     if triangles and paired:
-        others, triangles, first, second = _pair_triangles(triangles, others, material)
+        others, triangles, first, second = _pair_triangles(triangles, others, material, told)
         merged[second] = first
+    report(told, _STEPS, _STEPS)
     rings = triangles + others
     pieces = rings if patch_area is None else _cut(rings, patch_area)
     return assemble_patches(_divided(pieces, rings) if divided else pieces, merged)
@@ -153,18 +159,18 @@ def _triangulate(face, corners):
     return np.asarray(mesh.cell_data["face"])[keep], triangles[keep]
 
 
-def _pair_triangles(triangles, others, material):
+def _pair_triangles(triangles, others, material, told):
     """Pairs of coplanar triangles as quadrilaterals: (others and quads, the other triangles, first, second faces)."""
     face = np.concatenate([f for f, _ in triangles])
     corners = np.concatenate([c for _, c in triangles])
     # Edges are matched by position: many formats store the corners of each face anew.
-    _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    vertex = vertex.reshape(-1, 3)
+    vertex = _places(corners.reshape(-1, 3), told).reshape(-1, 3)
     start, end = vertex.ravel(), np.roll(vertex, -1, axis=1).ravel()
     # Half-edge h of triangle h // 3 runs from corner h % 3 to the next; its twin runs the other way.
     key = np.minimum(start, end).astype(np.int64) * (vertex.max() + 1) + np.maximum(start, end)
     order = np.argsort(key, kind="stable")
     _, first, uses = np.unique(key[order], return_index=True, return_counts=True)
+    report(told, 6, _STEPS)
     h, twin = order[first[uses == 2]], order[first[uses == 2] + 1]
     ok = start[h] == end[twin]  # same sense of rotation on both sides
     h, twin = h[ok], twin[ok]
@@ -188,6 +194,17 @@ def _pair_triangles(triangles, others, material):
     quad_ring = [(first, quads[pairs])] if len(pairs) else []
     rest = [(face[~paired], corners[~paired])] if not paired.all() else []
     return others + quad_ring, rest, first, second
+
+
+def _places(points, told):
+    """(n,) numbers of points (n, 3): the same where all three coordinates are, in the order of x, then y, then z."""
+    number = np.zeros(len(points), np.int64)
+    # One coordinate after the other, with a report after each: numpy's axis=0 compares rows, four times as long.
+    for axis in range(3):
+        values, rank = np.unique(points[:, axis], return_inverse=True)
+        _, number = np.unique(number * len(values) + rank.ravel(), return_inverse=True)
+        report(told, 3 + axis, _STEPS)
+    return number.ravel()
 
 
 def _best_pairs(a, b, cost, count):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux.geometry.patches import _places
 
 SQUARE = ([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2, 3]])
 SPLIT = (SQUARE[0], [[0, 1, 2], [0, 2, 3]])
@@ -310,3 +311,10 @@ def test_a_floor_ends_at_the_walls_that_stand_on_it():
     assert s.points[below] == pytest.approx(np.array([[0.5, 1.0, 0.0]]))
     assert np.array_equal(np.flatnonzero(floor), np.arange(5))  # in the order of the faces
     assert s.areas[5:].tolist() == pytest.approx([6, 6, 3, 3, 2, 2])  # no wall stands on those of the box
+
+
+def test_corners_at_one_place_have_one_number():
+    # Three coordinates of a few values each, so that most places recur; zero has two signs and is one place.
+    points = np.random.default_rng(0).choice([-1.0, -0.0, 0.0, 1e-300, 5e6], (500, 3))
+    _, expected = np.unique(points + 0.0, axis=0, return_inverse=True)
+    np.testing.assert_array_equal(_places(points, None), expected.ravel())
