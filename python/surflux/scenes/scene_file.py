@@ -49,7 +49,8 @@ def load_scene(path, *, surfels=None, threads=None, progress=False):
       "rectangle" or a mesh file): spread this many blue-noise points on it.
     - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
     - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
-      sf.inward_patches), after they are thinned: not for rooms that are seen from inside.
+      sf.inward_patches), after they are thinned: not for rooms that are seen from inside, unless `rooms` says so.
+    - rooms (false): with orient, closed sheets may be rooms: the side that most of their surfels face is right.
     - seed (0): of all that is random in the object.
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
@@ -146,6 +147,8 @@ def read_toml(path):
         text = path.read_bytes().decode()
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise FileError(f"{path}: is a folder; wanted a scene file (.toml)") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:

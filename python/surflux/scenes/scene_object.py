@@ -54,6 +54,9 @@ def open_object(table):
     shape = None if file is not None else table.choice("shape", SHAPES)
     kind = table.choice("kind", ("surfels", "mesh"), "mesh" if shape in _MESHES else "surfels")
     orient = table.call(check.flag, "orient", table.get("orient", False))
+    rooms = table.call(check.flag, "rooms", table.get("rooms", False))
+    if rooms and not orient:
+        raise table.error("rooms", "says how orient = true turns surfels, which is not there")
     two_sided = table.call(check.sides if kind == "mesh" else check.flag, "two_sided", table.get("two_sided", False))
     thin = table.get("thin")
     for key in ("reflectance", "emission", *(("walls",) if shape in ("box", "room") else ())):
@@ -82,7 +85,7 @@ def open_object(table):
     def make(n):
         surfels, side = thinned(n)
         if orient:
-            surfels = table.call(_turned_outwards, surfels)
+            surfels = table.call(_turned_outwards, surfels, rooms)
         surfels = _painted(table, surfels, shape, side)
         return Surfels._from_core(surfels._core.two_sided()) if two_sided else surfels
 
@@ -172,9 +175,9 @@ def _patches(table, polygons, side, sheets):
     return Surfels._from_core(core, faces), None if side is None else side[faces.of]
 
 
-def _turned_outwards(surfels):
+def _turned_outwards(surfels, rooms):
     """The surfels with patches that point inwards turned round; disks reach anew over what was a border."""
-    inward = inward_patches(surfels) > 0
+    inward = inward_patches(surfels, rooms=rooms) > 0
     if not inward.any():
         return surfels
     s = surfels.flipped(inward)

@@ -99,8 +99,15 @@ def test_orient_turns_what_points_inwards(load, tmp_path):
     thinned = load(entry + "orient = true\nthin = 800").objects[0]
     assert len(thinned) == 800
     assert np.all(np.sum(thinned.points * thinned.normals, axis=1) > 0)
+    # A room seen from inside: most of its surfels face inwards, and stay.
+    shapes.sphere(3000).flipped(~inward).save(tmp_path / "room.ply")
+    entry = '[[object]]\nfile = "room.ply"\norient = true\n'
+    for rooms, side in (("true", -1), ("false", 1)):
+        found = load(f"{entry}rooms = {rooms}").objects[0]
+        assert np.all(side * np.sum(found.points * found.normals, axis=1) > 0)
     # What is right already stays as it is.
     ball.save(tmp_path / "ball.ply")
+    entry = '[[object]]\nfile = "ball.ply"\n'
     again, same = load(entry + "orient = true").objects[0], load(entry).objects[0]
     assert np.array_equal(again.normals, same.normals)
     assert np.array_equal(again.radii, same.radii)

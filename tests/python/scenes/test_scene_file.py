@@ -193,6 +193,8 @@ WRONG = [
     (FLOOR + "emission = -1", r"\(object 1, emission\): wanted values at least 0, got -1"),
     (FLOOR + "two_sided = 1", r'\(object 1, two_sided\): wanted True, False or "sheets", got 1'),
     (FLOOR + "seed = -1", r"\(object 1, seed\): wanted a whole number from 0"),
+    (FLOOR + "rooms = 1", r"\(object 1, rooms\): wanted True or False, got 1"),
+    (FLOOR + "rooms = true", r"\(object 1, rooms\): says how orient = true turns surfels, which is not there"),
     (FLOOR + "orient = 1", r"\(object 1, orient\): wanted True or False, got 1"),
     (FLOOR + "thin = 0", r"\(object 1, thin\): wanted a whole number from 2"),
     (FLOOR + "thin = 17", r"\(object 1, thin\): wanted at most 16, for there are only 16 surfels; got 17"),
@@ -255,7 +257,7 @@ def test_errors_name_file_table_and_key(load, text, message):
 def test_a_scene_that_is_not_there(tmp_path):
     with pytest.raises(sf.FileError, match=r"none\.toml: no such file$"):
         sf.load_scene(tmp_path / "none.toml")
-    with pytest.raises(sf.FileError, match="cannot be read: Is a directory"):
+    with pytest.raises(sf.FileError, match=r": is a folder; wanted a scene file \(\.toml\)$"):
         sf.load_scene(tmp_path)
 
 
