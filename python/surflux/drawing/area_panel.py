@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux.drawing import sharing
 from surflux.drawing.colors import coverage
-from surflux.drawing.glyphs import text_actor
+from surflux.drawing.glyphs import polylines, text_actor
 
 MAIN, SCALE, TEXT, OWN, LEADERS, HISTOGRAM = range(6)
 # Of the window: where the panel begins; above what the surfels, the pictures of a pick and the words stand; how high
@@ -174,6 +174,4 @@ def ring_around(radius):
 
 def closed_line(points):
     """pyvista.PolyData of one line through points (n, 3), from the last back to the first."""
-    import pyvista
-
-    return pyvista.PolyData(points, lines=np.hstack([[len(points) + 1], np.arange(len(points)), [0]]))
+    return polylines(np.concatenate([points, points[:1]])[None])

@@ -5,8 +5,9 @@ import numpy as np
 from surflux._base import check
 from surflux.drawing import sharing
 from surflux.drawing.area_panel import MAIN, Panel, closed_line
+from surflux.drawing.clicks import sight_ray, take_mouse
 from surflux.drawing.colors import screen_bytes, surface_property
-from surflux.drawing.glyphs import disk_corners, polygons, rings
+from surflux.drawing.glyphs import cones, disk_corners, polygons, rings
 from surflux.drawing.plots import camera_or_none, destination, look_through, quiet_vtk, window_size
 from surflux.geometry.areas import METHODS, effective_areas
 
@@ -18,7 +19,6 @@ TITLES = {
     "normal": "normal n as red, green, blue: (n + 1) / 2",
 }
 KEYS = "click or p: pick   f: fly there\n" + "   ".join(f"{key}: {color}" for key, color in COLORS.items())
-_SLOPE = 0.4  # of the cones
 _MANY = 100
 _LEAST = 0.015  # part of the disk that is worth a number
 
@@ -159,45 +159,26 @@ class AreaView:
 
     def pick_at(self, x, y):
         """Picks what is seen at pixel (x, y), counted from the lower left corner; where nothing is, nothing."""
-        ends = []
-        for depth in (0.0, 1.0):
-            self._renderer.SetDisplayPoint(x, y, depth)
-            self._renderer.DisplayToWorld()
-            point = np.array(self._renderer.GetWorldPoint())
-            ends.append(point[:3] / point[3])
-        self.pick(sharing.surfel_under(self.surfels, ends[0] + self.origin, ends[1] - ends[0]))
+        start, direction = sight_ray(self._renderer, x, y)
+        self.pick(sharing.surfel_under(self.surfels, start + self.origin, direction))
 
     def listen(self):
         """Takes keys and clicks from now on, and says which."""
-        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-
         self._panel.write(MAIN, "keys", KEYS, (0.02, 0.98), top=True, grey=0.35)
         for key, color in COLORS.items():
             self.plotter.add_key_event(key, lambda color=color: (self.show_color(color), self.plotter.render()))
-        self.plotter.add_key_event("p", lambda: self._clicked(self.plotter.iren.get_event_position()))
+        self.plotter.add_key_event("p", self._pick_under_mouse)
         self.plotter.add_key_event("f", lambda: (self.fly_to_picked(), self.plotter.render()))
-        style = vtkInteractorStyleTrackballCamera()
-        pressed = [(-9, -9)]
+        take_mouse(self.plotter, self._clicked, self._renderer)
 
-        def press(*_):
-            pressed[0] = self.plotter.iren.get_event_position()
-            if self._renderer.IsInViewport(*pressed[0]):
-                style.OnLeftButtonDown()
+    def _clicked(self, x, y):
+        self.pick_at(x, y)
+        self.plotter.render()
 
-        def release(*_):
-            style.OnLeftButtonUp()
-            at = self.plotter.iren.get_event_position()
-            if np.max(np.abs(np.subtract(at, pressed[0]))) <= 3:  # a click; a drag has turned the view
-                self._clicked(at)
-
-        style.AddObserver("LeftButtonPressEvent", press)
-        style.AddObserver("LeftButtonReleaseEvent", release)
-        self.plotter.iren.style = style
-
-    def _clicked(self, at):
+    def _pick_under_mouse(self):
+        at = self.plotter.iren.get_event_position()
         if self._renderer.IsInViewport(*at):
-            self.pick_at(*at)
-            self.plotter.render()
+            self._clicked(*at)
 
     def _look(self, target, towards, reach):
         """Looks at target from the direction towards, so far away that a ball of radius reach is in view."""
@@ -233,12 +214,9 @@ class AreaView:
         patch = place[s.triangle_surfel][ours]
         flat = (s.triangles - self.origin)[ours] + out[patch][:, None]
         disk = np.setdiff1d(np.arange(len(members)), patch)
-        corners = disk_corners(len(disk))
-        tip, n, r = (self._centers[members] + out)[disk], s.normals[members][disk], s.radii[members][disk]
-        rim = rings(tip, n, r, corners) - _SLOPE * (r[:, None] * n)[:, None]
-        fan = np.stack([np.broadcast_to(tip[:, None], rim.shape), rim, np.roll(rim, -1, axis=1)], axis=2)
-        mesh = polygons(np.concatenate([fan.reshape(-1, 3, 3), flat]))
-        mesh.cell_data["surfel"] = np.concatenate([np.repeat(disk, corners), patch])
+        tips = (self._centers[members] + out)[disk]
+        mesh = cones(tips, s.normals[members][disk], s.radii[members][disk], flat)
+        mesh.cell_data["surfel"] = np.concatenate([np.repeat(disk, disk_corners(len(disk))), patch])
         return mesh
 
     def _highlight(self):

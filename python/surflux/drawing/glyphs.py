@@ -72,6 +72,35 @@ def polygon_cells(count, corners, first):
     return np.hstack([np.full((count, 1), corners), corner]).ravel()
 
 
+def polylines(points):
+    """pyvista.PolyData of n lines through points (n, k, 3)."""
+    import pyvista
+
+    n, k = points.shape[:2]
+    cells = np.column_stack([np.full(n, k), np.arange(n * k).reshape(n, k)])
+    return pyvista.PolyData(points.reshape(-1, 3), lines=cells.ravel())
+
+
+def cones(tips, normals, radii, triangles):
+    """pyvista.PolyData of disks as shallow cones whose tips stand where the disks do, then of triangles (t, 3, 3).
+
+    Flat disks that overlap would hide each other at random; of cones each is seen where it is the nearest. A disk has
+    disk_corners(n) cells, and one point more: its tip, then its rim.
+    """
+    import pyvista
+
+    count, corners = len(tips), disk_corners(len(tips))
+    rims = rings(tips, normals, radii, corners) - _SLOPE * (radii[:, None] * normals)[:, None]
+    points = np.concatenate([tips[:, None], rims], axis=1).reshape(-1, 3)
+    first = (corners + 1) * np.arange(count)[:, None]
+    rim = np.arange(corners)[None, :]
+    fans = np.stack(np.broadcast_arrays(first, first + 1 + rim, first + 1 + (rim + 1) % corners), axis=-1)
+    flat = len(points) + np.arange(3 * len(triangles)).reshape(-1, 3)
+    return pyvista.PolyData.from_regular_faces(
+        np.concatenate([points, triangles.reshape(-1, 3)]), np.concatenate([fans.reshape(-1, 3), flat])
+    )
+
+
 class Shape:
     """A mesh that stands for surfels, and which of its parts show which surfel.
 
@@ -104,15 +133,7 @@ class Shape:
         disk = disks_among(s)
         corners = disk_corners(len(disk))
         tips, n, r = centers[disk], s.normals[disk], radii[disk]
-        rims = rings(tips, n, r, corners) - _SLOPE * (r[:, None] * n)[:, None]
-        points = np.concatenate([tips[:, None], rims], axis=1).reshape(-1, 3)
-        first = (corners + 1) * np.arange(len(disk))[:, None]
-        rim = np.arange(corners)[None, :]
-        fans = np.stack(np.broadcast_arrays(first, first + 1 + rim, first + 1 + (rim + 1) % corners), axis=-1)
-        flat = len(points) + np.arange(3 * len(triangles)).reshape(-1, 3)
-        self.mesh = pyvista.PolyData.from_regular_faces(
-            np.concatenate([points, (triangles - origin).reshape(-1, 3)]), np.concatenate([fans.reshape(-1, 3), flat])
-        )
+        self.mesh = cones(tips, n, r, triangles - origin)
         of_points = np.concatenate([np.repeat(disk, corners + 1), np.repeat(s.triangle_surfel, 3)])
         self._owner = of_points if self.by_point else np.concatenate([np.repeat(disk, corners), s.triangle_surfel])
         if style == "splats":

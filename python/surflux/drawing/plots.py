@@ -51,8 +51,7 @@ def to_polydata(s, kind="points", values=None, units=None):
     else:
         found = disks(s)
         if kind == "patches":
-            corners = s.triangles.reshape(-1, 3)
-            found = pyvista.PolyData(corners, faces=polygon_cells(len(s.triangles), 3, 0))
+            found = polygons(s.triangles)
             found.cell_data["surfel"] = s.triangle_surfel.astype(np.int64)
         for name, value in arrays.items():
             found.cell_data[name] = value[found.cell_data["surfel"]]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from surflux.drawing.clicks import take_mouse
 from surflux.drawing.glyphs import STYLES
 from surflux.viewing.properties import LIGHTS, names_of
 
@@ -23,7 +24,6 @@ KEYS = {
     "q": "close",
 }
 _BOTTOM = 0.075
-_CLICK = 3  # pixels that a click may move
 
 
 def listen(view, *, start=None, write=None, export=None):
@@ -169,29 +169,15 @@ class Controls:
         ready.append(True)
 
     def _take_mouse(self):
-        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-
         view = self.view
-        style = vtkInteractorStyleTrackballCamera()
-        pressed = [(-9, -9)]
 
-        def press(*_):
-            pressed[0] = view.plotter.iren.get_event_position()
-            style.OnLeftButtonDown()
-
-        def release(*_):
-            style.OnLeftButtonUp()
-            at = view.plotter.iren.get_event_position()
-            if np.max(np.abs(np.subtract(at, pressed[0]))) <= _CLICK:  # a drag has turned the view
-                view.pick_at(*at)
-                view.plotter.render()
+        def clicked(x, y):
+            view.pick_at(x, y)
+            view.plotter.render()
 
         def char(*_):  # instead of VTK's own keys
             self.press(view.plotter.iren.interactor.GetKeyCode())
 
-        style.AddObserver("LeftButtonPressEvent", press)
-        style.AddObserver("LeftButtonReleaseEvent", release)
-        style.AddObserver("CharEvent", char)
-        view.plotter.iren.style = style
+        take_mouse(view.plotter, clicked).AddObserver("CharEvent", char)
         view.plotter.iren.clear_key_event_callbacks()
         view.plotter.add_key_event("q", view.plotter.iren.terminate_app)

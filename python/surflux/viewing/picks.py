@@ -3,7 +3,7 @@
 import numpy as np
 
 from surflux.drawing import sharing
-from surflux.drawing.glyphs import polygons, rings
+from surflux.drawing.glyphs import polygons, polylines, rings
 
 LINKS = 24  # drawn
 PARTS = ("members", "rims", "links", "shares-labels", "shares-points")  # names of what is drawn
@@ -23,7 +23,7 @@ def draw_members(view, picked):
     disk = rings(centers[i : i + 1], s.normals[i : i + 1], 0.5 * s.radii[i : i + 1], 32) + lift
     view.draw("members", polygons(disk), color=sharing.PICKED)
     around = rings(centers[members], s.normals[members], s.radii[members], 32) + lift
-    lines = _lines(np.concatenate([around, around[:, :1]], axis=1))
+    lines = polylines(np.concatenate([around, around[:, :1]], axis=1))
     lines.cell_data["color"] = picked.colors
     view.draw("rims", lines, scalars="color", rgb=True, line_width=max(2.0, view.font / 6))
 
@@ -36,7 +36,7 @@ def draw_links(view, links):
     s, i, origin = view.subject.surfels, links.index, view.subject.origin()
     start = links.start + 0.1 * s.radii[i] * s.normals[i] - origin
     ends, share = links.ends[:count] - origin, links.shares[:count]
-    lines = _lines(np.stack([np.broadcast_to(start, ends.shape), ends], axis=1))
+    lines = polylines(np.stack([np.broadcast_to(start, ends.shape), ends], axis=1))
     width = _WIDEST * view.extent * np.sqrt(share / share.max())
     lines.point_data["width"] = np.repeat(width, 2)
     tubes = lines.tube(scalars="width", absolute=True, n_sides=8)
@@ -58,12 +58,3 @@ def draw_links(view, links):
         name="shares",
     )
     return actor.mapper
-
-
-def _lines(points):
-    """pyvista.PolyData of n lines through points (n, k, 3)."""
-    import pyvista
-
-    n, k = points.shape[:2]
-    cells = np.column_stack([np.full(n, k), np.arange(n * k).reshape(n, k)])
-    return pyvista.PolyData(points.reshape(-1, 3), lines=cells.ravel())
