@@ -40,6 +40,19 @@ py::array_t<float> mapped(const Floats& values, const Curve& curve) {
     return result;
 }
 
+// An array of any shape, each value through a transfer function.
+py::array_t<double> each(const Doubles& values, double (*curve)(double)) {
+    py::array_t<double> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim()));
+    const double* in = values.data();
+    double* out = result.mutable_data();
+    const py::ssize_t count = values.size();
+    {
+        py::gil_scoped_release release;
+        for (py::ssize_t i = 0; i < count; ++i) out[i] = curve(in[i]);
+    }
+    return result;
+}
+
 }  // namespace
 
 void bind_image(py::module_& module) {
@@ -55,12 +68,8 @@ void bind_image(py::module_& module) {
         const std::vector<float> in = to_vector(rgb);
         return without_gil([&] { return automatic_exposure(in); });
     });
-    module.def("srgb_encode", [](const Floats& linear) {
-        return mapped(linear, [](std::vector<float> in) {
-            for (float& v : in) v = static_cast<float>(srgb_encode(static_cast<double>(v)));
-            return in;
-        });
-    });
+    module.def("srgb_encode", [](const Doubles& linear) { return each(linear, srgb_encode); });
+    module.def("srgb_decode", [](const Doubles& encoded) { return each(encoded, srgb_decode); });
 }
 
 }  // namespace surflux::bindings

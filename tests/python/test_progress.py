@@ -89,6 +89,34 @@ def test_every_long_call_tells_how_far_it_is_and_stops_for_false(calls, name, mo
     assert len(asked) == 1
 
 
+def test_making_patches_tells_each_of_its_steps_and_stops_at_any():
+    triangles = SQUARE[0], [[0, 1, 2], [0, 2, 3]]
+    told, mesh = [], _joined(triangles, WALL)
+    sf.Surfels.from_mesh(mesh, progress=lambda *at: told.append(at))
+    steps = [(done, 7) for done in range(8)]  # before the walls are asked, of which there may be none
+    assert told[:8] == steps
+    for last in range(8):
+        asked = []
+        with pytest.raises(sf.Cancelled):
+            sf.Surfels.from_mesh(mesh, progress=lambda *at, asked=asked, last=last: asked.append(at) or at[0] < last)
+        assert asked == steps[: last + 1]
+
+
+def test_inward_patches_can_be_stopped_before_any_ray():
+    # Rays report 2 witnesses each, a front and a back: totals that neither neighbours nor the spanning tree have.
+    told = []
+    ball = sf.Surfels(BALL, BALL)
+    sf.inward_patches(ball, progress=lambda *at: told.append(at))
+    totals = list(dict.fromkeys(total for _, total in told))
+    assert totals[0] == len(BALL)  # their neighbours
+    assert totals[-1] == 2 * min(len(BALL), 2000)
+    assert totals[1] > 6 * len(BALL)  # edges of the neighbour graph: the spanning tree
+    rays = sf.inward_patches(ball, rooms=True, progress=lambda *at: told.append(at))  # which asks no ray
+    assert not rays.any()
+    with pytest.raises(sf.Cancelled):
+        sf.inward_patches(ball, rooms=True, progress=lambda *_: False)
+
+
 @pytest.mark.parametrize("name", LONG)
 def test_threads_and_progress_are_checked_by_every_long_call(calls, name):
     with pytest.raises(ValueError, match=r"^threads: wanted a whole number"):

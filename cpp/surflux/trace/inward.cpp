@@ -65,7 +65,7 @@ struct Surroundings {
 };
 
 // Surfels at the same place are no neighbours, but have the same ones.
-Surroundings surroundings_of(const Surfels& s) {
+Surroundings surroundings_of(const Surfels& s, const Progress& progress) {
     const std::vector<Vec3>& positions = s.positions;
     const auto [places, of_surfel] = distinct_places(positions);
     std::vector<std::uint32_t> first(places.size());
@@ -77,15 +77,18 @@ Surroundings surroundings_of(const Surfels& s) {
         const std::uint32_t other = first[of_surfel[i]];
         if (dot(s.normals[i], s.normals[other]) < 0.0) out.two_sided[i] = out.two_sided[other] = true;
     }
-    parallel_blocks(positions.size(), 256, [&](std::size_t begin, std::size_t end) {
-        std::vector<Neighbor> near;
-        for (std::size_t i = begin; i < end; ++i) {
-            index.nearest(positions[i], links + 1, near);
-            out.spacing[i] = near[std::min<std::size_t>(5, near.size() - 1)].distance;
-            for (const Neighbor& n : near)
-                if (n.index != of_surfel[i]) out.graph[i].push_back(first[n.index]);
-        }
-    });
+    parallel_blocks(
+        positions.size(), 256,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Neighbor> near;
+            for (std::size_t i = begin; i < end; ++i) {
+                index.nearest(positions[i], links + 1, near);
+                out.spacing[i] = near[std::min<std::size_t>(5, near.size() - 1)].distance;
+                for (const Neighbor& n : near)
+                    if (n.index != of_surfel[i]) out.graph[i].push_back(first[n.index]);
+            }
+        },
+        progress);
     return out;
 }
 
@@ -94,7 +97,7 @@ std::vector<bool> find_inward(const Surfels& s, const Surroundings& around, cons
                               const Progress& progress) {
     std::vector<Vec3> consistent = s.normals;
     const std::vector<std::vector<std::uint32_t>> sheets =
-        groups_of(orient_sheets(s.positions, around.spacing, around.graph, continuation, consistent));
+        groups_of(orient_sheets(s.positions, around.spacing, around.graph, continuation, consistent, progress));
     std::vector<bool> turned(s.size());
     for (std::size_t i = 0; i < s.size(); ++i) turned[i] = dot(consistent[i], s.normals[i]) < 0.0;
 
@@ -136,7 +139,7 @@ std::vector<std::uint32_t> inward_patches(const Surfels& surfels, const InwardOp
                                           const Progress& progress) {
     std::vector<std::uint32_t> patch(surfels.size(), 0);
     if (surfels.size() < std::max<std::size_t>(options.smallest, 2)) return patch;
-    const Surroundings around = surroundings_of(surfels);
+    const Surroundings around = surroundings_of(surfels, progress);
     const std::vector<bool> inward = find_inward(surfels, around, options, progress);
 
     // Patches: connected, and alike among themselves.

@@ -1,21 +1,27 @@
-"""sRGB and linear colours."""
+"""sRGB and linear colours, and what is white.
+
+Light of surfels, in views, on pages and in the colours of PLY files, is exposed by white_of, and cut off there. A
+picture (write_image, tone_map) also sees lamps and what is behind the scene, weighs surfels by the pixels they cover,
+and bends highlights instead of cutting them off: it goes by the log-average luminance (image/tone_map.h). Either is
+times 2^stops.
+"""
 
 import numpy as np
+
+from surflux import _core
 
 WHITE = 0.98
 """The reflectance of display white, 255: a surface that gave back all light would never let go of it."""
 
 
 def srgb_to_linear(srgb):
-    """Decode sRGB values in [0, 1] (IEC 61966-2-1)."""
-    srgb = np.asarray(srgb, dtype=np.float64)
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((np.maximum(srgb, 0.04045) + 0.055) / 1.055) ** 2.4)
+    """Decode sRGB values in [0, 1] (IEC 61966-2-1): by the core's curve, that of PNG files."""
+    return _core.srgb_decode(srgb)
 
 
 def linear_to_srgb(linear):
-    """Encode linear values, clipped to [0, 1], as sRGB in [0, 1] (IEC 61966-2-1)."""
-    linear = np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
+    """Encode linear values, clipped to [0, 1], as sRGB in [0, 1] (IEC 61966-2-1): by the core's curve."""
+    return _core.srgb_encode(linear)
 
 
 def reflectance_of_colors(colors, full):
@@ -39,10 +45,14 @@ def display_bytes(linear):
     return np.rint(255.0 * linear_to_srgb(linear))
 
 
+def white_of(values):
+    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all."""
+    brightest = values.max(axis=1, initial=0.0)
+    white = np.percentile(brightest, 99) if len(values) else 0.0
+    white = white if white > 0 else brightest.max(initial=0.0)
+    return float(white) if white > 0 else 1.0
+
+
 def tone_mapped_bytes(radiosity):
-    """Radiosity (n, 3) as sRGB bytes, exposed so that the brightest channel of 98 % of the surfels fits."""
-    brightest = np.max(radiosity, axis=1)
-    white = np.percentile(brightest, 98.0)
-    if white <= 0.0:  # nearly all is dark: what shines alone decides
-        white = brightest.max()
-    return display_bytes(radiosity / white if white > 0.0 else radiosity)
+    """Radiosity (n, 3) as sRGB bytes, white as white_of says."""
+    return display_bytes(radiosity / white_of(radiosity))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from surflux._base import check
-from surflux._base.color import display_bytes
+from surflux._base.color import display_bytes, white_of
 from surflux.geometry.areas import effective_areas
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -63,14 +63,6 @@ def surface_property(s, name, values=None):
 def coverage(s, areas):
     """(n,) the share of its disk that each surfel keeps: area / (pi R^2)."""
     return areas / (np.pi * s.radii**2)
-
-
-def white_of(values):
-    """What is white of light (n, 3): what the brightest channel of 99 % of it fits below; if they are dark, of all."""
-    brightest = values.max(axis=1, initial=0.0)
-    white = np.percentile(brightest, 99) if len(values) else 0.0
-    white = white if white > 0 else brightest.max(initial=0.0)
-    return float(white) if white > 0 else 1.0
 
 
 def range_of(values):

@@ -7,6 +7,7 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux._base.check import number
+from surflux._base.color import linear_to_srgb
 
 # Layers whose channels have names of their own: those that compositing programs look for.
 CHANNELS = {"depth": ("Z",), "normal": ("N.X", "N.Y", "N.Z")}
@@ -139,7 +140,7 @@ def tone_map(image, *, exposure=None, stops=0.0, filmic=True):
     if image.shape[2:] != (3,):
         raise ValueError(f"image: wanted shape (h, w, 3), got {image.shape}")
     factor = resolved_exposure(_exposure(exposure), image, number("stops", stops, -100.0, 100.0))
-    return _core.srgb_encode(_core.tone_map(image, factor, bool(filmic)))
+    return linear_to_srgb(_core.tone_map(image, factor, bool(filmic))).astype(np.float32)
 
 
 def checked_tone(suffix, exposure, stops, filmic):

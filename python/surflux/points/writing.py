@@ -38,7 +38,7 @@ def save_surfels(
         path: str or path. Written beside and renamed: a file that was there is replaced whole or not at all.
         surfels: _core.Surfels, what to write.
         radiosity, irradiance, direct: (n, 3) linear RGB, or None. `red green blue`, for other programs, show the
-            radiosity, exposed so that 98 % of it fits; without it, the reflectance.
+            radiosity, exposed so that 99 % of it fits, as a view is; without it, the reflectance.
         columns: dict of more properties, (n,) or (n, 3) each; (n, 3) become name_r, name_g and name_b.
         comments: lines of text for the header.
         colors: (n, 3) bytes for `red green blue` instead.

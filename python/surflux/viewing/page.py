@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from surflux._base import check
+from surflux._base.color import white_of
 from surflux._base.files import write_whole
-from surflux.drawing.colors import screen_bytes, white_of
+from surflux.drawing.colors import screen_bytes
 from surflux.pictures.camera import Camera
 from surflux.viewing.properties import names_of, property_of
 from surflux.viewing.subject import Subject

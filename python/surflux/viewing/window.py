@@ -3,8 +3,10 @@
 import numpy as np
 
 from surflux._base import check
+from surflux._base.color import white_of
 from surflux.drawing import sharing
-from surflux.drawing.colors import Shown, range_of, screen_bytes, white_of
+from surflux.drawing.clicks import sight_ray
+from surflux.drawing.colors import Shown, range_of, screen_bytes
 from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
 from surflux.drawing.plots import look_through
 from surflux.pictures.camera import Camera
@@ -208,14 +210,8 @@ class SceneView:
 
     def pick_at(self, x, y):
         """Picks what is seen at pixel (x, y), counted from the lower left corner; where nothing is, nothing."""
-        ends = []
-        for depth in (0.0, 1.0):
-            self.plotter.renderer.SetDisplayPoint(x, y, depth)
-            self.plotter.renderer.DisplayToWorld()
-            point = np.array(self.plotter.renderer.GetWorldPoint())
-            ends.append(point[:3] / point[3])
-        start = ends[0] + self.subject.origin()
-        self.pick(sharing.surfel_under(self.subject.surfels, start, ends[1] - ends[0]))
+        start, direction = sight_ray(self.plotter.renderer, x, y)
+        self.pick(sharing.surfel_under(self.subject.surfels, start + self.subject.origin(), direction))
 
     # --- the camera
 

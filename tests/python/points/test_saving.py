@@ -11,6 +11,8 @@ from hypothesis.extra.numpy import arrays
 from ply_samples import core_surfels
 from surflux import _core
 from surflux._base.color import linear_to_srgb, srgb_to_linear
+from surflux.drawing.colors import Shown, screen_bytes
+from surflux.pictures.images import tone_map
 from surflux.points.reading import load_arrays
 from surflux.points.writing import pack_comments, save_surfels, unpack_comments
 
@@ -142,14 +144,15 @@ def test_other_readers_show_the_surfels(tmp_path):
 
 def test_radiosity_is_shown_exposed(tmp_path):
     path = tmp_path / "a.ply"
-    # The 98th percentile of the largest channels, 0 ... 100, is 98.
+    # The 99th percentile of the largest channels, 0 ... 100, is 99, as in views and on pages.
     radiosity = np.zeros((101, 3))
     radiosity[:, 1] = np.arange(101.0)
     save_surfels(path, core_surfels(np.zeros((101, 3))), radiosity=radiosity)
     green = np.array(parse_ply(path)["vertex"]["green"])
-    np.testing.assert_array_equal(green, np.rint(255 * linear_to_srgb(np.arange(101.0) / 98.0)))
-    assert green[98] == green[100] == 255
-    assert green[49] == 188
+    np.testing.assert_array_equal(green, np.rint(255 * linear_to_srgb(np.arange(101.0) / 99.0)))
+    assert green[99] == green[100] == 255 > green[98]
+    shown = Shown("radiosity", "light", "", radiosity)
+    np.testing.assert_array_equal(screen_bytes(shown)[:, 1], green)
     save_surfels(path, core_surfels(np.zeros((2, 3))), radiosity=np.zeros((2, 3)))
     assert parse_ply(path)["vertex"]["red"] == [0, 0]
 
@@ -159,6 +162,11 @@ def test_srgb_is_the_inverse_of_linear():
     np.testing.assert_allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-7)
     # IEC 61966-2-1: .5 in sRGB is ((.5 + .055) / 1.055)^2.4.
     assert srgb_to_linear(0.5) == pytest.approx(0.2140411, abs=1e-7)
+    # The same curve as that of PNG files; what is no colour is black.
+    np.testing.assert_array_equal(linear_to_srgb([np.nan, -1.0, 2.0]), [0.0, 0.0, 1.0])
+    flat = values[:999].reshape(1, 333, 3).astype(np.float32)
+    shown = tone_map(flat, exposure=1.0, filmic=False)
+    np.testing.assert_array_equal(shown, linear_to_srgb(flat).astype(np.float32))
 
 
 # ---- comments
