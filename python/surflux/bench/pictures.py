@@ -10,7 +10,7 @@ import argparse
 import numpy as np
 
 import surflux as sf
-from surflux.pictures.camera import framing
+from surflux.pictures.camera import own_or_framing
 
 AMPLIFIED = 10.0
 
@@ -49,7 +49,7 @@ def traced(scene, solution, size, paths, seed=0):
     """The picture that solution.render(size=size, samples=1) would be if its irradiance were exact: (h, w, 3)."""
     layers = solution.render(size=size, samples=1, layers=True)
     seen = layers["index"] >= 0
-    camera = solution.camera or framing(solution.surfels, size)
+    camera = own_or_framing(solution.camera, solution.surfels, size)
     points = unproject(camera, layers["depth"], size)[seen]
     normals = layers["normal"][seen]
     irradiance, _ = sf.reference_irradiance(scene, points, normals, samples=paths, seed=seed)

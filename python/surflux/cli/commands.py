@@ -19,7 +19,7 @@ from surflux._base.passes import LOG
 from surflux.cli import checking
 from surflux.cli.options import command_line
 from surflux.pictures.animation import check_target
-from surflux.pictures.camera import framing
+from surflux.pictures.camera import own_or_framing
 from surflux.scenes.options import TRANSPORTS
 from surflux.solutions.solution_file import holds_solution
 
@@ -316,8 +316,7 @@ def _write_images(solution, camera, options, images, **settings):
 
 def _camera(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
-    if default is None:
-        default = framing(surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
+    default = own_or_framing(default, surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     height = default.height if options.fov is None else None
     found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}

@@ -6,20 +6,16 @@ from surflux._base import check
 from surflux.drawing import sharing
 from surflux.drawing.area_panel import MAIN, Panel, closed_line
 from surflux.drawing.clicks import sight_ray, take_mouse
-from surflux.drawing.colors import screen_bytes, surface_property
+from surflux.drawing.colors import screen_bytes, surface_property, trimmed_range
 from surflux.drawing.glyphs import cones, disk_corners, polygons, rings
 from surflux.drawing.plots import camera_or_none, destination, look_through, quiet_vtk, window_size
 from surflux.geometry.areas import METHODS, effective_areas
+from surflux.pictures.camera import facing
 
 COLORS = {"c": "coverage", "a": "area", "d": "radius", "n": "normal"}  # by key: VTK itself takes r
-TITLES = {
-    "coverage": "area / disk area",
-    "area": "effective area",
-    "radius": "disk radius",
-    "normal": "normal n as red, green, blue: (n + 1) / 2",
-}
+# Shorter than of a view: the range of the colours stands behind them.
+TITLES = {"area": "effective area", "radius": "disk radius"}
 KEYS = "click or p: pick   f: fly there\n" + "   ".join(f"{key}: {color}" for key, color in COLORS.items())
-_MANY = 100
 _LEAST = 0.015  # part of the disk that is worth a number
 
 
@@ -100,17 +96,14 @@ class AreaView:
         """Colours the disks by "coverage", "area", "radius" or "normal"."""
         shown = surface_property(self.surfels, color, {"area": self.areas})
         is_number, value = shown.kind == "number", shown.values
-        title, look = TITLES[color], {"rgb": True}
+        title, look = TITLES.get(color, shown.title), {"rgb": True}
         if is_number:
             disks = sharing.disks_of(self.surfels)
             if color == "coverage" and len(disks) < len(value):
                 title, value = f"{title}, patches grey", np.where(np.isin(np.arange(len(value)), disks), value, np.nan)
-            low, high = np.nanpercentile(value, (1, 99))
-            # Where they are many, a few outliers would leave no colours for the others.
-            if len(disks) >= _MANY and low < high:
+            low, high, trimmed = trimmed_range(value)
+            if trimmed:
                 title = f"{title} (colours: 1st to 99th percentile)"
-            else:
-                low, high = np.nanmin(value), np.nanmax(value)
             look = {"cmap": "viridis", "clim": (low, high), "nan_color": "lightgrey"}
         else:
             value = screen_bytes(shown)
@@ -183,11 +176,8 @@ class AreaView:
     def _look(self, target, towards, reach):
         """Looks at target from the direction towards, so far away that a ball of radius reach is in view."""
         view = self._renderer.camera
-        view.parallel_projection = False
-        width, height = self._renderer.GetSize()
-        half = np.arctan(np.tan(np.radians(view.view_angle / 2)) * min(1.0, width / height))
-        view.position, view.focal_point = target + reach / np.sin(half) * towards, target
-        view.up = self._up if abs(np.dot(towards, self._up)) < 0.9 else np.roll(self._up, -1)
+        camera = facing(target, towards, reach, self._up, view.view_angle, self._renderer.GetSize())
+        look_through(view, camera, np.zeros(3))
         self._renderer.ResetCameraClippingRange()
 
     def _cut(self, *_):

@@ -67,11 +67,18 @@ def coverage(s, areas):
 
 def range_of(values):
     """(low, high) of the colours of numbers: where they are many, a few outliers leave colours for the others."""
+    return trimmed_range(values)[:2]
+
+
+def trimmed_range(values):
+    """(low, high, whether these are the 1st and the 99th percentile) of the colours of numbers."""
     finite = values[np.isfinite(values)]
     if not len(finite):
-        return 0.0, 1.0
-    low, high = np.percentile(finite, (1, 99)) if len(finite) >= _MANY else (finite.min(), finite.max())
-    return (low, high) if low < high else (finite.min(), finite.max())
+        return 0.0, 1.0, False
+    low, high = np.percentile(finite, (1, 99))
+    if len(finite) >= _MANY and low < high:
+        return low, high, True
+    return finite.min(), finite.max(), False
 
 
 def screen_bytes(shown, exposure=1.0, white=None):

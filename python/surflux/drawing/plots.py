@@ -163,6 +163,12 @@ def look_through(view, camera, origin):
         view.parallel_scale = camera.height / 2.0
 
 
+def seen_through(view, origin):
+    """The Camera that sees what a camera of pyvista does, in a scene that is moved by -origin: undoes look_through."""
+    found = Camera.from_pyvista(view)
+    return Camera(origin + found.eye, origin + found.target, found.up, found.fov, height=found.height)
+
+
 def camera_or_none(camera):
     """Refuses what is neither."""
     if not isinstance(camera, (Camera, type(None))):

@@ -184,3 +184,23 @@ def framing(surfels, size, up=(0, 0, 1)):
     """A Camera that has all surfels, whole disks, in a picture of size (width, height), from slightly above."""
     reach = surfels.radii[:, None]
     return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), up=up, aspect=size[0] / size[1])
+
+
+def own_or_framing(camera, surfels, size, up=(0, 0, 1)):
+    """The Camera to begin with: the one that comes with a scene or solution, or None and one that has all in view."""
+    return framing(surfels, size, up) if camera is None else camera
+
+
+def facing(target, towards, reach, up, fov, size):
+    """A Camera that looks at target from the direction towards, with a ball of radius reach around it in view."""
+    half = np.arctan(np.tan(np.radians(fov / 2)) * min(1.0, size[0] / size[1]))
+    return Camera(target + reach / np.sin(half) * towards, target, upright(up, towards), fov)
+
+
+def upright(up, view):
+    """A direction (3,) to have up in a picture: `up`, or where the unit vector view is nearly along it, another."""
+    up = np.asarray(up, np.float64) / np.linalg.norm(up)
+    for found in (up, np.roll(up, -1)):  # which for up along an axis is the next one
+        if abs(view @ found) < 0.9:
+            return found
+    return np.eye(3)[np.argmin(np.abs(view))]

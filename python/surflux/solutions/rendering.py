@@ -5,7 +5,7 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux.geometry.cores import replaced
-from surflux.pictures.camera import Camera, framing
+from surflux.pictures.camera import Camera, own_or_framing
 from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
@@ -28,7 +28,7 @@ class View:
             raise ValueError(f"size: wanted (width, height), got {size!r}")
         self.size = tuple(check.count("size", v, 1, 16384) for v in size)
         if camera is None:
-            camera = solution.camera or framing(solution.surfels, size)
+            camera = own_or_framing(solution.camera, solution.surfels, size)
         if not isinstance(camera, Camera):
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         if camera.height is not None and isinstance(solution._field, BasisField):

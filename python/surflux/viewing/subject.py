@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux.geometry.hierarchy import build_hierarchy
-from surflux.pictures.camera import framing
+from surflux.pictures.camera import own_or_framing
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
@@ -57,7 +57,7 @@ class Subject:
 
     def framed(self, size):
         """The Camera to begin with in a picture of size (width, height)."""
-        return framing(self.surfels, size) if self.camera is None else self.camera
+        return own_or_framing(self.camera, self.surfels, size)
 
     def tree(self):
         """The Hierarchy of the surfels, made when first asked for."""

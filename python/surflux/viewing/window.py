@@ -8,8 +8,8 @@ from surflux.drawing import sharing
 from surflux.drawing.clicks import sight_ray
 from surflux.drawing.colors import Shown, range_of, screen_bytes
 from surflux.drawing.glyphs import STYLES, Shape, polygons, rings, text_actor
-from surflux.drawing.plots import look_through
-from surflux.pictures.camera import Camera
+from surflux.drawing.plots import look_through, seen_through
+from surflux.pictures.camera import Camera, upright
 from surflux.viewing.links import LinkFinder
 from surflux.viewing.picks import PARTS, draw_links, draw_members
 from surflux.viewing.properties import LIGHTS, names_of, property_of
@@ -223,20 +223,15 @@ class SceneView:
 
     def camera(self):
         """The Camera that the window looks through."""
-        view, origin = self.plotter.camera, self.subject.origin()
-        height = 2.0 * view.parallel_scale if view.parallel_projection else None
-        return Camera(
-            origin + view.position, origin + view.focal_point, np.array(view.up), view.view_angle, height=height
-        )
+        return seen_through(self.plotter.camera, self.subject.origin())
 
     def fly_to_picked(self):
         """Looks at the picked surfel from its front."""
         if self.picked is None:
             return
         s, i = self.subject.surfels, self.picked
-        n, up = s.normals[i], np.array(self.plotter.camera.up)
-        up = up if abs(n @ up) < 0.9 else np.roll(n, 1)
-        self.frame(Camera(s.points[i] + 12 * s.radii[i] * n, s.points[i], up, self.plotter.camera.view_angle))
+        n, view = s.normals[i], self.plotter.camera
+        self.frame(Camera(s.points[i] + 12 * s.radii[i] * n, s.points[i], upright(view.up, n), view.view_angle))
 
     # --- what all of it is made with
 

@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from surflux.drawing.clicks import sight_ray, take_mouse
-from surflux.drawing.plots import look_through, quiet_vtk
+from surflux.drawing.plots import look_through, quiet_vtk, seen_through
 
 
 @pytest.fixture
@@ -51,3 +51,13 @@ def test_a_click_is_no_drag_and_stays_in_its_part(plotter, pressed, released, ex
         mouse.SetEventInformation(*at, 0, 0, "\0", 0, None)
         event()
     assert clicks == expected
+
+
+@pytest.mark.parametrize("height", [None, 2.5])
+def test_a_camera_comes_back_from_the_window_that_it_was_put_into(plotter, height):
+    camera, origin = sf.Camera([5e6, -4, 1], [5e6, 0, 0.3], (0, 0, 2), 40, height=height), np.array([5e6, 0, 0])
+    look_through(plotter.camera, camera, origin)
+    found = seen_through(plotter.camera, origin)
+    for name in ("eye", "target", "fov", "height"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(camera, name))
+    np.testing.assert_array_equal(found.up, [0, 0, 1])

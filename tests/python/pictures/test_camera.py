@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surflux as sf
-from surflux.pictures.camera import Camera, framing
+from surflux.pictures.camera import Camera, facing, framing, upright
 
 
 def test_projection_follows_the_conventions():
@@ -127,3 +127,32 @@ def test_framing_stands_what_is_up_upright_in_the_picture():
     assert np.ptp(column) < 1
     assert (np.diff(row) < 0).all()
     assert np.ptp(row) > 200
+
+
+@given(*[st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)] * 2)
+def test_what_is_upright_is_never_along_the_view(up, view):
+    view = np.array(view) / np.linalg.norm(view)
+    found = upright(up, view)
+    # The axis of the smallest of three coordinates, at most 3^-1/2, is the last resort.
+    assert abs(view @ found) < 0.9
+    if abs(view @ up) < 0.89 * np.linalg.norm(up):
+        np.testing.assert_allclose(found, up / np.linalg.norm(up))
+
+
+def test_along_a_diagonal_the_next_axis_is_none_to_have_up():
+    diagonal = np.full(3, 3**-0.5)
+    np.testing.assert_array_equal(upright(diagonal, diagonal), [1, 0, 0])
+    np.testing.assert_array_equal(upright([0, 0, 1], np.array([0.0, 0, -1])), [0, 1, 0])
+
+
+@pytest.mark.parametrize("size", [(400, 300), (300, 400)])
+def test_who_faces_a_ball_sees_all_of_it(size):
+    target, towards = np.array([1.0, 2, 3]), np.array([0.6, 0, 0.8])
+    camera = facing(target, towards, 0.5, (0, 0, 1), 40.0, size)
+    # Rays that touch the ball do so at sine = radius / distance towards the camera: the borders of the narrower side.
+    sine = 0.5 / np.linalg.norm(camera.eye - target)
+    across = np.array([[0.0, 1, 0], [-0.8, 0, 0.6]])  # to the right and up in the picture
+    touched = target + 0.5 * (sine * towards + np.sqrt(1 - sine**2) * across)
+    right, up = camera.project(touched, size)[:, :2] - np.array(size) / 2
+    assert right[0] == pytest.approx(min(size) / 2)
+    assert -up[1] == pytest.approx(min(size) / 2)

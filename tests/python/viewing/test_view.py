@@ -290,3 +290,13 @@ def test_wrong_arguments(options, message, tmp_path):
 def test_nothing_but_surfels_scenes_and_solutions():
     with pytest.raises(ValueError, match=r"^thing: wanted Surfels, a Scene or a Solution, got list$"):
         sf.view([])
+
+
+def test_flying_to_a_surfel_that_faces_what_is_up(window):
+    up = np.ones(3)
+    view = window(sf.Surfels([[-1, 0, 0], [1, 0, 0]], [up, up], radii=0.5))
+    view.frame(sf.Camera([4, 0, 0], [0, 0, 0], up=up))
+    view.pick(0)
+    view.fly_to_picked()
+    camera = view.camera()
+    np.testing.assert_allclose(camera.eye, camera.target + 12 * 0.5 * up / np.sqrt(3))
