@@ -43,9 +43,7 @@ def checked(options, scene):
         if len(sizes) > LISTED:
             lines.append(f"  ... and {len(sizes) - LISTED} smaller ones")
         flag = " --bodies" if options.bodies else " --rooms" if options.rooms else ""
-        lines += _next_step(
-            options, flag, f"s.flipped(sf.inward_patches(s{'' if options.bodies else ', rooms=True'}) > 0)"
-        )
+        lines += _next_step(options, flag, rooms=not options.bodies)
     else:
         lines.append(f"{counted}, none in a patch that points inwards")
     if unclear.any():
@@ -54,7 +52,7 @@ def checked(options, scene):
             f"{int(unclear.sum())} surfels around ({around}) face a common interior: a room seen from inside, which is "
             "right (--rooms says so), or a body turned inside out (--bodies)"
         )
-        lines += _next_step(options, " --bodies", "s.flipped(sf.inward_patches(s) > 0)", "if it is a body, ")
+        lines += _next_step(options, " --bodies", rooms=False, condition="if it is a body, ")
     if options.output:
         cloud.flipped(patches > 0).save(options.output)
         lines.append(f"{'surfels turned round' if len(sizes) else 'no surfel turned round'}: {options.output}")
@@ -112,9 +110,11 @@ def _renumbered(patches):
     return np.unique(np.append(patches, 0), return_inverse=True)[1][:-1]
 
 
-def _next_step(options, flags, call, condition=""):
+def _next_step(options, flags, *, rooms, condition=""):
     if options.output:
         return []
     if options.input.lower().endswith(".toml"):
-        return [f"  {condition}orient = true in its [[object]] turns them round"]
+        keys = "orient = true and rooms = true" if rooms else "orient = true"
+        return [f"  {condition}{keys} in its [[object]] {'turn' if rooms else 'turns'} them round"]
+    call = f"s.flipped(sf.inward_patches(s{', rooms=True' if rooms else ''}) > 0)"
     return [f"  {condition}`surflux check {options.input}{flags} -o OUT.ply` turns them round, as {call} does"]

@@ -96,6 +96,19 @@ def test_what_stands_inside_makes_it_a_room(check, tmp_path):
     assert "the viewpoint stands inside" in check("cloud.ply", "--viewpoint", "0.5,0.5,0.5")
 
 
+def test_what_is_said_of_a_room_in_a_scene_file_turns_its_patch_and_not_the_room(check, tmp_path):
+    walls = shapes.sphere(3000)
+    cap = walls.points[:, 2] > 0.8
+    walls.flipped(~cap).save(tmp_path / "walls.ply")
+    entry = '[[object]]\nfile = "walls.ply"\n'
+    (tmp_path / "before.toml").write_text(entry)
+    (tmp_path / "after.toml").write_text(f"{entry}orient = true\nrooms = true\n")
+    out = check("before.toml", "--rooms")
+    assert f"{cap.sum()} of them point inwards, in 1 patch" in out
+    assert "  orient = true and rooms = true in its [[object]] turn them round\n" in out
+    assert check("after.toml", "--rooms") == "3000 surfels, none in a patch that points inwards\n"
+
+
 def test_lists_end_with_what_they_leave_out_and_say_what_to_do(check):
     ball = shapes.sphere(20000)
     caps = (ball.points @ shapes.sphere(14).points.T).max(axis=1) > 0.985
