@@ -110,7 +110,7 @@ double corner_factor(double a, double b) {
 
 struct Spot {
     double blocked = 0.0;  // of it, by a plate half way
-    bool direct_in_basis = false;
+    bool lights_in_basis = false;
     std::uint64_t seed = 0;
     double areas = 1.0;  // over the true ones
     // Turned, made smaller and put aside, with something small as far on the other side.
@@ -142,13 +142,13 @@ double gathered(const Spot& of) {
     }
     scene.lights = {DirectionalLight{frame.to_world(normalized(Vec3{1, 0, 0.2})), {8, 8, 8}}};
     const Tracer tracer(scene);
-    const SurfaceLight light(scene, tracer, {}, 256, of.seed, {});
+    const SurfaceLight light(scene, tracer, {}, of.lights_in_basis, 256, of.seed, {});
     const MultilevelBasis basis;
     const SurfelMeans means(scene, tracer, light.points(), basis, {1.0, 1.0, 1.0, 1.0}, 1, 1.0, of.seed, {});
-    HemisphereGather gather(scene, tracer, light, basis, means, {0.314, of.direct_in_basis, of.seed});
+    HemisphereGather gather(scene, tracer, light, basis, means, {0.314, of.seed});
     const Place place{to({0, 0, 0}), frame.n, under, Place::point};
     const auto found = gather.once({place}, {256}, {}, std::vector<Rgb>(scene.surfels.size()), {});
-    return found[0].row.first.x / (scene.surfels.reflectance[0] * light.at_surfel(0)).x;
+    return found[0].row.first.x / (scene.surfels.reflectance[0] * light.direct_at_surfel(0)).x;
 }
 
 // Of 256 rays over the hemisphere, about one would meet it.

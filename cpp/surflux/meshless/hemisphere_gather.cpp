@@ -18,11 +18,10 @@ constexpr double rays_on_a_patch = 4.0;
 // all, how many are aimed. About half of these face what they are aimed at, and are shot.
 constexpr double over_hemisphere = 0.75, aimed_for_each = 0.5;
 
-// What surfels send of what lights bring to them, where it is not in the basis.
-std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light, const GatherOptions& options) {
-    std::vector<double> out(surfels.size(), 0.0);
-    if (!options.direct_in_basis)
-        for (std::size_t i = 0; i < out.size(); ++i) out[i] = luminance(surfels.reflectance[i] * light.at_surfel(i));
+// What surfels send of light that is not in the basis.
+std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light) {
+    std::vector<double> out(surfels.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = luminance(surfels.reflectance[i] * light.beside_basis(i));
     return out;
 }
 
@@ -97,7 +96,7 @@ HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, con
       basis_(basis),
       means_(means),
       options_(options),
-      exitance_(exitances(scene.surfels, light, options)),
+      exitance_(exitances(scene.surfels, light)),
       lit_(scene.surfels, light.points(), exitance_) {}
 
 // A wide patch does where it is small as seen from `distance`, any other surfel always; but what seems to be inside
@@ -158,14 +157,15 @@ void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& 
     }
 }
 
-// The first bounce of what lights bring to a point of a surfel: from a patch that is near by a ray from that point.
+// The first bounce of light beside the basis, of a point of a surfel: from a patch that is near by a ray from that
+// point.
 void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance, const Rgb& gain, bool second_half,
                                Random& random, Sums& sums) const {
     const Surfels& s = scene_.surfels;
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
         radius * radius * static_cast<double>(sums.rays.size()) <= rays_on_a_patch * distance * distance) {
-        sums.add_first(gain * light_.at_surfel(i), second_half);
+        sums.add_first(gain * light_.beside_basis(i), second_half);
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
@@ -223,7 +223,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             continue;
         }
         const Vec3 at = ray.from.position + hit.distance * ray.direction;
-        if (!options_.direct_in_basis && !light_.is_dark())
+        if (!light_.is_dark())
             reflect(at, i, hit.distance, weight_beside_aimed(ray, hit, aimed, sums) * rho, second_half, random, sums);
         if (sends_by_mean(i, hit.distance)) {
             out.senders.push_back(i);

@@ -14,15 +14,14 @@ namespace surflux {
 
 struct GatherOptions {
     double epsilon_omega = 0.314;  // solid angle below which a wide patch sends by its mean, and supports are small
-    bool direct_in_basis = false;  // else what lights bring to senders is taken where rays meet them
     std::uint64_t seed = 0;
 };
 
 // GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
 // and what needs no solving. Surfels send by their means, but wide patches that are near by the basis functions where
 // rays end, down to the level on which these are small as seen from there. Rays are shot once and kept as such rows:
-// every bounce is one sparse product, where L07 shoots anew. Where direct light is not in the basis, its first bounce
-// is found by next event estimation towards lit patches, too, by multiple importance sampling (Veach and Guibas 1995).
+// every bounce is one sparse product, where L07 shoots anew. The first bounce of light that is not in the basis is
+// found by next event estimation towards lit patches, too, by multiple importance sampling (Veach and Guibas 1995).
 class HemisphereGather {
 public:
     struct Link {
@@ -30,11 +29,11 @@ public:
         float share[3];  // of its coefficient: of the hemisphere, times reflectance
     };
     struct Row {
-        double share = 0.0;  // of the hemisphere, that a ray over it stands for
-        Rgb sky;             // that rays which left the scene found
-        Rgb emitted;         // from emissive surfels, as far as rays find it
-        Rgb first;           // the first bounce of what lights bring to surfaces, and of what is aimed
-        double noise = 0.0;  // standard error of all that, of its luminance
+        double share = 0.0;                     // of the hemisphere, that a ray over it stands for
+        Rgb sky;                                // that rays which left the scene found
+        Rgb emitted;                            // from emissive surfels, as far as rays find it
+        Rgb first;                              // the first bounce of light that surfaces have beside the basis
+        double noise = 0.0;                     // standard error of all that, of its luminance
         double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
         // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found; and
         // on top of the first two, where the light in the basis is known, what keeps its power.

@@ -44,14 +44,13 @@ public:
           watch_(out_.timings),
           field_(std::make_shared<MeshlessField>()),
           tracer_(scene),
-          light_(scene, tracer_, options.direct, options.rays, options.seed, stage("direct")),
+          light_(scene, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct")),
           placed_(
               scene, tracer_, light_.points(), field_->basis,
               {options.radius, options.levels, options.indirect_only ? widest_mean : widest_direct_mean, options.seed},
               stage("direct")),
           means_(placed_.means()),
-          gather_(scene, tracer_, light_, field_->basis, means_,
-                  {options.epsilon_omega, !options.indirect_only, options.seed}),
+          gather_(scene, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}),
           receivers_(field_->basis, placed_.sight()) {
         watch_.lap("direct");
         out.field = field_;
@@ -113,18 +112,14 @@ private:
         }
         gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");
-        SurfaceLight::At lit;
-        if (!options_.indirect_only) lit = light_.at(places, stage("direct"));
+        std::vector<Rgb> lit;
+        if (!options_.indirect_only) lit = light_.direct_at(places, stage("direct"));
         const std::size_t first_row = rows_.unbounced.size();
         for (std::size_t k = 0; k < fresh.size(); ++k) {
             const HemisphereGather::Row& row = gather_[first_row + k];
-            Rgb direct = row.sky, emitted = row.emitted;
-            if (!options_.indirect_only) {
-                direct += lit.lights[k] + lit.sky[k];
-                emitted += lit.emitters[k];
-            }
+            const Rgb direct = options_.indirect_only ? row.sky : row.sky + lit[k];
             rows_.direct.push_back(direct);
-            rows_.unbounced.push_back(direct + emitted);
+            rows_.unbounced.push_back(direct + row.emitted);
             rows_.first.push_back(row.first);
         }
         watch_.lap("direct");
@@ -268,8 +263,7 @@ void MeshlessRadiosity::write() {
     std::vector<Rgb> sending;
     receivers_.coefficients(before_, sending);
     const Oracle of_points = oracle();
-    const SurfelRefinement::Options options{options_.epsilon_e, options_.rays, options_.indirect_only,
-                                            options_.bounces != 0};
+    const SurfelRefinement::Options options{options_.epsilon_e, options_.rays, options_.bounces != 0};
     SurfelRefinement refinement(scene_, light_, means_, of_points, sending, options, gather_);
     const std::size_t rays = gather_.rays();
     refinement.run(stage("gathering"));
@@ -280,11 +274,9 @@ void MeshlessRadiosity::write() {
     gather_.clear();
     watch_.lap("gathering");
     out_.surfels = s;
-    if (options_.indirect_only) {
-        for (std::size_t i = 0; i < n; ++i) {
-            found_.lit.push_back(light_.direct_at_surfel(i));
-            found_.emitted.push_back(light_.emitted_at_surfel(i));
-        }
+    for (std::size_t i = 0; i < n; ++i) {
+        found_.lit.push_back(light_.direct_beside_basis(i));
+        found_.emitted.push_back(light_.emitted_at_surfel(i));
     }
     std::vector<std::uint32_t> own(n, Receivers::none);
     for (std::size_t k = 0; k < refined.size(); ++k) own[refined[k]] = static_cast<std::uint32_t>(k);
@@ -308,10 +300,8 @@ void MeshlessRadiosity::write() {
             light.clamp();
             level = field_->basis.level_of(finest);
         }
-        if (options_.indirect_only) {
-            light.all += light_.at_surfel(i);
-            light.direct += light_.direct_at_surfel(i);
-        }
+        light.all += light_.beside_basis(i);
+        light.direct += light_.direct_beside_basis(i);
         out_.parents[i] = static_cast<std::uint32_t>(i);
         out_.levels[i] = static_cast<std::int32_t>(level);
         out_.direct[i] = light.direct;

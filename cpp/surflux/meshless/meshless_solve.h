@@ -19,7 +19,7 @@ struct MeshlessOptions {
     double epsilon_omega = 0.314;  // of senders, in steradians
     int rays = 512;                // of a receiver
     int bounces = -1;              // fewer than 0: all
-    bool indirect_only = true;     // else what lights bring is in the basis, too
+    bool indirect_only = true;     // else what lights bring is in the basis; what emissive surfels bring never is
     double tolerance = 1e-4;       // of the linear system, where all bounces are wanted
     DirectOptions direct;
     std::uint64_t seed = 0;
@@ -28,8 +28,7 @@ struct MeshlessOptions {
 struct MeshlessSolution {
     Solution solution;  // at the scene's own surfels
     std::shared_ptr<const MeshlessField> field;
-    // What is not in the basis, at the surfels: from lights and Environments, and from emissive surfels. Empty where
-    // all is.
+    // What is not in the basis, at the surfels: from lights and Environments, and from emissive surfels.
     std::vector<Rgb> lit, emitted;
 };
 

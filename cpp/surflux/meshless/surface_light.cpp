@@ -4,26 +4,29 @@
 
 namespace surflux {
 
-SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, int aimed_rays,
-                           std::uint64_t seed, const Progress& progress)
+SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
+                           int aimed_rays, std::uint64_t seed, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       options_(options),
+      lights_in_basis_(lights_in_basis),
       aimed_rays_(aimed_rays),
       seed_(seed),
       points_(scene.surfels),
       all_(scene),
       emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
       skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky) {
-    surfels_ = at(places_of(scene.surfels), progress);
+    const std::vector<Place> places = places_of(scene.surfels);
+    direct_ = direct_at(places, progress);
+    emitted_ = emitted_irradiance(scene, tracer, emitters_, points_, places, aimed_options(options, aimed_rays), seed,
+                                  progress);
 }
 
-SurfaceLight::At SurfaceLight::at(const std::vector<Place>& places, const Progress& progress) const {
-    At out;
-    out.lights = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
-    const DirectOptions aimed = aimed_options(options_, aimed_rays_);
-    out.emitters = emitted_irradiance(scene_, tracer_, emitters_, points_, places, aimed, seed_, progress);
-    out.sky = aimed_irradiance(tracer_, skies_, points_, places, aimed, seed_ + 1, progress);
+std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const Progress& progress) const {
+    std::vector<Rgb> out = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
+    const std::vector<Rgb> sky =
+        aimed_irradiance(tracer_, skies_, points_, places, aimed_options(options_, aimed_rays_), seed_ + 1, progress);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] += sky[k];
     return out;
 }
 

@@ -14,44 +14,48 @@ namespace surflux {
 // Irradiance that needs no solving: from lights, and by next event estimation towards small emissive surfels and images
 // of the sky, of the latter the light-sampling part alone (LightSampler::found has the other). What emissive surfels
 // bring rises steeply towards them and makes all other light: a basis that was as fine as that light asks for would not
-// carry their power, so it is had at each surfel, as that of lamps.
+// carry their power, so it is had at each surfel: beside the basis, as is what lights bring if it is not in the basis.
 class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.
-    SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, int aimed_rays,
-                 std::uint64_t seed, const Progress& progress);
+    SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
+                 int aimed_rays, std::uint64_t seed, const Progress& progress);
 
     const LightSampler& emitters() const { return emitters_; }
     const LightSampler& skies() const { return skies_; }
     const SurfelPoints& points() const { return points_; }
 
-    Rgb at_surfel(std::size_t i) const { return surfels_.lights[i] + surfels_.sky[i] + surfels_.emitters[i]; }
-    // The part of it that comes from lights and Environments.
-    Rgb direct_at_surfel(std::size_t i) const { return surfels_.lights[i] + surfels_.sky[i]; }
-    const Rgb& emitted_at_surfel(std::size_t i) const { return surfels_.emitters[i]; }
-    bool is_dark() const { return all_.empty(); }
+    // From lights and Environments.
+    const Rgb& direct_at_surfel(std::size_t i) const { return direct_[i]; }
+    // What of that, and of all, is beside the basis.
+    Rgb direct_beside_basis(std::size_t i) const { return lights_in_basis_ ? Rgb{} : direct_at_surfel(i); }
+    Rgb beside_basis(std::size_t i) const { return direct_beside_basis(i) + emitted_[i]; }
+    const Rgb& emitted_at_surfel(std::size_t i) const { return emitted_[i]; }
+    bool lights_in_basis() const { return lights_in_basis_; }
+    // Is there none beside the basis?
+    bool is_dark() const { return beside().empty(); }
 
-    struct At {
-        std::vector<Rgb> lights, sky, emitters;
-    };
-    // At places on surfaces.
-    At at(const std::vector<Place>& places, const Progress& progress) const;
+    // From lights and Environments, at places on surfaces.
+    std::vector<Rgb> direct_at(const std::vector<Place>& places, const Progress& progress) const;
 
-    // One ray that brings, in the mean over u, all of at_surfel() that there is at one point, but what a
+    // One ray that brings, in the mean over u, all of beside_basis() that there is at one point, but what a
     // cosine-distributed ray from there finds of emitters().
     LightRay towards(const Vec3& point, const Vec3& normal, const double (&u)[3]) const {
-        return all_.sample(point, normal, u[0], u[1], u[2]);
+        return beside().sample(point, normal, u[0], u[1], u[2]);
     }
 
 private:
+    const LightSampler& beside() const { return lights_in_basis_ ? emitters_ : all_; }
+
     const Scene& scene_;
     const Tracer& tracer_;
     DirectOptions options_;
+    bool lights_in_basis_;
     int aimed_rays_;
     std::uint64_t seed_;
     SurfelPoints points_;
     LightSampler all_, emitters_, skies_;
-    At surfels_;
+    std::vector<Rgb> direct_, emitted_;  // of surfels
 };
 
 }  // namespace surflux

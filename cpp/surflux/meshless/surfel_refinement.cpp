@@ -50,8 +50,8 @@ std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::u
         const std::uint32_t i = surfels[out.size()];
         out.push_back({row.sky + row.emitted_scale * row.emitted, row.sky});
         if (options_.reflected) out.back().all += row.first_scale * row.first + gathered;
-        if (!options_.indirect_only) {
-            out.back().all += light_.at_surfel(i);
+        if (light_.lights_in_basis()) {
+            out.back().all += light_.direct_at_surfel(i);
             out.back().direct += light_.direct_at_surfel(i);
         }
         out.back().clamp();

@@ -20,9 +20,8 @@ class SurfelRefinement {
 public:
     struct Options {
         double epsilon_e;
-        int rays;            // of a surfel, at most
-        bool indirect_only;  // is direct light left out of the basis?
-        bool reflected;      // is any bounce wanted?
+        int rays;        // of a surfel, at most
+        bool reflected;  // is any bounce wanted?
     };
     // What surfaces send are the functions with `coefficients`.
     SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means, const Oracle& oracle,

@@ -36,12 +36,11 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     (width, height), samples = view.size, view.samples
     fine = samples * width, samples * height
     part = {"top": samples * top, "rows": samples * count}
-    beside = field.emitted is not None  # is there light that the basis leaves out?
     exitance = surfels.emission
-    if beside and view.direct == "interpolated":
+    if view.direct == "interpolated":
         exitance = exitance + surfels.reflectance * field.lit
     layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
-    if beside and field.emitted.any():
+    if field.emitted.any():
         layers.append((surfels.reflectance * field.emitted / np.pi, False))
     seen = field.basis.image(lamps, view.camera, *fine, **part, culling=view.culling)
     if seen["hidden"].any():

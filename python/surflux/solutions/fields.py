@@ -50,9 +50,9 @@ class SurfelField:
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 
-    def __init__(self, basis, scene, surfels, objects, others, direct, emitted=None, lit=None):
+    def __init__(self, basis, scene, surfels, objects, others, direct, emitted, lit):
         """scene: compiled. others, direct (n, 3): light at surfels, for places that see no function. emitted, lit
-        (n, 3): what of them the basis leaves out, None where it holds all."""
+        (n, 3): what of them the basis leaves out."""
         self.basis, self.emitted, self.lit = basis, emitted, lit
         self._scene, self._at = scene, (surfels, objects)
         self._light = others, direct
@@ -97,7 +97,7 @@ class BasisField:
         return traced + (rest.others(points, normals, callback) if rest else 0.0)
 
     def _rest_of(self, callback):
-        if self._rest is None and self.emitted is not None:
+        if self._rest is None and (np.any(self.emitted) or np.any(self.lit)):
             self._rest = SurfelField(*self._at, self.emitted, self.lit, False, self._scene, callback)
         return self._rest
 

@@ -191,7 +191,7 @@ class Solution:
         elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
         Ren, Pfister and Zwicker 2002), within one object and not across creases. A meshless solution that is not from
         a file is drawn from its basis, which every subpixel evaluates at what it sees (L07 section 6.2); what is not
-        in the basis, and so direct light unless `indirect_only=False`, is blended from the surfels.
+        in the basis (see `indirect_only`) is blended from the surfels.
 
         Args:
             camera: Camera; None for the scene's own, or one that has all surfels in view.

@@ -48,8 +48,9 @@ def solve_meshless(
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
             patches, a quarter of them sample these (many lights: Conty Estevez and Kulla 2018).
         bounces: how often light is reflected; None for until the residual is below `tolerance`.
-        indirect_only: True leaves direct light out of the basis, as L07 recommends: it is computed at every surfel, and
-            where rays meet surfaces that are coarse. False has it in the basis, too.
+        indirect_only: True leaves what lights bring out of the basis, as L07 recommends: it is computed at every
+            surfel, and where rays meet surfaces that are coarse. False has it in the basis. What emissive surfels bring
+            is out of it either way.
         tolerance: |residual| / |right-hand side| of the linear system, where all bounces are wanted; in (0, 1).
         probes, shadow_rays, seed, threads, progress: see `solve`.
 
@@ -82,7 +83,6 @@ def solve_meshless(
 
     def field(core, result, surfels):
         light = result["irradiance"] - result["direct"], result["direct"]
-        beside = (result["emitted"], result["lit"]) if indirect_only else ()
-        return BasisField(result["field"], core, surfels, result["objects"], *light, *beside)
+        return BasisField(result["field"], core, surfels, result["objects"], *light, result["emitted"], result["lit"])
 
     return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)

@@ -5,6 +5,7 @@ import pytest
 
 import surflux as sf
 from cases import church
+from scenes import two_cells
 
 DARK = 0.01  # of the mean over all surfels
 LOST = 0.05  # of what indirect light there is
@@ -123,22 +124,6 @@ def test_what_a_panel_covers_has_nothing_of_its_light(gap):
     before = solution.irradiance_at(np.stack([x, 0 * x - gap, z], axis=1), facing)
     assert before.min() > 1.0
     assert covered.max() < DARK * before.mean()
-
-
-def cell(low, high):
-    """A box that faces in."""
-    low, edges = np.array(low), np.diag(np.subtract(high, low))
-    for k in range(3):
-        u, v, w = edges[(k + 1) % 3], edges[(k + 2) % 3], edges[k]
-        yield from ([low, low + u, low + u + v, low + v], [low + w, low + w + v, low + w + u + v, low + w + u])
-
-
-def two_cells():
-    """Of one mesh, 3 cm apart, and a lamp in one."""
-    quads = [*cell([0, 0, 0], [0.985, 1, 1]), *cell([1.015, 0, 0], [2, 1, 1])]
-    mesh = np.array(quads).reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
-    cells = sf.Surfels.from_mesh(mesh, patch_area=0.002, reflectance=0.7)
-    return sf.Scene([cells], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
 
 
 def test_no_group_spans_a_wall():
