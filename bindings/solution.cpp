@@ -4,8 +4,8 @@
 #include "rooms.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
+#include "surflux/solution/final_gather.h"
 #include "surflux/solution/nodal_field.h"
-#include "surflux/solution/own_gather.h"
 #include "surflux/solution/sight.h"
 #include "surflux/trace/tracer.h"
 
@@ -31,7 +31,7 @@ struct Field {
                 tracer = std::make_unique<Tracer>(*scene);
                 sight = std::make_unique<Sight>(*tracer, *scene);
                 if (reflects)
-                    gather = std::make_unique<OwnGather>(*scene, *tracer, *sight, nodes, light, fields, *reflects);
+                    gather = std::make_unique<FinalGather>(*scene, *tracer, *sight, nodes, light, fields, *reflects);
             }
             light.assign(nodes.size(), 0.0);
             for (const std::vector<Rgb>& field : known) {
@@ -105,7 +105,7 @@ struct Field {
     const Scene* scene;  // or none
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Sight> sight;
-    std::unique_ptr<OwnGather> gather;
+    std::unique_ptr<FinalGather> gather;
     std::vector<NodalField::Values> fields;
     std::vector<double> light;
 };

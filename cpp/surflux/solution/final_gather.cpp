@@ -1,4 +1,4 @@
-#include "surflux/solution/own_gather.h"
+#include "surflux/solution/final_gather.h"
 
 #include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
@@ -6,8 +6,8 @@
 
 namespace surflux {
 
-OwnGather::OwnGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-                     const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects)
+FinalGather::FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
+                         const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects)
     : scene_(scene),
       tracer_(tracer),
       sight_(sight),
@@ -16,7 +16,7 @@ OwnGather::OwnGather(const Scene& scene, const Tracer& tracer, const Sight& sigh
       fields_(fields),
       reflects_(reflects) {}
 
-Rgb OwnGather::sent(std::uint32_t surfel, const Vec3& at) const {
+Rgb FinalGather::sent(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
     const Rgb &rho = s.reflectance[surfel], &emission = s.emission[surfel];
     if (!reflects_ || rho == Rgb{}) return emission;
@@ -29,7 +29,7 @@ Rgb OwnGather::sent(std::uint32_t surfel, const Vec3& at) const {
     return emission + rho * irradiance;
 }
 
-Rgb OwnGather::operator()(const Departure& place, int rays, std::uint64_t seed) const {
+Rgb FinalGather::operator()(const Departure& place, int rays, std::uint64_t seed) const {
     const Frame frame = frame_around(place.normal);
     EvenPoints even(2, seed, stream_of({place.position, place.normal, place.surfel, Place::point}));
     std::vector<Ray> shot;

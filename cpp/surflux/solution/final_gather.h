@@ -13,11 +13,11 @@ namespace surflux {
 // Final gathering where interpolation has no node in sight: irradiance from surfels, estimated by cosine-distributed
 // rays that look up the interpolated radiosity where they end. An end with no node in sight either, as inside a column
 // that a slab covers, only emits.
-class OwnGather {
+class FinalGather {
 public:
     // `fields` make up the irradiance that is reflected, if any is.
-    OwnGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-              const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects);
+    FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
+                const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects);
 
     // Irradiance as the mean of `rays`, the same for the same place and seed.
     Rgb operator()(const Departure& place, int rays, std::uint64_t seed) const;
