@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "shapes.h"
-#include "surflux/lights/aimed.h"
 #include "surflux/lights/direct_at.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 #include "surflux/lights/polygon.h"
 
 namespace surflux {
@@ -32,11 +32,12 @@ Surfels lamp_at(double side, double height, double exitance) {
     return s;
 }
 
-// Aimed rays and what rays over the hemisphere find, together: the irradiance at a place.
+// Light samples and what hemisphere rays find, together: the irradiance at a place.
 double both_ways(const Scene& scene, const Place& place, LightSampler::Sources sources, int rays) {
     const Tracer tracer(scene);
     const LightSampler lights(scene, LightSampler::usual_small_emitters, sources);
-    const double aimed = aimed_irradiance(tracer, lights, SurfelPoints(scene.surfels), {place}, {rays, rays}, 0)[0].x;
+    const double light_sampled =
+        light_sampled_irradiance(tracer, lights, SurfelPoints(scene.surfels), {place}, {rays, rays}, 0)[0].x;
     EvenPoints even(2, 9, 9);
     const Frame frame = frame_around(place.normal);
     std::vector<Ray> cosine;
@@ -50,10 +51,10 @@ double both_ways(const Scene& scene, const Place& place, LightSampler::Sources s
     double found = 0.0;
     for (std::size_t k = 0; k < cosine.size(); ++k)
         found += lights.found(place.position, place.normal, cosine[k].direction, hits[k]).x / rays;
-    return aimed + found;
+    return light_sampled + found;
 }
 
-TEST(Aimed, LampsGiveWhatLambertSays) {
+TEST(LightSampledIrradiance, LampsGiveWhatLambertSays) {
     // Shares by the balance heuristic: neither way alone is the irradiance, both together are.
     for (double height : {0.1, 0.5, 1.5}) {
         const Scene scene = scene_of({floor_of(8), lamp_at(0.4, height, 5.0)});
@@ -68,7 +69,7 @@ TEST(Aimed, LampsGiveWhatLambertSays) {
     }
 }
 
-TEST(Aimed, AllThatEmittersBringIsWhatTheFormFactorsSay) {
+TEST(LightSampledIrradiance, AllThatEmittersBringIsWhatTheFormFactorsSay) {
     // A lamp that touches the floor along an edge: the balance heuristic leaves most of what is near to rays over the
     // hemisphere. Two unit squares at a right angle exchange 0.2000438 (Hottel; Howell C-14).
     Surfels wall, floor, rest;
@@ -86,40 +87,41 @@ TEST(Aimed, AllThatEmittersBringIsWhatTheFormFactorsSay) {
     for (const Rgb& found : emitted_irradiance(scene, tracer, emitters, points, places, {256, 256}, 3))
         all += found.x / 16.0;
     EXPECT_NEAR(all, 3.0 * 0.2000438, 3e-3 * 3.0 * 0.2);  // some standard errors of 4096 rays each way
-    double aimed = 0.0;
-    for (const Rgb& found : aimed_irradiance(tracer, emitters, points, places, {256, 256}, 3)) aimed += found.x / 16.0;
-    EXPECT_LT(aimed, 0.8 * all);
+    double light_sampled = 0.0;
+    for (const Rgb& found : light_sampled_irradiance(tracer, emitters, points, places, {256, 256}, 3))
+        light_sampled += found.x / 16.0;
+    EXPECT_LT(light_sampled, 0.8 * all);
 }
 
-TEST(Aimed, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
+TEST(LightSampledIrradiance, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
     Surfels lid;
     add_rectangle(lid, {-1, -1, 0.5}, {2, 0, 0}, {0, 2, 0}, 1, 1);
     finish(lid, 0.0, 0.0);
     const Scene open = scene_of({floor_of(8), lamp_at(0.4, 1.0, 5.0)}),
                 shut = scene_of({floor_of(8), lamp_at(0.4, 1.0, 5.0), lid});
-    const auto aimed_at = [](const Scene& scene, const Vec3& at, const Vec3& normal) {
+    const auto sampled_at = [](const Scene& scene, const Vec3& at, const Vec3& normal) {
         const Tracer tracer(scene);
         const LightSampler lights(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
-        return aimed_irradiance(tracer, lights, SurfelPoints(scene.surfels),
-                                {{at, normal, tracer.departure(at, normal).surfel}}, {}, 0)[0]
+        return light_sampled_irradiance(tracer, lights, SurfelPoints(scene.surfels),
+                                        {{at, normal, tracer.departure(at, normal).surfel}}, {}, 0)[0]
             .x;
     };
-    EXPECT_GT(aimed_at(open, {0.1, 0.1, 0}, up), 0.0);
-    EXPECT_EQ(aimed_at(shut, {0.1, 0.1, 0}, up), 0.0);
-    EXPECT_EQ(aimed_at(open, {0.1, 0.1, 0}, down), 0.0);
-    EXPECT_EQ(aimed_at(open, {0.1, 0.1, 1.5}, down), 0.0);  // above the lamp is its back
+    EXPECT_GT(sampled_at(open, {0.1, 0.1, 0}, up), 0.0);
+    EXPECT_EQ(sampled_at(shut, {0.1, 0.1, 0}, up), 0.0);
+    EXPECT_EQ(sampled_at(open, {0.1, 0.1, 0}, down), 0.0);
+    EXPECT_EQ(sampled_at(open, {0.1, 0.1, 1.5}, down), 0.0);  // above the lamp is its back
 }
 
-TEST(Aimed, WithoutLampsThereIsNothing) {
+TEST(LightSampledIrradiance, WithoutLampsThereIsNothing) {
     const Scene dark = scene_of({floor_of(4)});
     const Tracer tracer(dark);
     const LightSampler lights(dark, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
     EXPECT_TRUE(lights.empty());
     const std::vector<Rgb> none =
-        aimed_irradiance(tracer, lights, SurfelPoints(dark.surfels), places_of(dark.surfels), {}, 0);
+        light_sampled_irradiance(tracer, lights, SurfelPoints(dark.surfels), places_of(dark.surfels), {}, 0);
     ASSERT_EQ(none.size(), 16u);
     for (const Rgb& c : none) EXPECT_EQ(c.x + c.y + c.z, 0.0);
-    EXPECT_TRUE(aimed_irradiance(tracer, lights, SurfelPoints(dark.surfels), {}, {}, 0).empty());
+    EXPECT_TRUE(light_sampled_irradiance(tracer, lights, SurfelPoints(dark.surfels), {}, {}, 0).empty());
 }
 
 Environment image_sky() {
@@ -133,7 +135,7 @@ Environment image_sky() {
     return e;
 }
 
-TEST(Aimed, AHalfSkyIsPiTimesItsRadiance) {
+TEST(LightSampledIrradiance, AHalfSkyIsPiTimesItsRadiance) {
     const Scene scene = scene_of({floor_of(4)}, {image_sky()});
     const Tracer tracer(scene);
     const Vec3 at{0.3, 0.2, 0};

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
-#include "surflux/lights/aimed.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
 
@@ -28,7 +28,8 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
                                      [](const Light& light) { return std::holds_alternative<Environment>(light); });
     if (!has_sky) return out;
     const LightSampler skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky);
-    const std::vector<Rgb> aimed = aimed_irradiance(tracer, skies, points_of, places, {rays, rays}, seed, progress);
+    const std::vector<Rgb> light_sampled =
+        light_sampled_irradiance(tracer, skies, points_of, places, {rays, rays}, seed, progress);
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -41,7 +42,7 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
                 Rgb found;
                 for (std::size_t r = 0; r < cosine.size(); ++r)
                     if (!hits[r]) found += skies.found(place.position, place.normal, cosine[r].direction, hits[r]);
-                out[k] += aimed[k] + found / rays;
+                out[k] += light_sampled[k] + found / rays;
             }
         },
         progress);

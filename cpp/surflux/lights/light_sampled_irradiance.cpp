@@ -1,4 +1,4 @@
-#include "surflux/lights/aimed.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 
 #include <algorithm>
 
@@ -11,8 +11,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t aimed_stream = 0xa13ed, cosine_stream = 0xc051e;
-// Where of so many rays over the hemisphere more than one meets what is aimed at, there are so many times as many.
+constexpr std::uint64_t light_stream = 0xa13ed, cosine_stream = 0xc051e;
+// Where more than one in `close_share` hemisphere rays meets an emitter, there are `closer` times as many samples.
 constexpr int close_share = 16, closer = 4;
 
 // `over_hemisphere`: the surfels, if rays over the hemisphere are to be shot here, too.
@@ -29,8 +29,8 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
             std::vector<Hit> hits;
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                EvenPoints even(4, seed + aimed_stream, stream_of(place));
-                Random random(seed + aimed_stream, stream_of(place));
+                EvenPoints even(4, seed + light_stream, stream_of(place));
+                Random random(seed + light_stream, stream_of(place));
                 int taken = 0, blocked = 0, lit = 0, met = 0;
                 EvenPoints even_cosine(4, seed + cosine_stream, stream_of(place));
                 const Frame frame = frame_around(place.normal);
@@ -74,7 +74,7 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                 take(options.probes);
                 // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp.
                 if (std::min(lit + met, blocked) > 1) take(options.rays);
-                // Close to what glows there is the most light, and the most noise.
+                // Close to emitters there is the most light, and the largest variance.
                 if (met > taken / close_share) take(closer * options.rays);
                 out[k] *= 1.0 / taken;
             }
@@ -85,9 +85,9 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
 
 }  // namespace
 
-std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
-                                  const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
-                                  const Progress& progress) {
+std::vector<Rgb> light_sampled_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
+                                          const std::vector<Place>& places, const DirectOptions& options,
+                                          std::uint64_t seed, const Progress& progress) {
     return irradiance_of(nullptr, tracer, lights, points, places, options, seed, progress);
 }
 

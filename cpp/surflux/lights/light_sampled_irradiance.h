@@ -13,16 +13,16 @@ namespace surflux {
 
 // Numbers of light samples for sources that hemisphere sampling shares by multiple importance sampling: a quarter of
 // `rays`, and all where some are blocked, and no fewer than go to lights.
-inline DirectOptions aimed_options(const DirectOptions& to_lights, int rays) {
+inline DirectOptions light_sampling_options(const DirectOptions& to_lights, int rays) {
     return {std::max(to_lights.probes, rays / 4), std::max(to_lights.rays, rays)};
 }
 
 // Next event estimation: the light-sampling part of each place's irradiance, on the shapes of `points`, by the balance
 // heuristic (Veach and Guibas 1995), whose other part are cosine-distributed rays (LightSampler::found). options.probes
 // shadow rays, and options.rays where some of them are blocked and some not.
-std::vector<Rgb> aimed_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
-                                  const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
-                                  const Progress& progress = {});
+std::vector<Rgb> light_sampled_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
+                                          const std::vector<Place>& places, const DirectOptions& options,
+                                          std::uint64_t seed, const Progress& progress = {});
 
 // Both parts, for emissive surfels: as many cosine-distributed rays as light samples, where no other rays find that
 // part.

@@ -1,16 +1,16 @@
 #include "surflux/meshless/surface_light.h"
 
-#include "surflux/lights/aimed.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
 
 SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
-                           int aimed_rays, std::uint64_t seed, const Progress& progress)
+                           int light_samples, std::uint64_t seed, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       options_(options),
       lights_in_basis_(lights_in_basis),
-      aimed_rays_(aimed_rays),
+      light_samples_(light_samples),
       seed_(seed),
       points_(scene.surfels),
       all_(scene),
@@ -18,14 +18,14 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
       skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky) {
     const std::vector<Place> places = places_of(scene.surfels);
     direct_ = direct_at(places, progress);
-    emitted_ = emitted_irradiance(scene, tracer, emitters_, points_, places, aimed_options(options, aimed_rays), seed,
-                                  progress);
+    emitted_ = emitted_irradiance(scene, tracer, emitters_, points_, places,
+                                  light_sampling_options(options, light_samples), seed, progress);
 }
 
 std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const Progress& progress) const {
     std::vector<Rgb> out = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
-    const std::vector<Rgb> sky =
-        aimed_irradiance(tracer_, skies_, points_, places, aimed_options(options_, aimed_rays_), seed_ + 1, progress);
+    const std::vector<Rgb> sky = light_sampled_irradiance(
+        tracer_, skies_, points_, places, light_sampling_options(options_, light_samples_), seed_ + 1, progress);
     for (std::size_t k = 0; k < out.size(); ++k) out[k] += sky[k];
     return out;
 }

@@ -19,7 +19,7 @@ class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.
     SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
-                 int aimed_rays, std::uint64_t seed, const Progress& progress);
+                 int light_samples, std::uint64_t seed, const Progress& progress);
 
     const LightSampler& emitters() const { return emitters_; }
     const LightSampler& skies() const { return skies_; }
@@ -51,7 +51,7 @@ private:
     const Tracer& tracer_;
     DirectOptions options_;
     bool lights_in_basis_;
-    int aimed_rays_;
+    int light_samples_;
     std::uint64_t seed_;
     SurfelPoints points_;
     LightSampler all_, emitters_, skies_;

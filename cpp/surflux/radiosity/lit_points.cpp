@@ -2,19 +2,19 @@
 
 #include <algorithm>
 
-#include "surflux/lights/aimed.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
 
 LitPoints::LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-                     const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed)
+                     const LightSampler* skies, const DirectOptions& options, int light_samples, std::uint64_t seed)
     : scene_(scene),
       tracer_(tracer),
       tree_(tree),
       sampled_emitters_(emitters),
       sampled_skies_(skies),
       options_(options),
-      aimed_rays_(aimed_rays),
+      light_samples_(light_samples),
       seed_(seed) {}
 
 void LitPoints::update(const Progress& progress) {
@@ -42,12 +42,12 @@ void LitPoints::update(const Progress& progress) {
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
     for (const Rgb& error : errors) standard_error_.push_back(luminance(error));
-    const DirectOptions aimed = aimed_options(options_, aimed_rays_);
+    const DirectOptions samples = light_sampling_options(options_, light_samples_);
     if (sampled_emitters_ && !sampled_emitters_->empty())
         append(emitters_,
-               emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, aimed, seed_, progress));
+               emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress));
     if (sampled_skies_ && !sampled_skies_->empty())
-        append(sky_, aimed_irradiance(tracer_, *sampled_skies_, points, places, aimed, seed_ + 1, progress));
+        append(sky_, light_sampled_irradiance(tracer_, *sampled_skies_, points, places, samples, seed_ + 1, progress));
     emitters_.resize(lights_.size());
     sky_.resize(lights_.size());
 }

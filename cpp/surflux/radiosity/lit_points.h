@@ -19,11 +19,11 @@ constexpr double significance = 2.0;
 // emissive surfels (LightSampler) and images of the sky. By point; those that were split have what they had.
 class LitPoints {
 public:
-    // Without samplers, of lights alone. Towards emitters and images of the sky go a quarter of `aimed_rays`, and all
-    // where some are blocked; for emitters as many over the hemisphere, so that nothing is left to be interpolated of
-    // light that rises steeply and makes all other.
+    // Without samplers, of lights alone. Emitters and images of the sky get a quarter of `light_samples`, and all where
+    // some are blocked; emitters as many cosine-distributed rays, too: both parts of their MIS estimate are had here,
+    // and none of that steep light has to be interpolated.
     LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-              const LightSampler* skies, const DirectOptions& options, int aimed_rays, std::uint64_t seed);
+              const LightSampler* skies, const DirectOptions& options, int light_samples, std::uint64_t seed);
 
     // Lights up what the tree has more since the last time.
     void update(const Progress& progress = {});
@@ -47,7 +47,7 @@ private:
     const SurfelTree& tree_;
     const LightSampler *sampled_emitters_, *sampled_skies_;
     DirectOptions options_;
-    int aimed_rays_;
+    int light_samples_;
     std::uint64_t seed_;
     std::vector<Rgb> lights_, emitters_, sky_;
     std::vector<double> standard_error_;
