@@ -1,4 +1,4 @@
-#include "surflux/meshless/rivals.h"
+#include "surflux/meshless/conflict_graph.h"
 
 #include <algorithm>
 #include <numeric>
@@ -7,11 +7,11 @@
 
 namespace surflux {
 
-Rivals::Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid)
+ConflictGraph::ConflictGraph(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid)
     : order(proposals.size()), lists_((order.size() + block - 1) / block), begin_(order.size()), end_(order.size()) {
     const auto normal_of = [&](std::size_t k) { return fill.scene.surfels.normals[proposals[k].surfel]; };
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
-        return proposals[a].lot != proposals[b].lot ? proposals[a].lot < proposals[b].lot : a < b;
+        return proposals[a].priority != proposals[b].priority ? proposals[a].priority < proposals[b].priority : a < b;
     };
     PointGrid all(grid.low(), grid.side(), order.size());
     std::vector<PointGrid::Point> points(order.size());

@@ -11,9 +11,9 @@ namespace surflux {
 
 // The conflict graph of a window of proposals: pairs closer than their Poisson disks allow, and the order in which they
 // came, by which the first of a pair wins (parallel dart throwing).
-struct Rivals {
+struct ConflictGraph {
     // `grid` is one that suits the radius.
-    Rivals(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid);
+    ConflictGraph(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid);
 
     // Those that came before it and stand in its way.
     Span<std::uint32_t> earlier(std::uint32_t k) const {

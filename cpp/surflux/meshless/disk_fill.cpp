@@ -5,8 +5,8 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
+#include "surflux/meshless/conflict_graph.h"
 #include "surflux/meshless/inside.h"
-#include "surflux/meshless/rivals.h"
 
 namespace surflux {
 
@@ -96,10 +96,10 @@ private:
 
     const Vec3& normal_of(const Proposal& p) const { return fill_.scene.surfels.normals[p.surfel]; }
 
-    // Takes the proposals in the order of their lots; those inside geometry are not there and bar none.
+    // Takes the proposals in the order of their priorities; those inside geometry are not there and bar none.
     void accept(std::uint64_t seed) {
-        const Rivals rivals(proposals_, fill_, grid_);
-        std::vector<std::uint32_t> rest = rivals.order;
+        const ConflictGraph conflicts(proposals_, fill_, grid_);
+        std::vector<std::uint32_t> rest = conflicts.order;
         std::vector<PointGrid::Point> added;
         enum : char { open, accepted, barred, inside };
         std::vector<char> state(proposals_.size(), open);
@@ -108,7 +108,7 @@ private:
             std::vector<std::uint32_t> chosen;
             for (const std::uint32_t k : rest) {
                 if (state[k] != open) continue;
-                const Span<std::uint32_t> earlier = rivals.earlier(k);
+                const Span<std::uint32_t> earlier = conflicts.earlier(k);
                 if (std::any_of(earlier.begin(), earlier.end(), [&](std::uint32_t j) { return state[j] == accepted; }))
                     continue;
                 state[k] = accepted;
@@ -127,7 +127,7 @@ private:
                     state[chosen[k]] = inside;
                     lost.push_back(p.part);
                 } else {
-                    for (const std::uint32_t j : rivals.earlier(chosen[k]))
+                    for (const std::uint32_t j : conflicts.earlier(chosen[k]))
                         if (state[j] == open) state[j] = barred;
                     added.push_back({p.position, normal_of(p), p.surfel});
                     out_.push_back({p.position, p.surfel});
