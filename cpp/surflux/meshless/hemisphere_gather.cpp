@@ -14,9 +14,9 @@ namespace {
 constexpr std::uint64_t gather_stream = 0x6a71e4, light_stream = 0x11647;
 // A patch on which about this many rays end or more is not sent by its mean: it is nearer than light may change on it.
 constexpr double rays_on_a_patch = 4.0;
-// Of the rays of a place, where all that lights shine on are patches: how many are over its hemisphere, and for each of
-// all, how many are aimed. About half of these face what they are aimed at, and are shot.
-constexpr double over_hemisphere = 0.75, aimed_for_each = 0.5;
+// Of the rays of a place, where all that lights shine on are patches: how many sample the hemisphere, and for each of
+// all, how many samples of lit patches. About half of these face the place, and have rays.
+constexpr double over_hemisphere = 0.75, light_samples_for_each = 0.5;
 
 // What surfels send of light that is not in the basis.
 std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light) {
@@ -62,16 +62,16 @@ public:
     std::vector<Ray> ahead;  // over the hemisphere of what is lit, for what of emitters such rays find
     std::vector<Rgb> ahead_gain;
     std::vector<char> ahead_second_half;
-    // What rays are aimed at, and what each brings of the light that is there.
-    struct Aimed {
+    // A sample of a lit patch, and the share of what it reflects that it brings.
+    struct LitSample {
         LitPatches::Target at;
         double distance;
         Rgb gain;
         bool second_half;
     };
     LitPatches::Aim aim;
-    std::vector<Aimed> aimed;
-    std::vector<Ray> aimed_rays;
+    std::vector<LitSample> lit_samples;
+    std::vector<Ray> lit_rays;
     // What has been found of light that needs no solving: the first bounce, and by halves of the rays.
     Rgb first, halves[2];
     void add_first(const Rgb& found, bool in_second_half) {
@@ -125,23 +125,23 @@ bool HemisphereGather::link(std::size_t first_level, const OpenEnd& end, Sums& s
     return true;
 }
 
-// What of light that a ray over the hemisphere finds is its own, where aimed rays find it too (the balance heuristic,
-// Veach and Guibas 1995).
-double HemisphereGather::weight_beside_aimed(const Ray& ray, const Hit& hit, int aimed, const Sums& sums) const {
-    const double by_aim = aimed > 0 ? aimed * lit_.density(sums.aim, hit.surfel) : 0.0;
-    if (!(by_aim > 0.0)) return 1.0;
+// MIS weight of a hemisphere ray that hits a lit patch: light sampling could have found it too (balance heuristic,
+// Veach and Guibas 1995). Densities per unit of area at the hit, times the numbers of samples.
+double HemisphereGather::mis_weight(const Ray& ray, const Hit& hit, int light_samples, const Sums& sums) const {
+    const double by_light = light_samples > 0 ? light_samples * lit_.density(sums.aim, hit.surfel) : 0.0;
+    if (!(by_light > 0.0)) return 1.0;
     const double cosines =
         dot(ray.direction, ray.from.normal) * -dot(ray.direction, scene_.surfels.normals[hit.surfel]);
     const double over = static_cast<double>(sums.rays.size()) * std::max(cosines, 1e-30);
-    return 1.0 / (1.0 + by_aim * pi * hit.distance * hit.distance / over);
+    return 1.0 / (1.0 + by_light * pi * hit.distance * hit.distance / over);
 }
 
-// Of the rays that are aimed, those that face what they are aimed at. They leave from where others do, and meet it as
-// others would.
-void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& sums) const {
-    sums.aimed.clear(), sums.aimed_rays.clear();
-    for (int k = 0; k < aimed; ++k) {
-        const double choice = (k + random.uniform()) / aimed, u = random.uniform(), v = random.uniform();
+// Next event estimation towards lit patches: the samples on them that face the place, each with its MIS weight in its
+// gain. Their rays leave from where the hemisphere's do.
+void HemisphereGather::sample_lit_patches(const Place& place, int count, Random& random, Sums& sums) const {
+    sums.lit_samples.clear(), sums.lit_rays.clear();
+    for (int k = 0; k < count; ++k) {
+        const double choice = (k + random.uniform()) / count, u = random.uniform(), v = random.uniform();
         const LitPatches::Target to = lit_.sample(sums.aim, choice, u, v);
         const Departure& from = sums.rays[static_cast<std::size_t>(k)].from;
         const Vec3 d = to.point - from.position;
@@ -150,10 +150,10 @@ void HemisphereGather::aim(const Place& place, int aimed, Random& random, Sums& 
         if (!(here > 0.0 && there > 0.0)) continue;
         const double squared = distance * distance, irradiance = here * there / (pi * squared * squared);
         const double densities =
-            static_cast<double>(sums.rays.size()) * irradiance + aimed * lit_.density(sums.aim, to.surfel);
-        sums.aimed.push_back(
+            static_cast<double>(sums.rays.size()) * irradiance + count * lit_.density(sums.aim, to.surfel);
+        sums.lit_samples.push_back(
             {to, distance, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
-        sums.aimed_rays.push_back({from, d / distance});  // what it meets first decides, not how far it was meant to go
+        sums.lit_rays.push_back({from, d / distance});  // what it meets first decides, not how far it was meant to go
     }
 }
 
@@ -186,10 +186,10 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
 
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
     const Surfels& s = scene_.surfels;
-    int over = count, aimed = 0;
+    int over = count, light_samples = 0;
     if (lit_.aim(place.position, place.normal, sums.aim)) {
         over -= static_cast<int>((1.0 - over_hemisphere) * lit_.share() * count);
-        aimed = static_cast<int>(aimed_for_each * lit_.share() * count);
+        light_samples = static_cast<int>(light_samples_for_each * lit_.share() * count);
     }
     const double each = 1.0 / over;
     cosine_rays(light_.points(), place, over, options_.seed + gather_stream, sums.rays);
@@ -224,7 +224,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         }
         const Vec3 at = ray.from.position + hit.distance * ray.direction;
         if (!light_.is_dark())
-            reflect(at, i, hit.distance, weight_beside_aimed(ray, hit, aimed, sums) * rho, second_half, random, sums);
+            reflect(at, i, hit.distance, mis_weight(ray, hit, light_samples, sums) * rho, second_half, random, sums);
         if (sends_by_mean(i, hit.distance)) {
             out.senders.push_back(i);
             continue;
@@ -234,10 +234,10 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         for (int c = 0; c < 3; ++c) end.share[c] = static_cast<float>(rho[c]);
         if (link(0, end, sums)) out.open.push_back(end);
     }
-    aim(place, aimed, random, sums);
-    tracer_.closest(sums.aimed_rays, sums.hits);
-    for (std::size_t k = 0; k < sums.aimed.size(); ++k) {
-        const Sums::Aimed& to = sums.aimed[k];
+    sample_lit_patches(place, light_samples, random, sums);
+    tracer_.closest(sums.lit_rays, sums.hits);
+    for (std::size_t k = 0; k < sums.lit_samples.size(); ++k) {
+        const Sums::LitSample& to = sums.lit_samples[k];
         const Hit& hit = sums.hits[k];
         if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, tracer_.contact(hit.surfel)))
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
@@ -253,8 +253,8 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             sums.add_first(sums.ahead_gain[k] * light_.emitters().found_at_end(normal, sums.ahead[k].direction, hit),
                            sums.ahead_second_half[k] != 0);
     }
-    out.row.first = sums.first;
-    out.row.noise = std::abs(luminance(sums.halves[0] - sums.halves[1]));
+    out.row.first_bounce = sums.first;
+    out.row.standard_error = std::abs(luminance(sums.halves[0] - sums.halves[1]));
     for (std::vector<std::uint32_t>* met : {&out.senders, &out.linked}) {
         std::sort(met->begin(), met->end());
         met->shrink_to_fit();

@@ -29,11 +29,11 @@ public:
         float share[3];  // of its coefficient: of the hemisphere, times reflectance
     };
     struct Row {
-        double share = 0.0;                     // of the hemisphere, that a ray over it stands for
+        double share = 0.0;                     // of the cosine-weighted hemisphere, that one ray stands for
         Rgb sky;                                // that rays which left the scene found
         Rgb emitted;                            // from emissive surfels, as far as rays find it
-        Rgb first;                              // the first bounce of light that surfaces have beside the basis
-        double noise = 0.0;                     // standard error of all that, of its luminance
+        Rgb first_bounce;                       // of light beside the basis: light and hemisphere samples together
+        double standard_error = 0.0;            // of the luminance of these three, from two halves of the samples
         double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
         // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found; and
         // on top of the first two, where the light in the basis is known, what keeps its power.
@@ -124,8 +124,8 @@ private:
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
-    void aim(const Place& place, int aimed, Random& random, Sums& sums) const;
-    double weight_beside_aimed(const Ray& ray, const Hit& hit, int aimed, const Sums& sums) const;
+    void sample_lit_patches(const Place& place, int count, Random& random, Sums& sums) const;
+    double mis_weight(const Ray& ray, const Hit& hit, int light_samples, const Sums& sums) const;
     void reflect(const Vec3& at, std::uint32_t surfel, double distance, const Rgb& gain, bool second_half,
                  Random& random, Sums& sums) const;
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;

@@ -171,7 +171,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
     gather_.sent(coefficients, sent);
     parallel_for(rows, 64, [&](std::size_t k) {
         const HemisphereGather::Row& row = gather_[k];
-        first[k] = row.first_scale * luminance(row.first);
+        first[k] = row.first_scale * luminance(row.first_bounce);
         arrived[k] = luminance(gather_.gather(k, coefficients, sent));
         gather_.for_senders(k, [&](std::uint32_t i) { by_means[k] += scaling.senders[i] * out.radiosity[i]; });
         by_means[k] *= row.share * row.scale;

@@ -120,7 +120,7 @@ private:
             const Rgb direct = options_.indirect_only ? row.sky : row.sky + lit[k];
             rows_.direct.push_back(direct);
             rows_.unbounced.push_back(direct + row.emitted);
-            rows_.first.push_back(row.first);
+            rows_.first_bounce.push_back(row.first_bounce);
         }
         watch_.lap("direct");
     }
@@ -137,7 +137,8 @@ private:
 
     void solve(double tolerance, std::size_t refined) {
         std::vector<Rgb> constant(rows_.unbounced.size());
-        for (std::size_t row = 0; row < constant.size(); ++row) constant[row] = rows_.unbounced[row] + rows_.first[row];
+        for (std::size_t row = 0; row < constant.size(); ++row)
+            constant[row] = rows_.unbounced[row] + rows_.first_bounce[row];
         for (std::size_t row = 0; row < correction_.size(); ++row) constant[row] += correction_[row];
         rows_.values.insert(rows_.values.end(), constant.begin() + static_cast<std::ptrdiff_t>(rows_.values.size()),
                             constant.end());
@@ -199,18 +200,18 @@ private:
         imbalance_left_ = scaling.after;
         parts_ = exchange.parts();
         gather_.set_sender_scale(scaling.senders);
-        for (std::size_t row = 0; row < rows_.first.size(); ++row) {
+        for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
-            rows_.first[row] = of.first_scale * of.first;
+            rows_.first_bounce[row] = of.first_scale * of.first_bounce;
             rows_.unbounced[row] += (of.emitted_scale - 1.0) * of.emitted;
         }
         solve(std::max(options_.tolerance, balanced_tolerance), 0);
         gather_.set_sender_power(exchange.sender_power(scaling, field_->coefficients));
         gather_.sent(field_->coefficients, sent_);
-        correction_.resize(rows_.first.size());
-        for (std::size_t row = 0; row < rows_.first.size(); ++row) {
+        correction_.resize(rows_.first_bounce.size());
+        for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
             const HemisphereGather::Row& of = gather_[row];
-            rows_.first[row] = of.first_scale * of.first;
+            rows_.first_bounce[row] = of.first_scale * of.first_bounce;
             correction_[row] = (of.power_scale - 1.0) * gather_.gather(row, field_->coefficients, sent_);
         }
     }

@@ -37,7 +37,7 @@ double Oracle::allowed_at(double level) { return std::exp2(0.5 * level); }
 Oracle::Wanted Oracle::wanted(double epsilon_e) const {
     const auto all = [&](std::uint32_t row) { return luminance(rows.values[row]); };
     const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
-    const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first[row]); };
+    const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first_bounce[row]); };
     const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(rows.direct[row]); };
     return {epsilon_e * std::min(rms(*this, all), many_bounces * rms(*this, all_first)),
             epsilon_e * std::min(rms(*this, sent), many_bounces * rms(*this, sent_first))};
@@ -68,9 +68,9 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
                     off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
                 }
             }
-            const double noise = significance * gather[row].noise, own = own_share * epsilon_e * allowed;
-            chosen[k] = off > std::max(most.of_all, own * all(row)) + noise ||
-                        off_sent > std::max(most.of_sent, own * sent(row)) + noise;
+            const double uncertain = significance * gather[row].standard_error, own = own_share * epsilon_e * allowed;
+            chosen[k] = off > std::max(most.of_all, own * all(row)) + uncertain ||
+                        off_sent > std::max(most.of_sent, own * sent(row)) + uncertain;
         }
     });
     std::vector<std::uint32_t> out;

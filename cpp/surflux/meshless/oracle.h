@@ -12,10 +12,10 @@ namespace surflux {
 
 // Irradiance of receivers, by row.
 struct Received {
-    std::vector<Rgb> values;     // the solution
-    std::vector<Rgb> direct;     // the part that is direct light
-    std::vector<Rgb> unbounced;  // that and emission
-    std::vector<Rgb> first;      // the first bounce of what is not in the basis
+    std::vector<Rgb> values;        // the solution
+    std::vector<Rgb> direct;        // the part that is direct light
+    std::vector<Rgb> unbounced;     // that and emission
+    std::vector<Rgb> first_bounce;  // of the light that is not in the basis
 };
 
 // RECEIVER-ORACLE of L07 6.3, the refinement criterion: which receivers give way to finer ones. References only, made
