@@ -148,7 +148,7 @@ double gathered(const Spot& of) {
     HemisphereGather gather(scene, tracer, light, basis, means, {0.314, of.seed});
     const Place place{to({0, 0, 0}), frame.n, under, Place::point};
     const auto found = gather.once({place}, {256}, {}, std::vector<Rgb>(scene.surfels.size()), {});
-    return found[0].row.first.x / (scene.surfels.reflectance[0] * light.direct_at_surfel(0)).x;
+    return found[0].row.first_bounce.x / (scene.surfels.reflectance[0] * light.direct_at_surfel(0)).x;
 }
 
 // Of 256 rays over the hemisphere, about one would meet it.
