@@ -2,6 +2,7 @@
 
 import os
 import platform
+from typing import Any
 
 import numpy as np
 
@@ -10,17 +11,17 @@ from surflux import _core
 VERSION = "0.1.0"
 
 
-class Info(dict):
+class Info(dict[str, Any]):
     """A dict that prints as a table."""
 
-    def __str__(self):
+    def __str__(self) -> str:
         width = max(len(key) for key in self)
         return "\n".join(f"{key:<{width}}  {value}" for key, value in self.items())
 
     __repr__ = __str__
 
 
-def info():
+def info() -> Info:
     """Versions, GL device and driver, instruction set and threads, as a dict that prints as a table.
 
     Keys: "surflux", "python", "numpy", one per library of the core, "GL" (the device and driver, or the reason why
