@@ -1,12 +1,15 @@
 """Effective areas: what each surfel contributes to the area of its surface (D04 section 5)."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, stage, thread_limit
+from surflux._base.types import Floats, Progress, SurfelsLike
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
 
@@ -16,16 +19,16 @@ _ENOUGH = 50_000  # surfels to tell the area of a surface from
 
 
 def effective_areas(
-    s,
+    s: SurfelsLike,
     *,
-    method="curved",
-    kappa=3.0,
-    resolution=32,
-    epsilon=0.8,
-    backend="auto",
-    threads=None,
-    progress=False,
-):
+    method: Literal["paper", "curved"] = "curved",
+    kappa: float = 3.0,
+    resolution: int = 32,
+    epsilon: float = 0.8,
+    backend: Literal["auto", "cpu", "gl"] = "auto",
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Floats:
     """Effective areas S of surfels: (n,) float64, in the square of the unit of their positions. s stays as it is.
 
     Surfels that stand for mesh patches get the exact area of their triangles. All others get the integral of their
@@ -86,14 +89,22 @@ class AreaShares:
         area: the surfel's effective area.
     """
 
-    neighbors: np.ndarray
-    shares: np.ndarray
-    frame: np.ndarray
+    neighbors: NDArray[np.uint32]
+    shares: Floats
+    frame: Floats
     extent: float
     area: float
 
 
-def area_shares(s, index, *, method="curved", kappa=3.0, resolution=32, epsilon=0.8):
+def area_shares(
+    s: SurfelsLike,
+    index: int,
+    *,
+    method: Literal["paper", "curved"] = "curved",
+    kappa: float = 3.0,
+    resolution: int = 32,
+    epsilon: float = 0.8,
+) -> AreaShares:
     """How surfel `index` and its neighbours share its disk (D04 eq. 5): AreaShares.
 
     Args:

@@ -1,10 +1,14 @@
 """Hierarchies of surfels: groups of neighbours that face alike, groups of groups, and so on (D04 section 6)."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
+from surflux._base.types import Floats, Progress, SurfelsLike
 from surflux.geometry.areas import effective_areas
 
 
@@ -24,7 +28,15 @@ class Hierarchy:
         counts: g.
     """
 
-    def __init__(self, surfels, levels):
+    levels: list[NDArray[np.uint32]]
+    positions: list[Floats]
+    normals: list[Floats]
+    radii: list[Floats]
+    areas: list[Floats]
+    representatives: list[NDArray[np.uint32]]
+    counts: list[int]
+
+    def __init__(self, surfels: Any, levels: list[dict[str, Any]]) -> None:
         self._surfels = surfels
         for level in levels:
             for array in level.values():
@@ -37,14 +49,14 @@ class Hierarchy:
         self.representatives = [level["representatives"] for level in levels]
         self.counts = [len(areas) for areas in self.areas]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.levels)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         groups = " > ".join(str(count) for count in self.counts)
         return f"<Hierarchy of {check.counted(len(self._surfels), 'surfel')}: {groups}>"
 
-    def plot(self, level=0, **options):
+    def plot(self, level: int = 0, **options: Any) -> Any:
         """Shows the surfels, each group of that level in a colour of its own (D03 fig. 6b).
 
         Args:
@@ -56,7 +68,15 @@ class Hierarchy:
         return self._surfels.plot(color="group", values={"group": colors[self.levels[level]]}, **options)
 
 
-def build_hierarchy(s, epsilon=0.8, max_levels=None, seed=0, *, threads=None, progress=False):
+def build_hierarchy(
+    s: SurfelsLike,
+    epsilon: float = 0.8,
+    max_levels: int | None = None,
+    seed: int = 0,
+    *,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Hierarchy:
     """Groups surfels that are close and face alike, then the groups, and so on (D04 section 6): Hierarchy.
 
     A surfel i chosen at random takes all that have no group yet, lie within twice its radius and have n_i . n_j above

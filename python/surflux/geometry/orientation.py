@@ -1,11 +1,24 @@
 """Which side is out: patches of surfels whose normals point inwards."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
+from surflux._base.types import Progress, SurfelsLike
 
 
-def inward_patches(s, *, rooms=False, smallest=20, rays=8, seed=0, threads=None, progress=False):
+def inward_patches(
+    s: SurfelsLike,
+    *,
+    rooms: bool = False,
+    smallest: int = 20,
+    rays: int = 8,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> NDArray[np.int64]:
     """Finds connected patches of surfels whose normals point inwards: (n,) numbers, 0 for a surfel that is right.
 
     Neighbours that continue each other, whichever way their normals point, make a sheet; in a sheet two surfels face
