@@ -2,10 +2,12 @@
 
 import os
 import re
+from collections.abc import Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux._base import check
 from surflux._base.files import file_error, require_folder, unfinished_name
@@ -19,7 +21,9 @@ PICTURES = (".png", ".exr", ".hdr")
 NUMBER = re.compile(r"%0?\d*d")
 
 
-def turntable(camera, frames, *, turns=1.0, axis=None, center=None):
+def turntable(
+    camera: Camera, frames: int, *, turns: float = 1.0, axis: ArrayLike | None = None, center: ArrayLike | None = None
+) -> list[Camera]:
     """Cameras once around what a camera looks at, in even steps: the last is a step before the first.
 
     Args:
@@ -58,7 +62,7 @@ def turntable(camera, frames, *, turns=1.0, axis=None, center=None):
     return out
 
 
-def camera_path(cameras, frames, *, closed=False):
+def camera_path(cameras: Sequence[Camera], frames: int, *, closed: bool = False) -> list[Camera]:
     """Cameras on a smooth way through some given ones (Catmull and Rom 1974), at an even pace between each two.
 
     Eye, target, up and field of view, or height, each go through those of the given cameras.

@@ -1,8 +1,12 @@
 """A camera for pictures of surfels, pinhole or orthographic."""
 
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux._base.check import finite_array, flag, length, number, positions, unit_vectors, vector3
+from surflux._base.types import Floats, Size
 
 
 class Camera:
@@ -35,7 +39,15 @@ class Camera:
 
     __slots__ = ("_eye", "_fov", "_height", "_target", "_up")
 
-    def __init__(self, eye, target, up=(0, 0, 1), fov=45.0, *, height=None):
+    def __init__(
+        self,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0, 0, 1),
+        fov: float = 45.0,
+        *,
+        height: float | None = None,
+    ) -> None:
         self._eye = positions("eye", eye).copy()
         self._target = positions("target", target).copy()
         self._up = positions("up", up).copy()
@@ -53,14 +65,42 @@ class Camera:
         if np.linalg.norm(np.cross(view / distance, self._up / size)) <= 1e-6:
             raise ValueError("up: wanted a direction not parallel to the view")
 
-    eye = property(lambda self: self._eye.copy(), doc="(3,) float64.")
-    target = property(lambda self: self._target.copy(), doc="(3,) float64.")
-    up = property(lambda self: self._up.copy(), doc="(3,) float64.")
-    fov = property(lambda self: self._fov, doc="Vertical, full angle in degrees.")
-    height = property(lambda self: self._height, doc="Of what an orthographic camera shows; None of a pinhole camera.")
+    @property
+    def eye(self) -> Floats:
+        """(3,)."""
+        return self._eye.copy()
+
+    @property
+    def target(self) -> Floats:
+        """(3,)."""
+        return self._target.copy()
+
+    @property
+    def up(self) -> Floats:
+        """(3,)."""
+        return self._up.copy()
+
+    @property
+    def fov(self) -> float:
+        """Vertical, full angle in degrees."""
+        return self._fov
+
+    @property
+    def height(self) -> float | None:
+        """Of what an orthographic camera shows; None of a pinhole camera."""
+        return self._height
 
     @classmethod
-    def fit(cls, points, direction=None, up=(0, 0, 1), fov=45.0, aspect=4.0 / 3.0, *, orthographic=False):
+    def fit(
+        cls,
+        points: ArrayLike,
+        direction: ArrayLike | None = None,
+        up: ArrayLike = (0, 0, 1),
+        fov: float = 45.0,
+        aspect: float = 4.0 / 3.0,
+        *,
+        orthographic: bool = False,
+    ) -> Self:
         """A camera that looks along `direction` and has all of `points` in its picture, with a small margin.
 
         Args:
@@ -99,7 +139,7 @@ class Camera:
         return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov, height=height)
 
     @classmethod
-    def from_pyvista(cls, view):
+    def from_pyvista(cls, view: Any) -> Self:
         """The Camera that a picture of pyvista is seen through, perspective or parallel.
 
         Args:
@@ -124,7 +164,7 @@ class Camera:
             raise ValueError("view: wanted a camera with a vertical angle, got a horizontal one")
         return cls(found.position, found.focal_point, found.up, found.view_angle, height=height)
 
-    def project(self, points, size):
+    def project(self, points: ArrayLike, size: Size) -> Floats:
         """Where points appear in a picture of `size` (width, height): (n, 3) of column, row, depth.
 
         Pixel (0, 0) covers columns and rows 0 to 1. Depth is negative behind the camera, where columns and rows mean
@@ -153,18 +193,18 @@ class Camera:
         right /= np.linalg.norm(right)
         return right, np.cross(forward, right), forward
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
         found = {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}
         return found if self._height is None else found | {"height": self._height}
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return isinstance(other, Camera) and self.to_dict() == other.to_dict()
 
-    def __hash__(self):
+    def __hash__(self) -> int:
         return hash((*self._eye, *self._target, *self._up, self._fov, self._height))
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         eye, target, up, fov = (self.to_dict()[name] for name in ("eye", "target", "up", "fov"))
         seen = f"fov={fov:g}" if self._height is None else f"height={self._height:g}"
         return f"Camera(eye={eye}, target={target}, up={up}, {seen})"

@@ -1,19 +1,31 @@
 """Pictures in and out: EXR, HDR and PNG, linear radiance everywhere but in PNG files."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.check import number
 from surflux._base.color import linear_to_srgb
+from surflux._base.types import FilePath, Image
 
 # Layers whose channels have names of their own: those that compositing programs look for.
 CHANNELS = {"depth": ("Z",), "normal": ("N.X", "N.Y", "N.Z")}
 
 
-def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers):
+def write_image(
+    path: FilePath,
+    image: ArrayLike | Mapping[str, ArrayLike],
+    *,
+    exposure: float | Literal["auto"] | None = None,
+    stops: float = 0.0,
+    filmic: bool = True,
+    **layers: ArrayLike,
+) -> Path:
     """Writes a picture; the suffix of `path` says how.
 
     - .exr: linear 32-bit floats R G B, and the layers: `indirect` (h, w, 3) becomes indirect.R, .G and .B, `normal`
@@ -79,7 +91,7 @@ def write_image(path, image, *, exposure=None, stops=0.0, filmic=True, **layers)
     return path
 
 
-def read_image(path, layer=None):
+def read_image(path: FilePath, layer: str | None = None) -> Image:
     """Reads a picture from .exr, .hdr or .png (sRGB made linear).
 
     Args:
@@ -114,7 +126,9 @@ def read_image(path, layer=None):
     raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
 
 
-def tone_map(image, *, exposure=None, stops=0.0, filmic=True):
+def tone_map(
+    image: ArrayLike, *, exposure: float | Literal["auto"] | None = None, stops: float = 0.0, filmic: bool = True
+) -> Image:
     """Linear radiance -> what a display shows: exposure, a shoulder that bends highlights towards 1, the sRGB curve.
 
     Args:
