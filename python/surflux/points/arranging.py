@@ -1,17 +1,19 @@
 """Surfels made of Surfels: methods that turn them round, move or thin them or change materials; putting together."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage, watched
+from surflux._base.types import Progress, SomeSurfels
 from surflux.geometry.areas import surface_area
 from surflux.geometry.cores import make_core, moved, replaced
 from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
 
 
-def flipped(self, mask=None):
+def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
     """All surfels, with those of a boolean mask (n,) facing the other way; their triangles turn with them.
 
     For the inward patches of a scan: `s.flipped(sf.inward_patches(s) > 0)`. Without a mask all of them turn.
@@ -32,7 +34,14 @@ def flipped(self, mask=None):
     return self._from_core(replaced(self._core, normals=normals, triangles=triangles), self._faces)
 
 
-def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
+def replace(
+    self: SomeSurfels,
+    *,
+    radii: ArrayLike | None = None,
+    areas: ArrayLike | None = None,
+    reflectance: ArrayLike | None = None,
+    emission: ArrayLike | None = None,
+) -> SomeSurfels:
     """The same surfels with other radii, areas, reflectance or emission, as Surfels takes them; None keeps them.
 
     Raises:
@@ -56,7 +65,7 @@ def replace(self, *, radii=None, areas=None, reflectance=None, emission=None):
     return self._from_core(replaced(self._core, **given), self._faces)
 
 
-def transformed(self, matrix):
+def transformed(self: SomeSurfels, matrix: ArrayLike) -> SomeSurfels:
     """The surfels by p -> A p + t: normals turn, radii grow with the scale, areas with its square.
 
     Args:
@@ -82,7 +91,9 @@ def transformed(self, matrix):
     return self._from_core(moved(self._core, scale, linear / scale, matrix[:3, 3]), self._faces)
 
 
-def thinned(self, n, seed=0, *, threads=None, progress=False):
+def thinned(
+    self: SomeSurfels, n: int, seed: int = 0, *, threads: int | None = None, progress: Progress = False
+) -> SomeSurfels:
     """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
 
     Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
@@ -118,7 +129,7 @@ def thinned(self, n, seed=0, *, threads=None, progress=False):
     return self._from_core(core)
 
 
-def concatenate(surfels):
+def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSurfels:
     """One Surfels of several, one after another; its areas are those given, None where any has none.
 
     Args:
@@ -140,7 +151,9 @@ def concatenate(surfels):
     return surfels[0]._from_core(_core.Scene(cores, []).surfels if len(cores) > 1 else cores[0])
 
 
-def divide_patches(objects, *, threads=None, progress=False):
+def divide_patches(
+    objects: list[SomeSurfels] | tuple[SomeSurfels, ...], *, threads: int | None = None, progress: Progress = False
+) -> list[SomeSurfels]:
     """Surfels of several objects, their patches cut where faces of another object stand on them.
 
     A patch has one value. With both sides of a wall in it, each side has light of the other: beneath a wall light leaks

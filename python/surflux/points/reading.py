@@ -2,14 +2,17 @@
 
 import os
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.passes import watched
+from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals
@@ -21,7 +24,16 @@ MESHES = ("obj", "stl", "off", "glb", "gltf", "vtp", "vtk")
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 
 
-def read(path, format=None, reflectance=None, emission=0.0, viewpoint=None, *, threads=None, progress=False):
+def read(
+    path: FilePath,
+    format: Literal["ply"] | None = None,
+    reflectance: ArrayLike | None = None,
+    emission: ArrayLike = 0.0,
+    viewpoint: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Surfels:
     """Read a point file as surfels.
 
     PLY, ascii or binary of either byte order. The vertices become surfels; faces, but for the patches that

@@ -11,7 +11,7 @@ def facts(s):
     return len(s), len(np.unique(s.triangle_surfel)), None if s.areas is None else float(s.areas.sum())
 
 
-def as_text(self):
+def as_text(self) -> str:
     """repr() of Surfels."""
     n, patches, area = facts(self)
     of_patches = f", {patches} of them {'a patch' if patches == 1 else 'patches'}" if patches else ""
@@ -19,7 +19,7 @@ def as_text(self):
     return f"Surfels({check.counted(n, 'surfel')}{of_patches}, {area})"
 
 
-def as_table(self):
+def as_table(self) -> str:
     """What Jupyter shows of Surfels."""
     return html_table("Surfels", rows(self))
 

@@ -1,11 +1,16 @@
 """Surfels: points that know their normal, the reach of their disk and their material."""
 
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from surflux._base import check
 from surflux._base.passes import watched
+from surflux._base.types import FilePath, Floats, Integers, Mesh, Points, Progress
 from surflux.drawing.area_window import plot_areas
-from surflux.drawing.plots import plot, to_polydata
+from surflux.drawing.plots import Picture, plot, to_polydata
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
@@ -13,6 +18,9 @@ from surflux.geometry.meshes import file_named, read_mesh
 from surflux.points import arranging, summaries
 from surflux.points.foreign_clouds import unpacked
 from surflux.points.writing import ply_path, save_surfels
+
+if TYPE_CHECKING:
+    import pyvista
 
 
 class Surfels:
@@ -62,18 +70,18 @@ class Surfels:
 
     def __init__(
         self,
-        points,
-        normals=None,
+        points: Points,
+        normals: ArrayLike | None = None,
         *,
-        radii=None,
-        areas=None,
-        reflectance=0.5,
-        emission=0.0,
-        viewpoint=None,
-        two_sided=False,
-        threads=None,
-        progress=False,
-    ):
+        radii: ArrayLike | None = None,
+        areas: ArrayLike | None = None,
+        reflectance: ArrayLike | None = 0.5,
+        emission: ArrayLike = 0.0,
+        viewpoint: ArrayLike | None = None,
+        two_sided: bool = False,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> None:
         points, normals, reflectance = unpacked(points, normals, reflectance)
         points = check.positions("points", points, (None, 3))
         n = len(points)
@@ -109,15 +117,15 @@ class Surfels:
     @classmethod
     def from_mesh(
         cls,
-        mesh,
-        patch_area=None,
-        reflectance=0.5,
-        emission=0.0,
+        mesh: Mesh,
+        patch_area: float | None = None,
+        reflectance: ArrayLike | None = 0.5,
+        emission: ArrayLike = 0.0,
         *,
-        two_sided=False,
-        threads=None,
-        progress=False,
-    ):
+        two_sided: bool | Literal["sheets"] = False,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Self:
         """One surfel per patch of a polygonal model (D04 section 7.3), with exact areas.
 
         The surfel stands at the patch's centroid with a radius that reaches its farthest corner. The patch's
@@ -174,7 +182,17 @@ class Surfels:
         return cls._from_core(core, of)
 
     @classmethod
-    def sample_mesh(cls, mesh, n, seed=0, reflectance=0.5, emission=0.0, *, threads=None, progress=False):
+    def sample_mesh(
+        cls,
+        mesh: Mesh,
+        n: int,
+        seed: int = 0,
+        reflectance: ArrayLike | None = 0.5,
+        emission: ArrayLike = 0.0,
+        *,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Self:
         """n blue-noise surfels on a mesh, with the normals of its faces; their areas stay open.
 
         5 n uniform points on the triangles, reduced to n by weighted sample elimination (Yuksel 2015).
@@ -205,22 +223,22 @@ class Surfels:
             return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission))
 
     @property
-    def points(self):
+    def points(self) -> Floats:
         """(n, 3) float64, read-only like every array here."""
         return self._array("points", lambda: self._core.positions)
 
     @property
-    def normals(self):
+    def normals(self) -> Floats:
         """(n, 3) unit normals."""
         return self._array("normals", lambda: self._core.normals)
 
     @property
-    def radii(self):
+    def radii(self) -> Floats:
         """(n,) radii R of the tangent disks, in the unit of points."""
         return self._array("radii", lambda: self._core.radii)
 
     @property
-    def areas(self):
+    def areas(self) -> Floats | None:
         """(n,) effective areas S in the unit of points squared, or None where nobody has given any.
 
         Can be set, to (n,), one number or None.
@@ -228,38 +246,38 @@ class Surfels:
         return self._array("areas", lambda: self._core.areas)
 
     @areas.setter
-    def areas(self, values):
+    def areas(self, values: ArrayLike | None) -> None:
         areas = np.zeros(0) if values is None else check.per_surfel("areas", values, len(self))
         self._core = self._core.with_areas(areas)
         self._arrays.pop("areas", None)
 
     @property
-    def reflectance(self):
+    def reflectance(self) -> Floats:
         """(n, 3) linear RGB reflectance, 0 <= rho < 1."""
         return self._array("reflectance", lambda: self._core.reflectance)
 
     @property
-    def emission(self):
+    def emission(self) -> Floats:
         """(n, 3) RGB exitance of the surfels themselves, in the unit of the lights (W/m2)."""
         return self._array("emission", lambda: self._core.emission)
 
     @property
-    def triangles(self):
+    def triangles(self) -> Floats:
         """(t, 3, 3) corners of the triangles of mesh patches; (0, 3, 3) where there are none."""
         return self._array("triangles", lambda: self._core.triangles)
 
     @property
-    def triangle_surfel(self):
+    def triangle_surfel(self) -> NDArray[np.uint32]:
         """(t,) the surfel that each triangle belongs to, ascending."""
         return self._array("triangle_surfel", lambda: self._core.triangle_surfel)
 
     @property
-    def faces(self):
+    def faces(self) -> Integers | None:
         """(n,) the face of the mesh that from_mesh took each patch from; None of all other Surfels."""
         return None if self._faces is None else self._array("faces", lambda: self._faces.of.copy())
 
     @property
-    def bounds(self):
+    def bounds(self) -> Floats:
         """(2, 3): the least and the largest coordinates of points and corners of triangles; disks reach beyond."""
         places = np.concatenate([self.points, self.triangles.reshape(-1, 3)])
         return np.stack([places.min(axis=0), places.max(axis=0)])
@@ -273,21 +291,21 @@ class Surfels:
         return self._arrays[name]
 
     # Nothing of the core's ever changes, so copies share it; areas that are set replace it.
-    def __copy__(self):
+    def __copy__(self) -> "Surfels":
         return Surfels._from_core(self._core, self._faces)
 
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Surfels":
         return Surfels._from_core(self._core, self._faces)
 
-    def __getstate__(self):
+    def __getstate__(self) -> dict[str, Any]:
         return {"_core": self._core, "_arrays": {}, "_faces": self._faces}
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._core)
 
     __repr__, _repr_html_ = summaries.as_text, summaries.as_table
 
-    def __getitem__(self, selection):
+    def __getitem__(self, selection: slice | ArrayLike) -> "Surfels":
         """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
 
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
@@ -299,7 +317,7 @@ class Surfels:
     flipped, replace = arranging.flipped, arranging.replace
     transformed, thinned = arranging.transformed, arranging.thinned
 
-    def save(self, path):
+    def save(self, path: FilePath) -> Path:
         """Writes a binary PLY from which read() gives the surfels back, triangles included.
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance and emission to
@@ -317,7 +335,7 @@ class Surfels:
         """
         return save_surfels(ply_path(path), self._core)
 
-    def to_pyvista(self, kind="points"):
+    def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> "pyvista.PolyData":
         """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
 
         Args:
@@ -335,7 +353,7 @@ class Surfels:
         """
         return to_polydata(self, kind)
 
-    def plot(self, color="reflectance", **options):
+    def plot(self, color: str = "reflectance", **options: Any) -> Path | Picture | None:
         """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.
 
         Surfels have one side here as they do in the light: from behind they are not drawn, so that a room can be
@@ -362,7 +380,7 @@ class Surfels:
         """
         return plot(self, color=color, **options)
 
-    def plot_areas(self, pick=None, **options):
+    def plot_areas(self, pick: int | None = None, **options: Any) -> Path | None:
         """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
 
         Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
