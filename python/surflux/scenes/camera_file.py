@@ -9,6 +9,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux._base.files import write_whole
+from surflux._base.types import FilePath
 from surflux._core import FileError
 from surflux.pictures.camera import Camera
 
@@ -16,7 +17,7 @@ _HEADER = re.compile(r"^\s*\[\s*(.*?)\s*\]\s*(#.*)?$")
 _DEFAULTS = {"up": [0.0, 0.0, 1.0], "fov": 45.0}
 
 
-def save_camera(path, camera):
+def save_camera(path: FilePath, camera: Camera) -> Path:
     """Writes a Camera into the [camera] table of a scene file; a file without one gets it at its end.
 
     Everything else in the file stays as it is, letter by letter: comments, order, the ends of lines. The file is

@@ -2,11 +2,14 @@
 
 import os
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.types import FilePath, Floats, Vector
 from surflux.pictures.images import read_image
 
 
@@ -29,10 +32,14 @@ class PointLight:
         ValueError: an argument, by name: a wrong shape, a value that is not finite or out of range.
     """
 
-    position: tuple
-    intensity: tuple
+    position: Vector
+    intensity: Vector
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # it takes more than it has
+
+        def __init__(self, position: ArrayLike, intensity: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         _set(
             self,
             position=check.vector3("position", self.position),
@@ -60,13 +67,24 @@ class SpotLight:
             zero length.
     """
 
-    position: tuple
-    direction: tuple
-    intensity: tuple
+    position: Vector
+    direction: Vector
+    intensity: Vector
     cone: float = 45.0
     penumbra: float = 5.0
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # it takes more than it has
+
+        def __init__(
+            self,
+            position: ArrayLike,
+            direction: ArrayLike,
+            intensity: ArrayLike,
+            cone: float = 45.0,
+            penumbra: float = 5.0,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         _set(
             self,
             position=check.vector3("position", self.position),
@@ -96,12 +114,16 @@ class AreaLight:
             perpendicular.
     """
 
-    corner: tuple
-    edge_u: tuple
-    edge_v: tuple
-    exitance: tuple
+    corner: Vector
+    edge_u: Vector
+    edge_v: Vector
+    exitance: Vector
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # it takes more than it has
+
+        def __init__(self, corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, exitance: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         u, v = check.vector3("edge_u", self.edge_u), check.vector3("edge_v", self.edge_v)
         cosine = check.direction("edge_u", u) @ check.direction("edge_v", v)
         if abs(cosine) > 1e-6:
@@ -132,10 +154,14 @@ class DirectionalLight:
             zero length.
     """
 
-    direction: tuple
-    irradiance: tuple
+    direction: Vector
+    irradiance: Vector
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # it takes more than it has
+
+        def __init__(self, direction: ArrayLike, irradiance: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         _set(
             self,
             direction=check.direction("direction", self.direction),
@@ -169,13 +195,19 @@ class Environment:
         FileError: an image that cannot be read.
     """
 
-    image_or_rgb: object
-    up: tuple = (0.0, 0.0, 1.0)
+    image_or_rgb: Vector | Floats
+    up: Vector = (0.0, 0.0, 1.0)
     azimuth: float = 0.0
-    radiance: tuple = field(init=False)
-    image: np.ndarray | None = field(init=False)
+    radiance: Vector = field(init=False)
+    image: Floats | None = field(init=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # it takes more than it has
+
+        def __init__(
+            self, image_or_rgb: ArrayLike | FilePath, up: ArrayLike = (0, 0, 1), azimuth: float = 0.0
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         given, name = self.image_or_rgb, "image_or_rgb"
         image = None
         if isinstance(given, (str, os.PathLike)):
@@ -199,7 +231,7 @@ class Environment:
             azimuth=check.number("azimuth", self.azimuth, -1e6, 1e6),
         )
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         if self.image is None:
             return f"Environment(radiance={self.radiance}, up={self.up})"
         azimuth = f", azimuth={self.azimuth:g}" if self.azimuth else ""
@@ -209,4 +241,5 @@ class Environment:
         return _core.Environment(radiance=self.radiance, pixels=self.image, up=self.up, azimuth=self.azimuth)
 
 
+Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment
 LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)

@@ -1,7 +1,9 @@
 """A scene: objects made of surfels, and lights."""
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from surflux.geometry.divided import cut_at_walls
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels
-from surflux.scenes.lights import LIGHTS
+from surflux.scenes.lights import LIGHTS, Light
 from surflux.scenes.options import check_options
 
 
@@ -45,7 +47,18 @@ class Scene:
     Scene(1 object, 4 surfels, 1 light)
     """
 
-    def __init__(self, objects, lights=(), *, camera=None, name="", solve_options=None):
+    name: str
+    solve_options: dict[str, Any]
+
+    def __init__(
+        self,
+        objects: Sequence[Surfels],
+        lights: Sequence[Light] = (),
+        *,
+        camera: Camera | None = None,
+        name: str = "",
+        solve_options: dict[str, Any] | None = None,
+    ) -> None:
         self._objects = _entries("objects", objects, (Surfels,), "Surfels")
         if not self._objects:
             raise ValueError("objects: wanted at least one Surfels, got an empty list")
@@ -67,44 +80,44 @@ class Scene:
         self._ended = {}
         self._coincidence = self._divided = None
 
-    def __getstate__(self):
+    def __getstate__(self) -> dict[str, Any]:
         """What the scene was made of; what was computed from that is computed again."""
         made_of = ("_objects", "_lights", "_camera", "name", "solve_options")
         computed = {"_computed_areas": {}, "_ended": {}, "_coincidence": None, "_divided": None}
         return {name: self.__dict__[name] for name in made_of} | computed
 
     @property
-    def objects(self):
+    def objects(self) -> tuple[Surfels, ...]:
         """The Surfels handed in, as a tuple."""
         return self._objects
 
     @property
-    def lights(self):
+    def lights(self) -> tuple[Light, ...]:
         """The lights, as a tuple."""
         return self._lights
 
     @property
-    def camera(self):
+    def camera(self) -> Camera | None:
         """The Camera from which the scene wants to be seen, or None; can be set."""
         return self._camera
 
     @camera.setter
-    def camera(self, camera):
+    def camera(self, camera: Camera | None) -> None:
         if not isinstance(camera, (Camera, type(None))):
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         self._camera = camera
 
     @property
-    def surfels(self):
+    def surfels(self) -> Surfels:
         """All surfels in one, object after object. Its areas are those given; None where any object has none."""
         return concatenate(self._objects)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         objects, surfels, lights = self._counts()
         title = f"{self.name!r}, " if self.name else ""
         return f"Scene({title}{counted(objects, 'object')}, {counted(surfels, 'surfel')}, {counted(lights, 'light')})"
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         objects, surfels, lights = self._counts()
         bounds = np.array([s.bounds for s in self._objects])
         area = None if any(s.areas is None for s in self._objects) else sum(float(s.areas.sum()) for s in self._objects)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from surflux._base import check
 from surflux._base.passes import in_threads, watched
+from surflux._base.types import FilePath, Progress
 from surflux._core import FileError
 from surflux.pictures.camera import Camera
 from surflux.points.arranging import divide_patches
@@ -34,7 +35,9 @@ _LIGHT_KEYS = {
 _OPTIONAL = {"cone", "penumbra", "up", "azimuth", "radiance", "image", "fov", "height"}
 
 
-def load_scene(path, *, surfels=None, threads=None, progress=False):
+def load_scene(
+    path: FilePath, *, surfels: int | None = None, threads: int | None = None, progress: Progress = False
+) -> Scene:
     """A Scene from a TOML file; data/*.toml are examples.
 
     At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
