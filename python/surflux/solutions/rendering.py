@@ -1,9 +1,13 @@
 """Pictures of solutions: splats by OpenGL, layer by layer."""
 
+from typing import Literal, TypedDict
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.types import Progress
 from surflux.geometry.cores import replaced
 from surflux.pictures.camera import Camera, own_or_framing
 from surflux.solutions.basis_rendering import basis_layers
@@ -18,6 +22,17 @@ FOOTPRINT = 1.5
 # What was inserted is drawn larger by this: disks, and parts of patches.
 INSERTED_FOOTPRINT = 1.6
 INSERTED_OVERLAP = 1.002
+
+
+class Options(TypedDict, total=False):
+    """What Solution.render takes by name, whatever it returns."""
+
+    background: ArrayLike
+    samples: int
+    direct: Literal["interpolated", "traced"]
+    culling: bool
+    threads: int | None
+    progress: Progress
 
 
 class View:

@@ -2,16 +2,23 @@
 
 import copy
 import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, Unpack, overload
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, stage, thread_limit, watched
-from surflux.drawing.plots import plot, to_polydata
-from surflux.pictures.animation import animate
+from surflux._base.types import FilePath, Floats, Image, Integers, Progress, Size
+from surflux.pictures.camera import Camera
+from surflux.points.surfels import Surfels
 from surflux.points.writing import pack_comments, ply_path, save_surfels
-from surflux.solutions import rendering, summaries
+from surflux.scenes.lights import AreaLight
+from surflux.scenes.scene import Scene
+from surflux.solutions import rendering, showing, summaries
 from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import insertion_depth, means_of_faces
 
@@ -57,25 +64,38 @@ class Solution:
         camera: Camera from which the scene wants to be seen, or None.
     """
 
+    surfels: Surfels
+    parents: Integers
+    objects: Integers
+    levels: NDArray[np.int32]
+    radiosity: Floats
+    irradiance: Floats
+    direct: Floats
+    cut: Integers | None
+    error: float
+    timings: dict[str, float]
+    history: list[dict[str, Any]]
+    camera: Camera | None
+
     def __init__(
         self,
-        surfels,
+        surfels: Surfels,
         *,
-        parents,
-        objects,
-        radiosity,
-        irradiance,
-        direct,
-        levels=None,
-        cut=None,
-        error=math.nan,
-        timings=None,
-        history=(),
-        lamps=(),
-        camera=None,
-        scene=None,
-        field=None,
-    ):
+        parents: ArrayLike,
+        objects: ArrayLike,
+        radiosity: ArrayLike,
+        irradiance: ArrayLike,
+        direct: ArrayLike,
+        levels: ArrayLike | None = None,
+        cut: ArrayLike | None = None,
+        error: float = math.nan,
+        timings: Mapping[str, float] | None = None,
+        history: Iterable[dict[str, Any]] = (),
+        lamps: Iterable[AreaLight] = (),
+        camera: Camera | None = None,
+        scene: Scene | None = None,
+        field: Any = None,
+    ) -> None:
         self.surfels = surfels
         self.parents = _frozen(parents)
         self.objects = _frozen(objects)
@@ -102,12 +122,12 @@ class Solution:
             self._known_field = basis_field(self._known_field, self)
         return self._known_field
 
-    def __copy__(self):
+    def __copy__(self) -> "Solution":
         twin = Solution.__new__(Solution)
         twin.__dict__.update(self.__dict__)
         return twin
 
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Solution":
         twin = Solution.__new__(Solution)
         # What is of the core never changes.
         kept = {
@@ -117,14 +137,23 @@ class Solution:
         twin.__dict__.update(kept)
         return twin
 
-    def __getstate__(self):
+    def __getstate__(self) -> dict[str, Any]:
         """All that cannot be made again; a basis of solve_meshless as its functions."""
         basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
         return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None, "_on_surface": None}
 
     __repr__, __str__, _repr_html_ = summaries.as_text, summaries.as_lines, summaries.as_table
 
-    def irradiance_at(self, points, normals, direct="interpolated", *, seed=0, threads=None, progress=False):
+    def irradiance_at(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        direct: Literal["interpolated", "traced"] = "interpolated",
+        *,
+        seed: int = 0,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Floats:
         """Irradiance H at any points on surfaces.
 
         Between surfels it is interpolated, to first order (Franke and Nielson 1980), from those of one object that face
@@ -171,19 +200,37 @@ class Solution:
                 self._known_field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))
 
+    @overload
     def render(
         self,
-        camera=None,
-        size=(800, 600),
+        camera: Camera | None = None,
+        size: Size = (800, 600),
         *,
-        background=0.0,
-        samples=2,
-        layers=False,
-        direct="interpolated",
-        culling=True,
-        threads=None,
-        progress=False,
-    ):
+        layers: Literal[False] = False,
+        **options: Unpack[rendering.Options],
+    ) -> Image: ...
+    @overload
+    def render(
+        self,
+        camera: Camera | None = None,
+        size: Size = (800, 600),
+        *,
+        layers: Literal[True] | Sequence[str],
+        **options: Unpack[rendering.Options],
+    ) -> dict[str, NDArray[Any]]: ...
+    def render(
+        self,
+        camera: Camera | None = None,
+        size: Size = (800, 600),
+        *,
+        background: ArrayLike = 0.0,
+        samples: int = 2,
+        layers: bool | Sequence[str] = False,
+        direct: Literal["interpolated", "traced"] = "interpolated",
+        culling: bool = True,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Any:
         """A picture: the surfels splatted as disks, blended per pixel, the scene's area lights as they shine.
 
         Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
@@ -231,96 +278,9 @@ class Solution:
             found = rendering.picture(self, view, names, callback)
         return found if layers is not False else found["radiance"]
 
-    def animate(
-        self,
-        cameras,
-        path,
-        size=(800, 600),
-        *,
-        fps=25,
-        exposure=None,
-        stops=0.0,
-        filmic=True,
-        progress=False,
-        **options,
-    ):
-        """Pictures from one camera after another, as a film or as numbered pictures.
+    animate, plot, to_pyvista, values = showing.animate, showing.plot, showing.to_pyvista, showing.values
 
-        Args:
-            cameras: list of Camera, one for each frame; see turntable and camera_path.
-            path: a name that ends in .mp4 or .gif, for a film (`pip install surflux[video]`), or a pattern for
-                numbered pictures, such as "frames/%04d.png" (.png, .exr or .hdr): 0001 is the first.
-            size: (width, height) in pixels; .mp4 takes even numbers alone.
-            fps: frames of a film in a second.
-            exposure, stops, filmic: as of write_image, one for all frames: None chooses it from the first.
-            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
-            options: all else goes to `render`. With layers=True, .exr files hold all layers.
-
-        Returns:
-            list of the Paths written: of one film, or of all pictures.
-
-        Raises:
-            ValueError: an argument, by name.
-            ImportError: a film, and the extra `video` is not there.
-            FileError: what cannot be written, by path.
-            Cancelled: the callback returned False; a film is not written then.
-
-        >>> import surflux as sf
-        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
-        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
-        >>> cameras = sf.turntable(sf.Camera([0.5, -1, 1], [0.5, 0.5, 0]), 3)
-        >>> [path.name for path in solution.animate(cameras, "turn%02d.png", (40, 30))]
-        ['turn01.png', 'turn02.png', 'turn03.png']
-        """
-        tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
-        return animate(self, cameras, path, size, fps=fps, progress=progress, **tone, **options)
-
-    def plot(self, color="radiosity", *, receivers=False, **options):
-        """Shows the surfels in a window; without a display, or with screenshot, saves a picture instead.
-
-        Args:
-            color: "radiosity", "irradiance", "direct", "level", "reflectance", "emission", "area", "radius" or
-                "normal".
-            receivers: True marks where solve_meshless gathered light, by black dots (L07 Fig. 4).
-            screenshot: path of a PNG or JPEG to write; None for a window; where there is no display, for one in
-                a new temporary folder (stderr says which).
-            camera: Camera to look from; unless given the scene's own, or one that frames everything.
-            size: (width, height) in pixels, (800, 600) unless given.
-            culling: False draws both sides.
-            options: all else goes to pyvista.Plotter.add_mesh.
-
-        Returns:
-            The path of the picture, None after a window was closed; in a Jupyter notebook a Picture, which the notebook
-            shows.
-
-        Raises:
-            ValueError: an argument, by name.
-            FileError: a picture that cannot be written.
-        """
-        marks = None
-        if check.flag("receivers", receivers):
-            if not isinstance(self._field, BasisField):
-                raise ValueError("receivers: wanted False, for only what solve_meshless found has some")
-            marks = self._field.receivers()
-        options.setdefault("camera", self.camera)
-        return plot(self.surfels, color=color, values=self.values(), marks=marks, **options)
-
-    def to_pyvista(self, kind="points"):
-        """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent and object.
-
-        Light is in W/m2, the unit of the lights; the field array "units" says so.
-
-        >>> import surflux as sf
-        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
-        >>> mesh = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)])).to_pyvista("patches")
-        >>> print(mesh.cell_data["irradiance"].mean().round(4))
-        3.1416
-        """
-        values = self.values() | {"parent": self.parents, "object": self.objects}
-        units = dict.fromkeys(("radiosity", "irradiance", "direct"), "W/m2")
-        return to_polydata(self.surfels, kind, values, units)
-
-    def per_face(self, name="irradiance", object=0):
+    def per_face(self, name: Literal["irradiance", "direct", "radiosity"] = "irradiance", object: int = 0) -> Floats:
         """What was found, on the faces of the mesh that an object was made of: back to where it came from.
 
         Args:
@@ -350,11 +310,7 @@ class Solution:
             raise ValueError(f"object: wanted one of Surfels.from_mesh, but object {object} is not")
         return means_of_faces(self, getattr(self, name), object, faces)
 
-    def values(self):
-        """What there is to colour surfels by beyond their own properties: a dict of arrays (n, 3) or (n,)."""
-        return {"radiosity": self.radiosity, "irradiance": self.irradiance, "direct": self.direct, "level": self.levels}
-
-    def save(self, path):
+    def save(self, path: FilePath) -> Path:
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,

@@ -8,6 +8,7 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux._base.files import file_error
+from surflux._base.types import FilePath
 from surflux.pictures.camera import Camera
 from surflux.points.reading import load_arrays
 from surflux.points.surfels import Surfels
@@ -21,7 +22,7 @@ HEADER_LIMIT = 1 << 20  # bytes: what a solution says about itself is in there
 NO_SOLUTION = "holds points but no solution"
 
 
-def load_solution(path):
+def load_solution(path: FilePath) -> Solution:
     """The Solution that Solution.save wrote.
 
     Raises:

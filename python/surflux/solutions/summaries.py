@@ -15,14 +15,14 @@ _ACCOUNT = {
 }
 
 
-def as_text(self):
+def as_text(self) -> str:
     """repr() of Solution."""
     surfels, seconds = check.counted(len(self.surfels), "surfel"), sum(self.timings.values())
     error = "unknown" if math.isnan(self.error) else f"{self.error:.2g}"
     return f"Solution({surfels}, error {error}, {seconds:.3g} s)"
 
 
-def as_lines(self):
+def as_lines(self) -> str:
     """str() of Solution: its repr(), and on a second line where the power went, in shares of what entered."""
     power = _account(self)
     if power is None:
@@ -35,7 +35,7 @@ def as_lines(self):
     return f"{as_text(self)}\npower in {whole:.5g}: {places}"
 
 
-def as_table(self):
+def as_table(self) -> str:
     """What Jupyter shows of a Solution."""
     s, power = self.surfels, _account(self)
     n, _, area = facts(s)
