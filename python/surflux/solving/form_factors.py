@@ -1,24 +1,45 @@
 """Form factors between all pairs of surfels."""
 
+from typing import Literal, TypedDict, Unpack, overload
+
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
+from surflux._base.types import Floats, Progress
 from surflux._base.warn import warn
+from surflux.scenes.scene import Scene
 from surflux.solving.run import check_scene
 
 
+class _Options(TypedDict, total=False):
+    error: float
+    rays: int
+    epsilon: float
+    seed: int
+    threads: int | None
+    progress: Progress
+
+
+@overload
 def form_factors(
-    scene,
-    visibility=True,
+    scene: Scene, visibility: bool = True, *, return_escape: Literal[False] = False, **options: Unpack[_Options]
+) -> Floats: ...
+@overload
+def form_factors(
+    scene: Scene, visibility: bool = True, *, return_escape: Literal[True], **options: Unpack[_Options]
+) -> tuple[Floats, Floats]: ...
+def form_factors(
+    scene: Scene,
+    visibility: bool = True,
     *,
-    error=0.001,
-    rays=1024,
-    epsilon=0.8,
-    seed=0,
-    threads=None,
-    progress=False,
-    return_escape=False,
-):
+    error: float = 0.001,
+    rays: int = 1024,
+    epsilon: float = 0.8,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+    return_escape: bool = False,
+) -> Floats | tuple[Floats, Floats]:
     """Form factors between all surfels of a scene.
 
     F[i, j] is the fraction of what surfel i emits that reaches surfel j: A_i F_ij = A_j F_ji to rounding, with areas

@@ -2,28 +2,31 @@
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.types import Progress
 from surflux.scenes.options import shadow_options
+from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField
+from surflux.solutions.solution import Solution
 from surflux.solving.run import check_scene, solution_by
 
 
 def solve_meshless(
-    scene,
+    scene: Scene,
     *,
-    levels=6,
-    radius=None,
-    epsilon_e=0.04,
-    epsilon_omega=0.314,
-    rays=512,
-    bounces=None,
-    indirect_only=True,
-    tolerance=1e-4,
-    probes=16,
-    shadow_rays=64,
-    seed=0,
-    threads=None,
-    progress=False,
-):
+    levels: int = 6,
+    radius: float | None = None,
+    epsilon_e: float = 0.04,
+    epsilon_omega: float = 0.314,
+    rays: int = 512,
+    bounces: int | None = None,
+    indirect_only: bool = True,
+    tolerance: float = 1e-4,
+    probes: int = 16,
+    shadow_rays: int = 64,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Solution:
     """Radiosity of a scene by meshless finite elements (L07 section 6.3), on patches and disks alike.
 
     Irradiance is a sum of basis functions that scattered points on the surfaces induce: Shepard's weights on several

@@ -1,29 +1,34 @@
 """Solving a scene by radiosity on surfels (Dobashi, Yamamoto and Nishita 2004)."""
 
+from typing import Literal
+
 from surflux import _core
 from surflux._base import check
+from surflux._base.types import Progress
 from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
+from surflux.scenes.scene import Scene
+from surflux.solutions.solution import Solution
 from surflux.solving.run import solution_by, with_scene_options
 
 
 @with_scene_options
 def solve(
-    scene,
+    scene: Scene,
     *,
-    zeta=0.02,
-    insert=True,
-    tolerance=1e-4,
-    max_surfels=None,
-    transport="auto",
-    rays=256,
-    probes=16,
-    shadow_rays=64,
-    epsilon=0.8,
-    max_memory=None,
-    seed=0,
-    threads=None,
-    progress=False,
-):
+    zeta: float = 0.02,
+    insert: bool = True,
+    tolerance: float = 1e-4,
+    max_surfels: int | None = None,
+    transport: Literal["auto", "pairs", "rays"] = "auto",
+    rays: int = 256,
+    probes: int = 16,
+    shadow_rays: int = 64,
+    epsilon: float = 0.8,
+    max_memory: float | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Solution:
     """Radiosity of a scene, with shadows and all interreflection (D04 section 7).
 
     Solves B = E + rho H, H = D + F B (D04 eq. 1, with the unknown as D03 section 3 has it) for red, green and blue, or

@@ -1,15 +1,26 @@
 """The measuring stick: irradiance by unbiased path tracing, with its standard error."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage, watched
+from surflux._base.types import Floats, Progress
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 
 
-def reference_irradiance(scene, points, normals, samples=4096, seed=0, *, threads=None, progress=False):
+def reference_irradiance(
+    scene: Scene,
+    points: ArrayLike,
+    normals: ArrayLike,
+    samples: int = 4096,
+    seed: int = 0,
+    *,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> tuple[Floats, Floats]:
     """Irradiance at points of a scene, direct and indirect, by unbiased path tracing (Kajiya 1986).
 
     What solvers are judged by. It approximates nothing but by chance, and says how far chance goes. What it is a

@@ -1,7 +1,9 @@
 """What all solvers do around their pass of the core."""
 
+from collections.abc import Callable
 from functools import wraps
 from time import perf_counter
+from typing import TypeVar, cast
 
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
@@ -11,6 +13,8 @@ from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness
+
+Solver = TypeVar("Solver", bound=Callable[..., Solution])
 
 # Share of the power that enters a scene, above which what backs of surfaces take of it is said.
 MUCH_INTO_BACKS = 0.01
@@ -27,7 +31,7 @@ def check_scene(scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
 
 
-def with_scene_options(solver):
+def with_scene_options(solver: Solver) -> Solver:
     """The solver with the scene's own options, where the call does not give others."""
 
     @wraps(solver)
@@ -35,7 +39,7 @@ def with_scene_options(solver):
         check_scene(scene)
         return solver(scene, **(scene.solve_options | given))
 
-    return solve
+    return cast(Solver, solve)  # wraps keeps the signature
 
 
 def solution_by(solver, scene, options, threads, progress, field=None, converges=True):
