@@ -3,18 +3,21 @@
 import base64
 import html
 import json
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux._base import check
 from surflux._base.color import white_of
 from surflux._base.files import write_whole
+from surflux._base.types import FilePath
 from surflux.drawing.colors import screen_bytes
 from surflux.pictures.camera import Camera
 from surflux.viewing.properties import names_of, property_of
-from surflux.viewing.subject import Subject
+from surflux.viewing.subject import Subject, Thing
 
 # Of what there is, these go along; the first of them that there is comes first.
 USUAL = ("radiosity", "direct", "indirect", "reflectance", "emission", "normal", "cut", "object")
@@ -43,7 +46,15 @@ class Page:
     'floor.html'
     """
 
-    def __init__(self, thing, *, colors=None, values=None, camera=None, title="surflux"):
+    def __init__(
+        self,
+        thing: Thing,
+        *,
+        colors: Sequence[str] | None = None,
+        values: Mapping[str, ArrayLike] | None = None,
+        camera: Camera | None = None,
+        title: str = "surflux",
+    ) -> None:
         self._subject = subject = Subject(thing, values)
         there = names_of(subject)
         if colors is None:
@@ -61,7 +72,7 @@ class Page:
             raise ValueError("camera: wanted one without height, for a page is drawn in perspective alone")
         self._title = title
 
-    def html(self):
+    def html(self) -> str:
         """The page as text."""
         about, data = self._data()
         web = resources.files("surflux.viewing") / "web"
@@ -80,7 +91,7 @@ class Page:
             pieces += [head, part, tail]
         return "".join(pieces)
 
-    def save(self, path):
+    def save(self, path: FilePath) -> Path:
         """Writes the page, whole or not at all; the path is returned.
 
         Raises:
@@ -91,7 +102,7 @@ class Page:
         write_whole(path, self.html().encode("utf-8"))
         return path
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         """What Jupyter shows: the page in a frame of its own."""
         return (
             '<iframe style="width: 100%; height: 480px; border: 0" sandbox="allow-scripts" '

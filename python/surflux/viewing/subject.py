@@ -1,5 +1,7 @@
 """What a view or a page shows: surfels, with all that is known of them."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from surflux._base import check
@@ -11,6 +13,8 @@ from surflux.scenes.scene import Scene
 from surflux.solutions.leaves import inserted_among
 from surflux.solutions.rendering import drawn_surfels
 from surflux.solutions.solution import Solution
+
+Thing: TypeAlias = Surfels | Scene | Solution
 
 
 class Subject:

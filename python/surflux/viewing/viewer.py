@@ -1,31 +1,37 @@
 """Looking at surfels, scenes and solutions: a window, a picture of it, or a page in a notebook."""
 
+from collections.abc import Mapping
 from itertools import count
 from pathlib import Path
+from typing import Literal
+
+from numpy.typing import ArrayLike
 
 from surflux._base import check
+from surflux._base.types import FilePath, Size
 from surflux.drawing.plots import camera_or_none, destination, in_notebook, quiet_vtk, window_size
+from surflux.pictures.camera import Camera
 from surflux.scenes.camera_file import save_camera
 from surflux.viewing.page import Page
-from surflux.viewing.subject import Subject
+from surflux.viewing.subject import Subject, Thing
 
 
 def view(
-    thing,
+    thing: Thing,
     *,
-    color=None,
-    style="disks",
-    light="all",
-    stops=0.0,
-    level=0,
-    inserted=False,
-    pick=None,
-    values=None,
-    camera=None,
-    size=(1000, 700),
-    screenshot=None,
-    file=None,
-):
+    color: str | None = None,
+    style: Literal["disks", "splats", "points"] = "disks",
+    light: Literal["all", "direct", "indirect"] = "all",
+    stops: float = 0.0,
+    level: int = 0,
+    inserted: bool = False,
+    pick: int | None = None,
+    values: Mapping[str, ArrayLike] | None = None,
+    camera: Camera | None = None,
+    size: Size = (1000, 700),
+    screenshot: FilePath | None = None,
+    file: FilePath | None = None,
+) -> Path | Page | None:
     """Opens a window on surfels, a scene or a solution; `h` lists its keys.
 
     In the window c goes through the colours, s through disks, splats and points, d through all, direct and indirect
