@@ -1,0 +1,137 @@
+"""A program that uses what surflux offers, for mypy --strict to read; nothing runs it."""
+
+from pathlib import Path
+from typing import Any, assert_type
+
+import numpy as np
+from numpy.typing import NDArray
+
+import surflux as sf
+
+Floats = NDArray[np.float64]
+
+
+def watch(done: int, total: int) -> bool:
+    return done < total
+
+
+# surfels
+cloud = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1], [0, 0, 1]], radii=0.6, areas=1, reflectance=[0.8, 0.4, 0.4])
+cloud = sf.Surfels(np.zeros((4, 3)), viewpoint=(0.0, 0.0, 3.0), two_sided=True, threads=2, progress=watch)
+square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+floor = sf.Surfels.from_mesh(square, patch_area=0.25, reflectance=None, two_sided="sheets", progress=True)
+sampled = sf.Surfels.sample_mesh(Path("mesh.obj"), 100, seed=1)
+assert_type(floor, sf.Surfels)
+assert_type(sampled, sf.Surfels)
+assert_type(sf.read("scan.ply", viewpoint=[0, 0, 9], progress=print), sf.Surfels)
+assert_type(floor.points, Floats)
+assert_type(floor.normals, Floats)
+assert_type(floor.radii, Floats)
+assert_type(floor.areas, Floats | None)
+assert_type(floor.reflectance, Floats)
+assert_type(floor.emission, Floats)
+assert_type(floor.triangles, Floats)
+assert_type(floor.triangle_surfel, NDArray[np.uint32])
+assert_type(floor.bounds, Floats)
+assert_type(len(floor), int)
+assert_type(floor[floor.points[:, 0] > 0.5], sf.Surfels)
+assert_type(floor[:10], sf.Surfels)
+assert_type(floor[0].flipped(), sf.Surfels)
+assert_type(floor.replace(emission=1.0, radii=np.ones(4)), sf.Surfels)
+assert_type(floor.transformed(np.eye(4)), sf.Surfels)
+assert_type(floor.thinned(50, seed=2), sf.Surfels)
+assert_type(floor.save("floor.ply"), Path)
+assert_type(sf.concatenate([floor, cloud]), sf.Surfels)
+assert_type(sf.divide_patches([floor, sampled]), list[sf.Surfels])
+assert_type(floor.to_pyvista("disks").n_cells, int)
+floor.areas = sf.effective_areas(floor, method="paper", backend="cpu", progress=watch)
+floor.areas = 1.0
+floor.areas = None
+floor.plot(color="area", screenshot="areas.png")
+floor.plot_areas(pick=3)
+
+# functions of surfels
+assert_type(sf.effective_areas(cloud), Floats)
+assert_type(sf.inward_patches(cloud, rooms=True), NDArray[np.int64])
+shares = sf.area_shares(cloud, 0, kappa=2.0)
+assert_type(shares, sf.AreaShares)
+assert_type(shares.shares, Floats)
+assert_type(shares.area, float)
+tree = sf.build_hierarchy(cloud, max_levels=3)
+assert_type(tree, sf.Hierarchy)
+assert_type(tree.areas, list[Floats])
+assert_type(tree.counts, list[int])
+
+# lights and scenes
+point = sf.PointLight([0.5, 0.5, 0.9], 1.0)
+spot = sf.SpotLight((0, 0, 3), np.array([0, 0, -1]), [1, 2, 3], cone=30, penumbra=2.0)
+area = sf.AreaLight([0, 0, 2], [1, 0, 0], [0, 1, 0], exitance=4)
+sun = sf.DirectionalLight(direction=[0, 0, -1], irradiance=800.0)
+sky = sf.Environment("sky.exr", up=(0, 1, 0), azimuth=90)
+sky = sf.Environment(np.ones((4, 8, 3)))
+assert_type(point.position, tuple[float, float, float])
+assert_type(sky.image, Floats | None)
+camera = sf.Camera([0, -4, 1], [0, 0, 1], fov=40)
+plan = sf.Camera.fit(floor.points, orthographic=True)
+assert_type(plan, sf.Camera)
+assert_type(camera.eye, Floats)
+assert_type(camera.fov, float)
+assert_type(camera.height, float | None)
+assert_type(camera.project(floor.points, (800, 600)), Floats)
+scene = sf.Scene([floor, cloud], lights=[point, spot, area, sun, sky], camera=camera, name="room")
+lit = sf.Scene((floor,), [point], solve_options={"zeta": 0.1})
+scene.camera = None
+assert_type(scene.surfels, sf.Surfels)
+assert_type(scene.objects, tuple[sf.Surfels, ...])
+assert_type(sf.load_scene("room.toml", surfels=1000), sf.Scene)
+assert_type(sf.save_camera("room.toml", camera), Path)
+
+# solving
+solution = sf.solve(scene, zeta=0.05, insert=False, transport="rays", max_surfels=5000, threads=1, progress=True)
+assert_type(solution, sf.Solution)
+assert_type(sf.solve_meshless(scene, levels=3, bounces=2), sf.Solution)
+factors = sf.form_factors(scene, error=0.01)
+assert_type(factors, Floats)
+factors, escape = sf.form_factors(scene, return_escape=True, rays=64)
+assert_type(escape, Floats)
+irradiance, error = sf.reference_irradiance(scene, [[0.5, 0.5, 0.0]], [[0, 0, 1]], samples=64)
+assert_type(error, Floats)
+
+# solutions
+assert_type(solution.surfels, sf.Surfels)
+assert_type(solution.radiosity, Floats)
+assert_type(solution.levels, NDArray[np.int32])
+assert_type(solution.error, float)
+assert_type(solution.timings, dict[str, float])
+assert_type(solution.camera, sf.Camera | None)
+assert_type(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]], direct="traced", seed=3), Floats)
+assert_type(solution.per_face("direct", object=0), Floats)
+picture = solution.render(camera, (400, 300), background=[0, 0, 1], samples=1)
+assert_type(picture, NDArray[np.float32])
+layers = solution.render(layers=["radiance", "depth"], culling=False)
+assert_type(layers["depth"], NDArray[Any])
+solution.render(layers=True)
+solution.plot("irradiance", receivers=True)
+assert_type(solution.to_pyvista("patches").n_points, int)
+assert_type(solution.animate(sf.turntable(camera, 12), "turn.gif", fps=12.5, stops=1), list[Path])
+assert_type(sf.camera_path([camera, plan], 20, closed=True), list[sf.Camera])
+assert_type(solution.save("solved.ply"), Path)
+assert_type(sf.load_solution(Path("solved.ply")), sf.Solution)
+
+# pictures and views
+assert_type(sf.write_image("out.exr", picture, depth=layers["depth"]), Path)
+assert_type(sf.write_image("out.png", layers, exposure="auto", stops=-1.0), Path)
+assert_type(sf.read_image("out.exr", layer="depth"), NDArray[np.float32])
+assert_type(sf.tone_map(picture, exposure=2.0, filmic=False), NDArray[np.float32])
+page = sf.Page(solution, colors=["radiosity"], values={"mine": np.ones(4)})
+assert_type(page.html(), str)
+assert_type(page.save("page.html"), Path)
+sf.view(scene, style="splats", screenshot="view.png")
+assert_type(list(sf.info()), list[str])
+
+try:
+    sf.read("missing.ply")
+except sf.FileError as fault:
+    assert_type(fault.strerror, str | None)
+except (sf.Cancelled, sf.DeviceError):
+    pass
