@@ -17,7 +17,7 @@ from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene_file import Table, make_scene, read_toml
 
 
-@dataclass
+@dataclass(eq=False)
 class BenchScene:
     """One scene at one density.
 

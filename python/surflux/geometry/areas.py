@@ -1,6 +1,6 @@
 """Effective areas: what each surfel contributes to the area of its surface (D04 section 5)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -78,6 +78,8 @@ def effective_areas(
 class AreaShares:
     """Who shares the disk of one surfel: the influence functions xi_j of D04 eq. 5, as images.
 
+    Arrays are read-only; what has the same contents is equal.
+
     Attributes:
         neighbors: (m,) indices, the surfel itself first.
         shares: (m, resolution, resolution) float64, between 0 and 1; over j they sum to 1 at every pixel. Columns run
@@ -94,6 +96,15 @@ class AreaShares:
     frame: Floats
     extent: float
     area: float
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, AreaShares):
+            return NotImplemented
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        return all(np.array_equal(mine, theirs, equal_nan=True) for mine, theirs in pairs)
+
+    def __hash__(self) -> int:
+        return hash((self.shares.shape, self.extent, self.area))
 
 
 def area_shares(
@@ -128,7 +139,10 @@ def area_shares(
         raise ValueError(f"index: wanted an integer, got {index!r}")
     if not -len(s) <= index < len(s):
         raise ValueError(f"index: wanted below {len(s)}, the number of surfels, got {index}")
-    return AreaShares(*_core.area_shares(s._core, int(index) % len(s), **options))
+    found = AreaShares(*_core.area_shares(s._core, int(index) % len(s), **options))
+    for array in (found.neighbors, found.shares, found.frame):
+        array.setflags(write=False)
+    return found
 
 
 def _options(method, kappa, resolution, epsilon):

@@ -1,4 +1,7 @@
-"""Lights, as plain immutable values. Colours are linear RGB; one number means the same in all three channels."""
+"""Lights, as plain immutable values, equal where their contents are.
+
+Colours are linear RGB; one number means the same in all three channels.
+"""
 
 import os
 from dataclasses import dataclass, field
@@ -230,6 +233,19 @@ class Environment:
             up=check.direction("up", self.up),
             azimuth=check.number("azimuth", self.azimuth, -1e6, 1e6),
         )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Environment):
+            return NotImplemented
+        if (self.radiance, self.up, self.azimuth) != (other.radiance, other.up, other.azimuth):
+            return False
+        if self.image is None or other.image is None:
+            return self.image is other.image
+        return np.array_equal(self.image, other.image)
+
+    def __hash__(self) -> int:
+        # Of an image the shape alone: 0 and -0 are equal pixels of different bytes.
+        return hash((self.radiance, self.up, self.azimuth, None if self.image is None else self.image.shape))
 
     def __repr__(self) -> str:
         if self.image is None:
