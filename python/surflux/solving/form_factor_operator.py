@@ -3,15 +3,23 @@
 import math
 import zipfile
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.files import file_error, whole_file
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.summary import html_table, range_text
+from surflux._base.types import FilePath, Floats, Progress
+from surflux.scenes.scene import Scene
 from surflux.solving.run import check_scene
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import LinearOperator
 
 FEWEST_RAYS, MOST_RAYS = 16, 1 << 20
 # Two standard deviations of a share of half a hemisphere by one ray.
@@ -31,50 +39,50 @@ class FormFactorOperator:
     dtype = np.dtype(np.float64)
     ndim = 2
 
-    def __init__(self, core):
+    def __init__(self, core: _core.FormFactorOperator) -> None:
         """Not called by users: see `form_factor_operator` and `load_operator`."""
         self._core = core
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """(n, n)."""
         n = len(self._core.areas)
         return n, n
 
     @property
-    def escape(self):
+    def escape(self) -> Floats:
         """(n,) the share of each row that no surfel receives: what leaves the scene and what backs absorb."""
         return self._core.escape + self._core.absorbed
 
     @property
-    def into_backs(self):
+    def into_backs(self) -> Floats:
         """(n,) the part of `escape` that backs absorb, or for which there is no symmetric exchange."""
         return self._core.absorbed.copy()
 
     @property
-    def areas(self):
+    def areas(self) -> Floats:
         """(n,) effective areas of the surfels, as solutions have them."""
         return self._core.areas.copy()
 
     @property
-    def rays(self):
+    def rays(self) -> int:
         """How many each surfel shot."""
         return int(self._core.rays.min(initial=MOST_RAYS))
 
     @property
-    def error(self):
+    def error(self) -> float:
         """What a surfel sends to any set of others is within it with 95 % probability or more, for patches."""
         return ERROR_OF_A_RAY / math.sqrt(self.rays)
 
     @property
-    def T(self):
+    def T(self) -> "_Transposed":
         """The transposed operator, for products alone."""
         return _Transposed(self)
 
-    def __matmul__(self, x):
+    def __matmul__(self, x: ArrayLike) -> Floats:
         return self._product(x, False)
 
-    def __rmatmul__(self, x):
+    def __rmatmul__(self, x: ArrayLike) -> Floats:
         return self._product(np.transpose(x), True).T
 
     def _product(self, x, transposed):
@@ -84,7 +92,7 @@ class FormFactorOperator:
             raise ValueError(f"x: wanted shape ({n},) or ({n}, k), got {x.shape}")
         return self._core.product(x.reshape(n, -1), transposed).reshape(x.shape)
 
-    def standard_error(self, x):
+    def standard_error(self, x: ArrayLike) -> Floats:
         """Standard error (n,) of K @ x for x (n,), by the variance of independent rays.
 
         Rays are spread evenly, so that the error is less: 1.4 to 3.3 times in rooms and between plates.
@@ -97,7 +105,11 @@ class FormFactorOperator:
             raise ValueError(f"x: wanted shape ({self.shape[0]},), got {x.shape}")
         return np.sqrt(self._core.variance(x))
 
-    def to_scipy(self, sparse=False):
+    @overload
+    def to_scipy(self, sparse: Literal[False] = False) -> "LinearOperator": ...
+    @overload
+    def to_scipy(self, sparse: Literal[True]) -> "csr_array": ...
+    def to_scipy(self, sparse: bool = False) -> "LinearOperator | csr_array":
         """The operator for scipy's solvers: a scipy.sparse.linalg.LinearOperator.
 
         Args:
@@ -128,7 +140,7 @@ class FormFactorOperator:
         counts.data *= core.scale[row] * core.scale[column] / (density[row] + density[column]) / core.areas[row]
         return counts
 
-    def save(self, path):
+    def save(self, path: FilePath) -> Path:
         """Writes the operator as a .npz file, which `load_operator` reads; the file appears whole or not at all.
 
         Returns:
@@ -145,20 +157,20 @@ class FormFactorOperator:
     def _arrays(self):
         return {name: getattr(self._core, name) for name in ARRAYS}
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return _from_arrays, ({name: array.copy() for name, array in self._arrays().items()},)
 
-    def __copy__(self):
+    def __copy__(self) -> Self:
         return self
 
-    def __deepcopy__(self, memo):
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self  # nothing of it changes
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         n = self.shape[0]
         return f"FormFactorOperator({check.counted(n, 'surfel')}, {self.rays} rays each, error {self.error:.2g})"
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         rows = [("surfels", str(self.shape[0])), ("rays each", str(self.rays)), ("error", f"{self.error:.2g}")]
         if self.shape[0] > 0:
             rows.append(("escape", range_text(self.escape)))
@@ -171,20 +183,28 @@ class _Transposed:
     __array_ufunc__ = None
 
     def __init__(self, operator):
-        self.T = operator
+        self.T: FormFactorOperator = operator
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         return self.T.shape
 
-    def __matmul__(self, x):
+    def __matmul__(self, x: ArrayLike) -> Floats:
         return self.T._product(x, True)
 
-    def __rmatmul__(self, x):
+    def __rmatmul__(self, x: ArrayLike) -> Floats:
         return self.T._product(np.transpose(x), False).T
 
 
-def form_factor_operator(scene, *, error=None, rays=256, seed=0, threads=None, progress=False):
+def form_factor_operator(
+    scene: Scene,
+    *,
+    error: float | None = None,
+    rays: int = 256,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> FormFactorOperator:
     """Form factors between all surfels of a scene, any number of them, as an operator: K @ x, K.T @ x.
 
     What `form_factors` is for 20 000 surfels and less, by rays alone: `rays` over the hemisphere of each surfel, of
@@ -230,7 +250,7 @@ def form_factor_operator(scene, *, error=None, rays=256, seed=0, threads=None, p
             return FormFactorOperator(_core.form_factor_operator(core, rays, seed, callback))
 
 
-def load_operator(path):
+def load_operator(path: FilePath) -> FormFactorOperator:
     """The FormFactorOperator that `FormFactorOperator.save` wrote.
 
     Raises:
