@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from surflux import _core
 
 Floats: TypeAlias = NDArray[np.float64]
+Integer: TypeAlias = int | np.integer[Any]
 Integers: TypeAlias = NDArray[np.integer[Any]]
 Image: TypeAlias = NDArray[np.float32]
 Vector: TypeAlias = tuple[float, float, float]  # also linear RGB

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, stage, thread_limit
-from surflux._base.types import Floats, Progress, SurfelsLike
+from surflux._base.types import Floats, Integer, Progress, SurfelsLike
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
 
@@ -109,7 +109,7 @@ class AreaShares:
 
 def area_shares(
     s: SurfelsLike,
-    index: int,
+    index: Integer,
     *,
     method: Literal["paper", "curved"] = "curved",
     kappa: float = 3.0,

@@ -2,7 +2,6 @@
 
 import os
 import re
-from collections.abc import Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -62,7 +61,7 @@ def turntable(
     return out
 
 
-def camera_path(cameras: Sequence[Camera], frames: int, *, closed: bool = False) -> list[Camera]:
+def camera_path(cameras: list[Camera] | tuple[Camera, ...], frames: int, *, closed: bool = False) -> list[Camera]:
     """Cameras on a smooth way through some given ones (Catmull and Rom 1974), at an even pace between each two.
 
     Eye, target, up and field of view, or height, each go through those of the given cameras.

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux._base import check
 from surflux._base.passes import watched
-from surflux._base.types import FilePath, Floats, Integers, Mesh, Points, Progress
+from surflux._base.types import FilePath, Floats, Integer, Integers, Mesh, Points, Progress
 from surflux.drawing.area_window import plot_areas
 from surflux.drawing.plots import Picture, plot, to_polydata
 from surflux.geometry.cores import make_core
@@ -380,7 +380,7 @@ class Surfels:
         """
         return plot(self, color=color, **options)
 
-    def plot_areas(self, pick: int | None = None, **options: Any) -> Path | None:
+    def plot_areas(self, pick: Integer | None = None, **options: Any) -> Path | None:
         """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
 
         Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its

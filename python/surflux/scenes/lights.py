@@ -38,7 +38,7 @@ class PointLight:
     position: Vector
     intensity: Vector
 
-    if TYPE_CHECKING:  # it takes more than it has
+    if TYPE_CHECKING:  # from arrays of any kind, which are kept as tuples
 
         def __init__(self, position: ArrayLike, intensity: ArrayLike) -> None: ...
 
@@ -76,7 +76,7 @@ class SpotLight:
     cone: float = 45.0
     penumbra: float = 5.0
 
-    if TYPE_CHECKING:  # it takes more than it has
+    if TYPE_CHECKING:  # from arrays of any kind, which are kept as tuples
 
         def __init__(
             self,
@@ -122,7 +122,7 @@ class AreaLight:
     edge_v: Vector
     exitance: Vector
 
-    if TYPE_CHECKING:  # it takes more than it has
+    if TYPE_CHECKING:  # from arrays of any kind, which are kept as tuples
 
         def __init__(self, corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, exitance: ArrayLike) -> None: ...
 
@@ -160,7 +160,7 @@ class DirectionalLight:
     direction: Vector
     irradiance: Vector
 
-    if TYPE_CHECKING:  # it takes more than it has
+    if TYPE_CHECKING:  # from arrays of any kind, which are kept as tuples
 
         def __init__(self, direction: ArrayLike, irradiance: ArrayLike) -> None: ...
 
@@ -204,7 +204,7 @@ class Environment:
     radiance: Vector = field(init=False)
     image: Floats | None = field(init=False)
 
-    if TYPE_CHECKING:  # it takes more than it has
+    if TYPE_CHECKING:  # from more than is kept
 
         def __init__(
             self, image_or_rgb: ArrayLike | FilePath, up: ArrayLike = (0, 0, 1), azimuth: float = 0.0

@@ -52,7 +52,7 @@ class Scene:
 
     def __init__(
         self,
-        objects: Sequence[Surfels],
+        objects: list[Surfels] | tuple[Surfels, ...],
         lights: Sequence[Light] = (),
         *,
         camera: Camera | None = None,

@@ -1,6 +1,5 @@
 """What shows a solution, as a plot or a film, or hands it to pyvista: methods of Solution."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 def animate(
     self,
-    cameras: Sequence[Camera],
+    cameras: list[Camera] | tuple[Camera, ...],
     path: FilePath,
     size: Size = (800, 600),
     *,

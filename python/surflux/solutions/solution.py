@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, Unpack, overload
 
@@ -215,7 +215,7 @@ class Solution:
         camera: Camera | None = None,
         size: Size = (800, 600),
         *,
-        layers: Literal[True] | Sequence[str],
+        layers: Literal[True] | list[str] | tuple[str, ...],
         **options: Unpack[rendering.Options],
     ) -> dict[str, NDArray[Any]]: ...
     def render(
@@ -225,7 +225,7 @@ class Solution:
         *,
         background: ArrayLike = 0.0,
         samples: int = 2,
-        layers: bool | Sequence[str] = False,
+        layers: bool | list[str] | tuple[str, ...] = False,
         direct: Literal["interpolated", "traced"] = "interpolated",
         culling: bool = True,
         threads: int | None = None,

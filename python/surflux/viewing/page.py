@@ -3,7 +3,7 @@
 import base64
 import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
@@ -50,7 +50,7 @@ class Page:
         self,
         thing: Thing,
         *,
-        colors: Sequence[str] | None = None,
+        colors: list[str] | tuple[str, ...] | None = None,
         values: Mapping[str, ArrayLike] | None = None,
         camera: Camera | None = None,
         title: str = "surflux",

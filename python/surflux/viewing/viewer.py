@@ -8,7 +8,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from surflux._base import check
-from surflux._base.types import FilePath, Size
+from surflux._base.types import FilePath, Integer, Size
 from surflux.drawing.plots import camera_or_none, destination, in_notebook, quiet_vtk, window_size
 from surflux.pictures.camera import Camera
 from surflux.scenes.camera_file import save_camera
@@ -25,7 +25,7 @@ def view(
     stops: float = 0.0,
     level: int = 0,
     inserted: bool = False,
-    pick: int | None = None,
+    pick: Integer | None = None,
     values: Mapping[str, ArrayLike] | None = None,
     camera: Camera | None = None,
     size: Size = (1000, 700),

@@ -30,6 +30,8 @@ sf.form_factor_operator(scene, rays="many")  # refused
 solution.render(size=800)  # refused
 solution.render(backgrounds=0.0)  # refused
 solution.render(layers=True).mean()  # refused
+solution.render(layers="depth")  # refused
+sf.Page(solution, colors="radiosity")  # refused
 solution.per_face("normals")  # refused
 solution.irradiance_at([[0, 0, 0]])  # refused
 solution.save(1)  # refused

@@ -53,7 +53,7 @@ floor.plot_areas(pick=3)
 # functions of surfels
 assert_type(sf.effective_areas(cloud), Floats)
 assert_type(sf.inward_patches(cloud, rooms=True), NDArray[np.int64])
-shares = sf.area_shares(cloud, 0, kappa=2.0)
+shares = sf.area_shares(cloud, np.argmax(cloud.radii), kappa=2.0)
 assert_type(shares, sf.AreaShares)
 assert_type(shares.shares, Floats)
 assert_type(shares.area, float)
