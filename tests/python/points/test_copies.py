@@ -114,12 +114,12 @@ def test_meshless_solutions_keep_their_basis(twin, divided_by_a_wall):
             np.testing.assert_array_equal(found, wanted)
 
 
-def test_what_holds_arrays_compares_by_identity_and_hashes():
+def test_what_holds_arrays_compares_by_contents_and_hashes():
     s = shapes.sphere(162)
-    one, two = sf.area_shares(s, 3), sf.area_shares(s, 3)
-    assert one == one
-    assert one != two
-    assert len({one, two}) == 2
+    one, two, other = sf.area_shares(s, 3), sf.area_shares(s, 3), sf.area_shares(s, 4)
+    assert one == two
+    assert one != other
+    assert len({one, two, other}) == 2
 
 
 def test_hierarchies_are_copied(twin):
