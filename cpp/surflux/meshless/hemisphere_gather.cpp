@@ -335,58 +335,6 @@ void HemisphereGather::count_links() {
     for (const Gathered& row : rows_) links_ += row.senders.size() + row.links.size();
 }
 
-void HemisphereGather::sent(const std::vector<Rgb>& coefficients, std::vector<Rgb>& out) const {
-    const Surfels& s = scene_.surfels;
-    out.resize(s.size());
-    parallel_for(s.size(), 256, [&](std::size_t i) {
-        const double outside = means_.outside(i);
-        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[i];
-        out[i] = outside > 0.0 ? s.reflectance[i] * (means_.mean(i, coefficients) * (scale / outside)) : Rgb{};
-    });
-}
-
-void HemisphereGather::set_sender_scale(std::vector<double> scale_of) {
-    sender_scale_ = std::move(scale_of);
-    scale_all();
-}
-
-void HemisphereGather::set_sender_power(SenderPower power) {
-    sender_power_ = std::move(power);
-    scale_all();
-}
-
-void HemisphereGather::scale_all() {
-    parallel_for(rows_.size(), 64, [&](std::size_t k) { scale(rows_[k]); });
-}
-
-void HemisphereGather::scale(Gathered& of) const {
-    if (sender_scale_.empty()) return;
-    // The factor of a sum of light that is one of each sender's.
-    struct Factor {
-        double before = 0.0, after = 0.0;
-        void add(double light, double factor) { before += light, after += factor * light; }
-        double value() const { return before > 0.0 ? after / before : 1.0; }
-    };
-    Factor all, linked, lit, emitted, reflected;
-    const bool keeps_power = !sender_power_.radiosity.empty();
-    const auto add = [&](std::uint32_t i) {
-        const double factor = sender_scale_[i];
-        all.add(1.0, factor);
-        lit.add(exitance_[i], keeps_power ? factor * sender_power_.exitance[i] : factor);
-        emitted.add(emission(i), factor);
-        if (keeps_power) reflected.add(factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
-        return factor;
-    };
-    for (const std::uint32_t i : of.senders) add(i);
-    for (const std::uint32_t i : of.linked) linked.add(1.0, add(i));
-    Row& row = of.row;
-    row.scale = 1.0 / all.value();
-    row.linked_scale = row.scale * linked.value();
-    row.first_scale = row.scale * lit.value();
-    row.emitted_scale = row.scale * emitted.value();
-    row.power_scale = reflected.value();
-}
-
 Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
     Rgb sum, linked;
     for (const std::uint32_t i : of.senders) sum += sent[i];
