@@ -17,7 +17,7 @@ constexpr int trying_rays = 16;
 constexpr std::size_t share_of_rays = 16;
 // Of surfels half as much is allowed as of points: nothing else is refined with them. And what rays may be off by, of
 // what they bring, times the root of their number: what surfaces send; skies, which are smooth; the few that try.
-constexpr double stricter = 0.5, noise = 0.6, noise_of_skies = 0.04, noise_of_few = 1.2;
+constexpr double stricter = 0.5, ray_error = 0.6, ray_error_of_skies = 0.04, ray_error_of_few = 1.2;
 // A surfel that has more than this many times the RMS of what is sent is not left to the basis without a look.
 constexpr double bright = 4.0;
 
@@ -94,8 +94,8 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
     const double more = allowed(surfel), root = std::sqrt(static_cast<double>(rays_for(surfel)));
-    return off > std::max(more * wanted_.of_all, noise / root * all) ||
-           off_sent > std::max({more * wanted_.of_sent, noise / root * sent, noise_of_skies / root * all});
+    return off > std::max(more * wanted_.of_all, ray_error / root * all) ||
+           off_sent > std::max({more * wanted_.of_sent, ray_error / root * sent, ray_error_of_skies / root * all});
 }
 
 bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
@@ -107,7 +107,7 @@ bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
 bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const {
     const double root = std::sqrt(static_cast<double>(rays));
     const auto farther = [&](double a, double b, double may_be) {
-        return std::abs(a - b) > allowed(surfel) * may_be + noise_of_few / root * std::max(a, b);
+        return std::abs(a - b) > allowed(surfel) * may_be + ray_error_of_few / root * std::max(a, b);
     };
     const double all = luminance(means_.mean(surfel, oracle_.field.coefficients)),
                  direct = luminance(means_.mean(surfel, oracle_.field.direct));

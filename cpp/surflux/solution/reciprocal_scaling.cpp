@@ -121,10 +121,10 @@ struct GroupOfSenders {
     double sender_weight() const {
         if (!(received.sum > 0.0) || !(power_met > 0.0)) return 0.0;
         const double sent_squared = power_met * power_met, sum_squared = received.sum * received.sum;
-        const double noise = received.squares / sum_squared;
+        const double relative_variance = received.squares / sum_squared;
         const double uncertain =
             (variance + spread * spread) / sent_squared + receivers_spread * receivers_spread / sum_squared;
-        return noise / (noise + uncertain);
+        return relative_variance / (relative_variance + uncertain);
     }
     // The factor a + b B of senders of which rows carry B, with which both accounts are as wanted.
     void factor(double& a, double& b) const {
