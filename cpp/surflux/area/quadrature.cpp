@@ -28,7 +28,7 @@ SURFLUX_KERNEL float exp_bounded(float x) {
     p = p * f + 1.0f;
     std::int32_t bits;
     std::memcpy(&bits, &shifted, 4);
-    bits = (bits - 0x4b400000 + 127) << 23;
+    bits = (bits - 0x4b400000 + 127) << 23;  // minus the bits of 1.5 * 2^23; biased, as the exponent of 2^n
     float scale;
     std::memcpy(&scale, &bits, 4);
     return p * scale;
@@ -39,7 +39,7 @@ SURFLUX_KERNEL float exp_bounded(float x) {
 SURFLUX_KERNEL float fast_log(float x) {
     std::int32_t bits;
     std::memcpy(&bits, &x, 4);
-    const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
+    const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;  // of x / sqrt(1/2), whose bits these are, rounded down
     bits -= exponent * (1 << 23);
     float m;
     std::memcpy(&m, &bits, 4);

@@ -10,7 +10,7 @@ namespace {
 
 // 21 bits with two zeros between each and the next.
 std::uint64_t spread(std::uint64_t v) {
-    v &= 0x1fffff;
+    v &= 0x1fffff;  // each step moves the upper half of every run of bits up, by twice that half's length
     v = (v | v << 32) & 0x1f00000000ffffull;
     v = (v | v << 16) & 0x1f0000ff0000ffull;
     v = (v | v << 8) & 0x100f00f00f00f00full;

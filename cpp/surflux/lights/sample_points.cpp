@@ -46,6 +46,7 @@ bool as_parallelogram(const Triangle* begin, const Triangle* end, SurfelPoints::
 
 std::uint64_t stream_of(const Place& place) {
     if (place.is_whole_surfel()) return place.surfel;
+    // A hash of the bits of its coordinates: xor-shift and multiplication by 2^64 over the golden ratio.
     std::uint64_t bits = 0x51ed270b;
     for (int axis = 0; axis < 3; ++axis) {
         std::uint64_t word = 0;

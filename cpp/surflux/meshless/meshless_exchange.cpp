@@ -181,6 +181,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         for (std::size_t i = 0; i < n; ++i) {
             const std::uint32_t group = scaling.group[i];
             if (wanted[group] > 0.0 && found[group] > 0.0)
+                // Between what senders and what receivers say: their geometric mean, weighted by inverse variances.
                 of[i] = std::pow(wanted[group] / found[group], scaling.sender_weight[group]);
         }
         return of;

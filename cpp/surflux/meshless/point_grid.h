@@ -52,6 +52,9 @@ private:
     std::int64_t cell(double x, int axis) const {
         return static_cast<std::int64_t>(std::floor((x - low_[axis]) * per_side_));
     }
+    // Multiplicative hashing of y and z by odd 64-bit constants (2^64 over the golden ratio, and a prime), whose high
+    // bits are well mixed; x is added after that, so that cells along x stay adjacent. The mask is the number of
+    // buckets minus 1.
     std::size_t bucket(std::int64_t y, std::int64_t z, std::int64_t x) const {
         const std::uint64_t row = static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15ull +
                                   static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4full;

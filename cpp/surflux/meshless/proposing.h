@@ -21,9 +21,9 @@ struct Fill {
     const Wanted& wanted;
 };
 
-// A cell that disks do not cover yet: a piece's part after some bisections (PartFinder). Path 0 is a disk, which stands
-// for its centre: there alone it is known to touch the surface, and rays that leave elsewhere may start below the next
-// disk.
+// A cell of the surface that exclusion disks do not cover yet: a piece's part after some bisections (PartFinder), 31 at
+// most, as the path's leading 1 takes one of 32 bits. Path 0 is a disk, which stands for its centre: there alone it is
+// known to touch the surface, and rays that leave elsewhere may start below the next disk.
 struct Part {
     std::uint32_t piece, path;
 };

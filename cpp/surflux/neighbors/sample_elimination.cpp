@@ -194,6 +194,7 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
     for (std::size_t i = 0; i < n; ++i) places[i] = points[stand[i]];
 
     const double ratio = static_cast<double>(count) / static_cast<double>(n);
+    // Yuksel's weight limiting (2015), with his gamma 1.5 and beta .65.
     const double r_min = r_max * (1.0 - std::pow(ratio, 1.5)) * 0.65;
     const auto weight = [&](std::size_t i, std::size_t j) {
         const double w = 1.0 - std::max(length(places[i] - places[j]), 2.0 * r_min) / (2.0 * r_max);
