@@ -32,7 +32,8 @@ public:
     };
     // (u, v) choose the place on the patch, `choice` the patch; all in [0, 1).
     Target sample(const Aim& aim, double choice, double u, double v) const;
-    // Density by area with which sample() draws points of a surfel; asked where there are some to aim at.
+    // Density per unit of area with which sample() draws points of a surfel, for MIS weights. Only where aim() said
+    // true.
     double density(const Aim& aim, std::uint32_t surfel) const;
 
 private:

@@ -19,6 +19,8 @@ namespace surflux {
 // often the first; what that one sees is asked once for each pair of functions, and the place itself only about what it
 // does not. Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all
 // functions speak.
+//   A nook is a part of the surface that sees no function of the coarsest level, behind walls or narrower than its
+// Poisson disks. It gets a function of its own.
 class BasisSight {
 public:
     BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
@@ -28,8 +30,8 @@ public:
     void extend(const std::vector<std::uint32_t>& surfels, const Progress& progress);
     void clear();
 
-    // MultilevelBasis::at_level of those that the place sees. Where the surfel that it lies on (Hit::none: of no one)
-    // is in a nook, the nook's function alone.
+    // MultilevelBasis::at_level of the functions that the place sees. If the surfel that it lies on (Hit::none: not
+    // known) is in a nook, the nook's function alone.
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object, std::uint32_t surfel,
                   std::vector<BasisWeight>& out) const;
     // At the point of a function.
@@ -37,11 +39,11 @@ public:
         at_level(level, basis_.position(j), basis_.normal(j), basis_.object(j), surfel_[j], out);
     }
     std::uint32_t surfel(std::uint32_t function) const { return surfel_[function]; }
-    // Surfels that see no function of the coarsest level, by the nook that they lie in: such as see the first of it,
-    // no farther than the spacing of their object.
+    // The nooks of the scene, as the surfels in each: those that see the nook's first surfel, no farther away than the
+    // spacing of their object.
     std::vector<std::vector<std::uint32_t>> nooks(const std::vector<char>& asked, const std::vector<double>& spacing,
                                                   const Progress& progress) const;
-    // Has a nook's surfels spoken for by a function, from which nothing else is interpolated.
+    // Makes a function the only one on a nook's surfels.
     void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
     // Are two functions of one level joined?
     bool joined(std::uint32_t a, std::uint32_t b) const;

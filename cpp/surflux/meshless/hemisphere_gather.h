@@ -65,22 +65,23 @@ public:
     }
     // Luminance of what a surfel sends of light that is not in the basis.
     double exitance(std::uint32_t surfel) const { return exitance_[surfel]; }
-    // Do rays over the hemisphere find emission by themselves, where no light sampling does? And what a surfel then
-    // has.
+    // Without emitters that are sampled as lights, emission is found where hemisphere rays meet it, and is in
+    // Row::emitted; else SurfaceLight has all of it, and rays that meet it count nothing.
     bool finds_emission() const { return light_.emitters().empty(); }
-    // Black ones, if rays find no emission there, are not kept in rows.
+    // Is a surfel kept as a sender in rows? Black ones are not, unless rays find emission there.
     bool sends(std::uint32_t surfel) const {
         const Surfels& s = scene_.surfels;
         return !(s.reflectance[surfel] == Rgb{}) || (finds_emission() && !(s.emission[surfel] == Rgb{}));
     }
+    // Luminance that rays find of a surfel's emission.
     double emission(std::uint32_t surfel) const {
         return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }
-    // From now on what each surfel sends counts as many times, and rows are scaled to what they gathered before of the
-    // same light from everywhere.
+    // Column scaling of the operator: what each surfel sends is multiplied by its factor; each row is then scaled so
+    // that of uniform light it gathers what it did before.
     void set_sender_scale(std::vector<double> scale);
-    // Factors on top of these, of each surfel, that keep the power of what it sends: of light that is not in the basis,
-    // and of the light in the basis, of which surfels send about `radiosity`.
+    // Further factors of each surfel, which conserve the power that it sends: of the light that is not in the basis
+    // (`exitance`), and of the light in the basis (`reflected`), of which surfels send about `radiosity`.
     struct SenderPower {
         std::vector<double> exitance, reflected, radiosity;
     };
@@ -98,7 +99,7 @@ public:
         Row row;
         Rgb gathered;
     };
-    // A row for each place and what is gathered by it, without keeping it.
+    // Final gathering: a row for each place and the irradiance that it gathers, without keeping the row.
     std::vector<Once> once(const std::vector<Place>& places, const std::vector<int>& counts,
                            const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent,
                            const Progress& progress);

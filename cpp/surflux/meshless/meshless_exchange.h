@@ -14,8 +14,10 @@
 
 namespace surflux {
 
-// The transport operator between surfels that receivers' rows make up, with what conserving its energy takes: connected
-// parts, areas that rows stand for, and losses.
+// Energy conservation of solve_meshless. Receivers' rows (HemisphereGather), interpolated to surfels by the basis, are
+// a transport operator between surfels, whose rows conserve energy and whose columns need not (RayExchange). This finds
+// what scaling its columns takes - connected components, the area that each row stands for, what each surfel loses -
+// and the factors; HemisphereGather applies them.
 class MeshlessExchange {
 public:
     MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,
@@ -23,8 +25,8 @@ public:
 
     // The connected component of each row, in the graph of which row gathers from which by way of surfels.
     const std::vector<std::uint32_t>& parts() const { return parts_; }
-    // Factors of surfels (solution/reciprocal_scaling.h), which reflect the light that the basis has with
-    // `coefficients`, and send what rays find beside that.
+    // Sinkhorn factors of surfels as senders (solution/reciprocal_scaling.h), for the light that they send when the
+    // basis has `coefficients`: what they reflect of it, and of the light that is not in the basis.
     ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
     // Factors on top of those, which mend senders' means: receivers close by gather where rays end and far ones as
     // means, of which they may see the brighter part. For light that is not in the basis, all receive what leaves

@@ -23,13 +23,14 @@ public:
         int rays;        // of a surfel, at most
         bool reflected;  // is any bounce wanted?
     };
-    // What surfaces send are the functions with `coefficients`.
+    // `coefficients`: of the irradiance that surfaces reflect.
     SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means, const Oracle& oracle,
                      const std::vector<Rgb>& coefficients, const Options& options, HemisphereGather& gather);
 
     void run(const Progress& progress);
 
-    // And what they have of the light that the basis has.
+    // The surfels that have rays of their own, and the irradiance that these found, of the light that the basis holds
+    // elsewhere.
     const std::vector<std::uint32_t>& surfels() const { return surfels_; }
     const std::vector<MeshlessField::At>& found() const { return found_; }
 

@@ -21,10 +21,11 @@ struct Closure {
 // absorbed, makes 1 (symmetric_scaling.h). No row is ever scaled by itself. What rows at the largest scale still lack
 // counts as absorbed.
 //   Rows and rays may disagree on what is lost to the sky and to back faces. Sure rows are right as far as the rays
-// allow it: what they lack is what they lose, within three standard errors of what the rays found. For the rest losses
-// follow the scale as one more column does in sure rows, and hardly in those of disks, of which the rays know better.
-//   What rows lack they lack above all in their near pairs, where a disk stands for a cell of unknown shape. So these
-// are scaled first, by a diagonal of their own that the rest follows as hardly as losses do.
+// allow it: what they lack is what they lose, within three standard errors of what the rays found. Beyond that the
+// losses of sure rows are scaled like one more column; those of disks' rows hardly, as rays know them better
+// (ScalingProblem::yields).
+//   Most of what rows lack is missing from their near pairs, where a disk stands for a cell of unknown shape. So these
+// are scaled first, by a diagonal of their own; all other pairs yield as little to it as losses do.
 Closure close(Exchange& exchange, Hemispheres& hemispheres, const Progress& progress = {}, double tolerance = 1e-7);
 
 }  // namespace surflux

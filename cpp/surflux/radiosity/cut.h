@@ -8,19 +8,22 @@
 
 namespace surflux {
 
-// The nodes that light is solved for: each leaf of the tree is below one of them, or is one.
+// A cut through the hierarchy: the nodes that light is solved for. Each leaf of the tree is below one of them, or is
+// one. Their number in `nodes` is their place, by which unknowns go; their number in the Gathering is their row, which
+// stays when the cut changes.
 struct Cut {
     std::vector<std::uint32_t> nodes;
-    std::vector<std::uint32_t> rows;      // of each, in the gathering
-    std::vector<std::uint32_t> place_of;  // of each point, its place in `nodes`; none for those above the cut
+    std::vector<std::uint32_t> rows;      // of each node
+    std::vector<std::uint32_t> place_of;  // of each point, the place of the node above it; none above the cut
 
     // place_of from `nodes`.
     void find_places(const SurfelTree& tree);
-    // The chosen nodes give way to their members, which begin with their values, `channels` interleaved. How many did.
+    // Refines the cut: replaces the chosen nodes by their members, which start from their values, `channels`
+    // interleaved. Returns how many were replaced.
     std::size_t replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
                         std::size_t channels);
-    // Groups, and points that were split, with a node beside them of less than a 32nd of their area: between the two
-    // the finer side would have all the say.
+    // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to one of less than a 32nd of their area.
+    // Interpolation weights follow the density of nodes, so that a coarse one would count for nothing there.
     std::vector<char> unbalanced(const SurfelTree& tree, const Progress& progress = {}) const;
 };
 

@@ -28,9 +28,9 @@ public:
     // `probes` takes the rays to surfels drawn by chance.
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
 
-    // `wanted`: the error in luminance that nodes of `usual_area` may have, smaller ones more; `reference`: luminance
-    // of the RMS of H. Values as solved, with what all senders send then. A node that was good enough once is so for
-    // good.
+    // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `wanted`: the error in
+    // luminance that nodes of `usual_area` may have; smaller ones may have more, as area^-1/4. `reference`: luminance
+    // of the RMS of H. A node that has passed once is not tested again.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
                       const std::vector<double>& sent, double wanted, double reference, double usual_area,
                       const Progress& progress);
@@ -45,7 +45,7 @@ private:
     Gathering& probes_;
     std::uint64_t seed_;
     std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
-    std::vector<float> passed_;  // of each node of the tree that has, its squared error; else negative
+    std::vector<float> passed_;  // of each node of the tree that has passed, its squared error; else negative
 };
 
 }  // namespace surflux

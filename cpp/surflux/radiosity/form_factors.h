@@ -18,7 +18,7 @@ struct FormFactorOptions {
 };
 
 struct FormFactors {
-    std::vector<double> rest;   // what each row leaves to make 1; empty without visibility
+    std::vector<double> rest;   // 1 minus each row's sum: what escapes or meets backs; empty without visibility
     std::size_t imprecise = 0;  // pairs that the most rays a pair gets did not bring to the error
     std::size_t rays = 0;
 };

@@ -14,18 +14,21 @@
 
 namespace surflux {
 
-// The linear system of light on a cut, x = G (E + rho (H0 + f + P x)): x is what comes to its nodes from surfels that
-// reflect or glow, f what their rays bring of the sky, P the weights of nodes at leaves, and G the
-// gathering, from whatever node of the tree each ray met.
+// The linear system of light on a cut, x = G (E + rho (H0 + P (x + f))): x is the irradiance of its nodes from surfels,
+// f that from the sky by their rays, P the interpolation from nodes to leaves, H0 the irradiance of leaves that needs
+// no solving (LitPoints), and G the gathering, from whatever node of the tree each ray met. `emitters_apart`: H0 has
+// what emissive surfels bring, so that E is 0 here.
 class GatheredSystem {
 public:
     GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources, bool emitters_apart,
                    std::size_t channels);
 
-    // Each leaf takes the value of its node; or that of the nodes around by the weights of an interpolation.
+    // Sets P, the weights that take values at nodes to leaves. First of zeroth order: each leaf has the value of its
+    // node.
     void take_by_nodes(const Cut& cut);
-    // Objects by point; `x` as it is, for nodes of which the light differs are asked whether they see each other.
-    // Leaves that are not `wanted` take the values of their nodes; none given: all are.
+    // Then from the nodes around each leaf, but only such as it sees (Sight::keep_joined, which asks about nodes whose
+    // light in `x` differs). `objects`: by point. Leaves that are not `wanted` keep the values of their nodes; empty:
+    // all are wanted.
     void interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
                      const std::vector<double>& x, const Sight& sight, const std::vector<char>& wanted = {},
                      const Progress& progress = {});
@@ -45,11 +48,11 @@ public:
     std::uint32_t part(std::uint32_t point) const {
         return part_.empty() || weights(point).empty() ? 0 : part_[weights(point).begin()->site];
     }
-    // What rays of the nodes around found of the sky.
+    // What comes to a point from the sky, interpolated from what rays of the nodes around found.
     Rgb sky(std::uint32_t point) const;
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
-    // What all nodes send, for x as it is, as scaled.
+    // What all nodes of the tree send for x, scaled as by scale_by_reciprocity().
     const std::vector<double>& sent(const std::vector<double>& x);
     // The same without the factors of senders.
     const std::vector<double>& radiosity(const std::vector<double>& x);

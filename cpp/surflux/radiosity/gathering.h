@@ -24,14 +24,14 @@ public:
     struct Link {
         std::uint32_t sender;
         std::uint16_t first, second;  // rays of either half of all that met it
-        float u, v;                   // sum of the rays' slopes, for TiltedRgb
+        float u, v;                   // sum of the rays' slopes in the tangent plane, for TiltedRgb
     };
     struct Row {
         std::size_t begin, end;  // links
         std::uint32_t rays;
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
-        float u, v;              // sum of the slopes of all rays, which a net's are not quite 0
+        float u, v;              // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
         double met() const { return 1.0 - static_cast<double>(escape) - static_cast<double>(absorbed); }
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }

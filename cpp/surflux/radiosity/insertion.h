@@ -17,10 +17,10 @@ struct InsertionOptions {
     int repulsion_rounds = 5;   // as often they move
 };
 
-// The radius of the least children that are worth their while: a sixteenth of that of surfels, by area.
+// The radius below which no child is inserted: a sixteenth of that of the scene's surfels (RMS by area).
 double smallest_radius(const Surfels& surfels);
-// How many leaves a tree may get: as many as the scene has without insertion; twice as many, but not
-// 50 000 more, if it is not said.
+// How many leaves a tree may get, for a scene of n surfels: `most`, but no more than 256 n; if it is 0, 2 n, but no
+// more than n + 50 000. Without insertion n.
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
 
 // Adaptive insertion of surfels (D04 7.2): a leaf beside which the field is not what its slope there says gives way to

@@ -7,13 +7,13 @@
 
 namespace surflux {
 
-// Rows of a symmetric matrix G >= 0 that are to make `totals`, together with what each of them loses besides.
+// A symmetric matrix G >= 0 whose rows, together with what each loses besides, are to sum to `totals`. Losses are
+// estimates, too, and yield in part: they are multiplied by d_i^a_i.
 struct ScalingProblem {
     std::vector<double> totals;
     std::vector<double> lost;
-    std::vector<double>
-        yields;              // in (0, 1]: losses follow a row's scale as its power, 1 as if they were one more column
-    LinearOperator product;  // G x
+    std::vector<double> yields;  // a, in (0, 1]; 1: losses are scaled like one more column
+    LinearOperator product;      // G x
 };
 
 struct Scaling {

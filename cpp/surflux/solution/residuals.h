@@ -22,7 +22,7 @@ struct Gathered {
     // Of lamps, as sums: what samples bring that are lit, and all of them, for which there is a closed form.
     struct Lamps {
         Rgb lit, all, unoccluded;
-        // Ratio estimator (Cochran 1977, 6.2): only places of which a lamp is partly blocked have noise.
+        // Ratio estimator (Cochran 1977, 6.2): only places where a lamp is partly blocked have variance.
         Rgb sum() const;
     };
     explicit Gathered(std::size_t regions) : from(regions), met(regions) {}
