@@ -75,6 +75,7 @@ def test_rows_from_a_process_of_their_own(folder, tmp_path, capsys):
     assert len(list((tmp_path / "kept").glob("furnace-*.npz"))) == 2
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_gone_on_from(folder, tmp_path):
     first = ScaleTruth("lit", cache=tmp_path / "kept")
     assert first.surfels.rounds == first.points.rounds == 4

@@ -7,6 +7,7 @@ import surflux as sf
 from area_pictures import ABOVE, BARS, BRIGHT, DARK, DOWN, PICKED, at, axis, grid, is_color, pair, part, picture, read
 
 
+@pytest.mark.slow
 def test_the_two_ends_of_each_colour(tmp_path):
     s = pair(areas=[0.2 * np.pi * 0.25, 0.6 * np.pi * 0.64])
     for color in ("coverage", "area", "radius"):

@@ -100,6 +100,7 @@ def test_constant_environment():
     np.testing.assert_allclose(received(sf.Environment([1.0, 2.0, 3.0])), [np.pi, 2 * np.pi, 3 * np.pi], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_environment_as_an_image():
     """H of a sky that depends on the elevation alone, on a level surfel: 2 pi times the integral of L(c) c dc, c 0..1.
 

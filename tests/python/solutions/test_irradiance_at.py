@@ -193,6 +193,7 @@ def test_children_take_over_from_their_parents(transport):
             assert np.array_equal(parents, np.arange(most))
 
 
+@pytest.mark.slow
 def test_more_surfels_where_they_are_allowed():
     scene = floor_and_ball()
     counts = [len(sf.solve(scene, max_surfels=most).surfels) for most in (len(scene.surfels) + 60, 1400, 5000)]
@@ -202,6 +203,7 @@ def test_more_surfels_where_they_are_allowed():
 
 
 @pytest.mark.parametrize("transport", ["pairs", "rays"])
+@pytest.mark.slow
 def test_insertion_sharpens_a_shadow(transport):
     """Interpolated direct light against the traced one, at random points of a floor with a ball's shadow."""
     at = on_the_floor(2000)

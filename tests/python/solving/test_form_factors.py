@@ -158,6 +158,7 @@ def test_closed_cube_and_sphere():
         assert escape.max() == 0.0
 
 
+@pytest.mark.slow
 def test_inside_a_sphere_nothing_occludes():
     """Every point of a sphere's inside sees every other, and F_ij = A_j / (4 pi R^2), i = j included."""
     for s in (ball_inside(1000), ball_inside(642)):

@@ -62,6 +62,7 @@ def test_thin_walls_hold_the_light_of_rays(room, wall, insert):
 
 
 @pytest.mark.parametrize("at_once", [False, True])
+@pytest.mark.slow
 def test_two_rooms_wall_to_wall(at_once):
     """Clouds of two closed rooms, 1e-3 apart; each wall an object, or all one."""
     lit = cloud_room(14, 0.7)

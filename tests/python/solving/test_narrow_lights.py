@@ -68,6 +68,7 @@ def test_a_narrow_spot_on_points(solver, cone):
     assert (solution.surfels.areas[:, None] * solution.direct).sum(axis=0) == pytest.approx(power, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_solvers_have_the_same_light_of_a_narrow_spot_on_points():
     scene = sf.Scene([cloud(2)], [sf.SpotLight([1, 1, 1.3], [0.1, 0, -1], 5.0, cone=4.0, penumbra=1.0)])
     pairs, rays, meshless = (SOLVERS[name](scene).direct for name in ("pairs", "rays", "meshless"))

@@ -81,6 +81,7 @@ def test_convex_cloud_under_a_uniform_sky(height):
 
 
 @pytest.mark.parametrize("radius", [0.5, 0.2])  # met by chance, and aimed at
+@pytest.mark.slow
 def test_concentric_spheres(radius):
     """Inner black with M = 1, rho2 = .5: for r1 = .5 B2 = .2, H2 = .4. For polyhedra with the ratio of their areas."""
     points, faces = shapes.icosphere(4)

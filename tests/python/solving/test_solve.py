@@ -133,6 +133,7 @@ def test_grey_scenes_solve_one_channel():
         np.testing.assert_allclose(coloured.irradiance[:, 0], grey.irradiance[:, 0], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_light_adds_up():
     """Twice the light, twice the solution, bit by bit; two lights, the sum of each: H is linear in the lights."""
     once, twice = solve_own(furnished()), solve_own(furnished(power=2.0))

@@ -95,6 +95,7 @@ def test_at_disks_it_is_their_own(solved):
     np.testing.assert_allclose(found, everywhere.irradiance[disks], rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_of_patches_it_is_the_mean():
     """Of one patch a wall, what 400 points of the floor have on average."""
     solution = sf.solve_meshless(lit_box(), levels=3)
@@ -148,6 +149,7 @@ def two_rooms(thickness):
     return sf.Surfels.from_mesh(mesh, reflectance=0.7)
 
 
+@pytest.mark.slow
 def test_nothing_leaks_through_a_wall_thinner_than_the_coarse_support():
     """On no level, where a function of the lit room is as near as one of the dark."""
     thickness = 1e-2

@@ -175,6 +175,7 @@ def test_factors_of_parallel_rectangles(a, b, gap):
     np.testing.assert_allclose([factors[0, 1], factors[1, 0]], expected, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_light_inside_geometry_does_not_depend_on_the_order_of_points():
     """What is under a back asks twelve more rays, turned by chance: by the place's own, not by its number's.
 

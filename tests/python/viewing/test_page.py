@@ -89,6 +89,7 @@ def lit():
     return sf.solve(sf.Scene([floor], [sf.DirectionalLight([0, 0, -1], [4.0, 2.0, 1.0])], camera=ABOVE))
 
 
+@pytest.mark.slow
 def test_light_is_exposed(browser, tmp_path):
     solution = lit()
     image = shown(browser, tmp_path, solution, camera=None)
@@ -116,6 +117,7 @@ def test_groups_have_their_colours(browser, tmp_path):
         assert at(image, *s.points[i, :2]).tolist() == pytest.approx(colors[i], abs=1)
 
 
+@pytest.mark.slow
 def test_a_lamp_is_seen_from_its_front(browser, tmp_path):
     floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.1)
     lamp = sf.AreaLight([-0.25, -0.25, 0.5], [0, 0.5, 0], [0.5, 0, 0], 10.0)  # shines down
@@ -189,6 +191,7 @@ def test_a_click_tells_the_values_of_a_surfel(browser, tmp_path):
     assert not (np.abs(browser.picture() - [230, 0, 89]) <= 3).all(axis=-1).any()
 
 
+@pytest.mark.slow
 def test_keys_change_what_is_seen(browser, tmp_path):
     shown(browser, tmp_path, lit(), camera=ABOVE)
     browser.settled(lambda: browser.key("c"))
