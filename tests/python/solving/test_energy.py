@@ -117,7 +117,13 @@ def left_over(name):
     return off
 
 
-@pytest.mark.parametrize("name", SCENES)
+# One of each kind.
+QUICK = "clouds_a_radius_apart", "patches_1e-3_apart", "ball_on_a_cloud", "corner_of_patches", "disks_that_cross"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK)) for name in SCENES]
+)
 def test_light_ends_where_rays_find_it_to_end(name):
     assert abs(left_over(name)) <= WITHIN.get(name, GOAL)
 
