@@ -8,12 +8,11 @@
 #include "surflux/meshless/meshless_exchange.h"
 #include "surflux/meshless/oracle.h"
 #include "surflux/meshless/placed_basis.h"
+#include "surflux/meshless/receiver_system.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/surfel_refinement.h"
-#include "surflux/solution/channels.h"
-#include "surflux/solution/gmres.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
@@ -24,7 +23,6 @@ namespace {
 
 constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
 constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
-constexpr int most_applications = 100;
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
 constexpr int most_repeats = 2;  // of receivers of clouds (PlacedBasis)
@@ -51,7 +49,8 @@ public:
               stage("direct")),
           means_(placed_.means()),
           gather_(scene, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}),
-          receivers_(field_->basis, placed_.sight()) {
+          receivers_(field_->basis, placed_.sight()),
+          system_(receivers_, gather_, options.bounces) {
         watch_.lap("direct");
         out.field = field_;
     }
@@ -80,7 +79,8 @@ private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
     Oracle oracle() const {
-        return {field_->basis, receivers_, gather_, placed_.first_radius(), placed_.evenly_placed(), rows_, *field_};
+        return {field_->basis,           receivers_,     gather_, placed_.first_radius(),
+                placed_.evenly_placed(), system_.rows(), *field_};
     }
 
     // The basis has got a level.
@@ -114,57 +114,12 @@ private:
         watch_.lap("gathering");
         std::vector<Rgb> lit;
         if (!options_.indirect_only) lit = light_.direct_at(places, stage("direct"));
-        const std::size_t first_row = rows_.unbounced.size();
-        for (std::size_t k = 0; k < fresh.size(); ++k) {
-            const HemisphereGather::Row& row = gather_[first_row + k];
-            const Rgb direct = options_.indirect_only ? row.sky : row.sky + lit[k];
-            rows_.direct.push_back(direct);
-            rows_.unbounced.push_back(direct + row.emitted);
-            rows_.first_bounce.push_back(row.first_bounce);
-        }
+        system_.add(places.size(), lit);
         watch_.lap("direct");
     }
 
-    // T x, and so one bounce of x.
-    std::vector<Rgb> bounce(const std::vector<Rgb>& x) {
-        receivers_.coefficients(x, field_->coefficients);
-        gather_.sent(field_->coefficients, sent_);
-        std::vector<Rgb> out(x.size());
-        parallel_for(x.size(), 16,
-                     [&](std::size_t row) { out[row] = gather_.gather(row, field_->coefficients, sent_); });
-        return out;
-    }
-
     void solve(double tolerance, std::size_t refined) {
-        std::vector<Rgb> constant(rows_.unbounced.size());
-        for (std::size_t row = 0; row < constant.size(); ++row)
-            constant[row] = rows_.unbounced[row] + rows_.first_bounce[row];
-        for (std::size_t row = 0; row < correction_.size(); ++row) constant[row] += correction_[row];
-        rows_.values.insert(rows_.values.end(), constant.begin() + static_cast<std::ptrdiff_t>(rows_.values.size()),
-                            constant.end());
-        LinearReport linear;
-        if (options_.bounces >= 0) {
-            rows_.values = before_ = rows_.unbounced;
-            for (; linear.applications < options_.bounces; ++linear.applications) {
-                before_ = rows_.values;
-                const std::vector<Rgb> arrived = bounce(rows_.values);
-                for (std::size_t row = 0; row < rows_.values.size(); ++row)
-                    rows_.values[row] = constant[row] + arrived[row];
-            }
-        } else {
-            const Channels channels(false);
-            std::vector<double> x = channels.pack(rows_.values);
-            const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
-                to = channels.pack(bounce(channels.unpack(of)));
-                for (std::size_t k = 0; k < of.size(); ++k) to[k] = of[k] - to[k];
-            };
-            linear = gmres(apply, channels.pack(constant), LinearSystems(channels.count, parts_), tolerance,
-                           most_applications, x, stage("solve"));
-            rows_.values = channels.unpack(x);
-            before_ = rows_.values;
-        }
-        receivers_.coefficients(rows_.values, field_->coefficients);
-        receivers_.coefficients(rows_.direct, field_->direct);
+        const LinearReport linear = system_.solve(tolerance, *field_, stage("solve"));
         watch_.lap("solve");
         report(linear, refined);
     }
@@ -172,7 +127,7 @@ private:
     void report(const LinearReport& linear, std::size_t refined) {
         out_.history.push_back({{"level", static_cast<double>(field_->basis.levels() - 1)},
                                 {"points", static_cast<double>(field_->basis.size())},
-                                {"cut", static_cast<double>(rows_.values.size())},
+                                {"cut", static_cast<double>(system_.rows().values.size())},
                                 {"refined", static_cast<double>(refined)},
                                 {"links", static_cast<double>(gather_.links())},
                                 {"rays", static_cast<double>(gather_.rays())},
@@ -190,30 +145,17 @@ private:
         return out;
     }
 
-    // Energy that rays' noise and the weights would lose or make is kept where it is: first of any light, as well as
-    // factors of senders can, then of what there is.
+    // What rays' variance and the weights would lose or make of the light is mended where it is: first of any light, as
+    // well as factors of senders can, then of the light that there is.
     void keep_energy() {
-        solve(std::max(options_.tolerance, balanced_tolerance), 0);
+        const double tolerance = std::max(options_.tolerance, balanced_tolerance);
+        solve(tolerance, 0);
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("solve"));
-        const ReciprocalScaling scaling = exchange.scale_by_reciprocity(field_->coefficients, stage("solve"));
+        const ReciprocalScaling scaling = system_.scale_by_reciprocity(exchange, *field_, stage("solve"));
         imbalance_ = scaling.before;
         imbalance_left_ = scaling.after;
-        parts_ = exchange.parts();
-        gather_.set_sender_scale(scaling.senders);
-        for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
-            const HemisphereGather::Row& of = gather_[row];
-            rows_.first_bounce[row] = of.first_scale * of.first_bounce;
-            rows_.unbounced[row] += (of.emitted_scale - 1.0) * of.emitted;
-        }
-        solve(std::max(options_.tolerance, balanced_tolerance), 0);
-        gather_.set_sender_power(exchange.sender_power(scaling, field_->coefficients));
-        gather_.sent(field_->coefficients, sent_);
-        correction_.resize(rows_.first_bounce.size());
-        for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
-            const HemisphereGather::Row& of = gather_[row];
-            rows_.first_bounce[row] = of.first_scale * of.first_bounce;
-            correction_[row] = (of.power_scale - 1.0) * gather_.gather(row, field_->coefficients, sent_);
-        }
+        solve(tolerance, 0);
+        system_.keep_power(exchange, scaling, *field_);
     }
 
     void finish() {
@@ -245,13 +187,9 @@ private:
     const SurfelMeans& means_;
     HemisphereGather gather_;
     Receivers receivers_;
-    std::vector<Rgb> sent_;   // of each surfel
+    ReceiverSystem system_;
     double imbalance_ = 0.0;  // of what surfels send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
-    std::vector<std::uint32_t> parts_;  // connected part of each row; empty: one
-    Received rows_;
-    std::vector<Rgb> correction_;  // of what each row gathers, that keeps its power; empty: none
-    std::vector<Rgb> before_;      // values before their last bounce
     Figures power_;
 };
 
@@ -262,7 +200,7 @@ void MeshlessRadiosity::write() {
     const std::size_t n = s.size();
     // With a number of bounces, senders have one less.
     std::vector<Rgb> sending;
-    receivers_.coefficients(before_, sending);
+    receivers_.coefficients(system_.before(), sending);
     const Oracle of_points = oracle();
     const SurfelRefinement::Options options{options_.epsilon_e, options_.rays, options_.bounces != 0};
     SurfelRefinement refinement(scene_, light_, means_, of_points, sending, options, gather_);
