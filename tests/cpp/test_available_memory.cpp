@@ -19,7 +19,10 @@ constexpr double megabyte = 1048576.0;
 // A root with /proc and /sys of a machine that is not this one.
 class AvailableMemory : public testing::Test {
 protected:
-    AvailableMemory() : root_(fs::path(testing::TempDir()) / "surflux_available_memory") { fs::remove_all(root_); }
+    AvailableMemory()
+        : root_(fs::path(testing::TempDir()) / ("surflux_available_memory" + std::to_string(::getpid()))) {
+        fs::remove_all(root_);
+    }
     ~AvailableMemory() override { fs::remove_all(root_); }
 
     void write(const std::string& path, const std::string& text) const {
