@@ -96,8 +96,18 @@ FormFactorOperator::FormFactorOperator(State state) : state_(std::move(state)) {
                 state_.escape.size() == n && state_.absorbed.size() == n,
             "form factors: arrays of different lengths");
     require(std::is_sorted(rows.begin.begin(), rows.begin.end()), "form factors: rows that overlap");
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto at = [&](std::size_t k) { return rows.met.begin() + static_cast<std::ptrdiff_t>(k); };
+        const std::size_t met = rows.begin[i + 1] - rows.begin[i];
+        require(rows.rays[i] > 0 && met + rows.into_backs[i] <= rows.rays[i],
+                "form factors: more ends than rays in row ", i);
+        require(std::is_sorted(at(rows.begin[i]), at(rows.begin[i + 1])), "form factors: row ", i, " is not ascending");
+        require(state_.areas[i] > 0.0 && std::isfinite(state_.areas[i]), "form factors: area ", i, " is not above 0");
+        for (const std::vector<double>* shares : {&state_.scale, &state_.escape, &state_.absorbed})
+            require((*shares)[i] >= 0.0 && (*shares)[i] <= largest_scale, "form factors: row ", i,
+                    " has no such share");
+    }
     for (const std::uint32_t j : rows.met) require(j < n, "form factors: a surfel past the last");
-    for (const double area : state_.areas) require(area > 0.0, "form factors: an area that is not above 0");
     density_ = densities(rows, state_.areas);
 }
 

@@ -192,6 +192,11 @@ def test_files_that_are_none(tmp_path):
         ("begin", arrays["begin"][::-1].copy()),
         ("scale", arrays["scale"][:3]),
         ("areas", 0 * arrays["areas"]),
+        ("areas", np.nan * arrays["areas"]),
+        ("rays", 0 * arrays["rays"]),
+        ("met", arrays["met"][::-1].copy()),
+        ("escape", arrays["escape"] + np.nan),
+        ("scale", -arrays["scale"]),
     ):
         np.savez(path, form_factor_operator=1, **(arrays | {name: value}))
         with pytest.raises(sf.FileError, match="damaged"):
