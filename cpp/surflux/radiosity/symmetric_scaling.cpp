@@ -10,7 +10,7 @@ namespace {
 constexpr int warm_up_rounds = 3, newton_rounds = 30, newton_applications = 60;
 constexpr double newton_tolerance = 0.1, newton_limit = 1.0;
 // Of what is wanted in the end, what a step's system may be off by.
-constexpr double newton_margin = 0.3;
+constexpr double newton_margin = 0.01;
 
 // The state of the iteration.
 class Iteration {
