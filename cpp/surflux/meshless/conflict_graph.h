@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "surflux/core/span.h"
-#include "surflux/meshless/proposing.h"
+#include "surflux/meshless/dart_throwing.h"
 
 namespace surflux {
 

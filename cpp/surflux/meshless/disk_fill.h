@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/meshless/dart_throwing.h"
 #include "surflux/meshless/point_grid.h"
-#include "surflux/meshless/proposing.h"
 
 namespace surflux {
 
@@ -17,11 +17,12 @@ struct FilledPoint {
 // Near-maximal Poisson disk sampling of an object: points no closer to each other, and to those in `grid`, than radius
 // max(0, n . n'). They go into the grid, too.
 //
-// L07 proposes points one by one, uniformly over the surface, until 1000 in a row fail. Here the proposals of the same
-// process come in windows: as many for each area as would have come meanwhile, in an order drawn by chance, each
-// accepted if no earlier one that is accepted stands in its way. Parts of the surface that lie in one disk need no
-// proposals any more. The last window ends when the free area is less than the 1000th part that L07 stops at: it falls
-// as the power -3/2 of the proposals (Feder 1980).
+// L07 throws darts one by one, uniformly over the surface, until 1000 in a row are rejected. Here the same process runs
+// in windows, in parallel: the darts of a window have random priorities, and each is accepted if no accepted one of
+// higher priority conflicts with it (conflict_graph.h). Accepted darts that turn out to be inside geometry are
+// rejected, and those that they barred tried again. Parts of the surface that one exclusion disk covers are culled.
+// How many darts there are to an area is fixed beforehand: the free area falls as their number to the power -3/2 (Feder
+// 1980), and the last window ends where it is the 1/`rejections` that L07 stops at.
 std::vector<FilledPoint> fill_disks(const Fill& fill, PointGrid& grid, const Progress& progress);
 
 }  // namespace surflux

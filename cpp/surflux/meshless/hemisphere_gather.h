@@ -35,8 +35,9 @@ public:
         Rgb first_bounce;                       // of light beside the basis: light and hemisphere samples together
         double standard_error = 0.0;            // of the luminance of these three, from two halves of the samples
         double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
-        // By reciprocity, once it has been scaled: what is gathered by senders, by functions, and what rays found; and
-        // on top of the first two, where the light in the basis is known, what keeps its power.
+        // Factors that follow from those of the columns, 1 before (gather_scaling.cpp). gather() applies `scale` to
+        // senders' means and `linked_scale` to links; its callers apply `first_scale` to first_bounce, `emitted_scale`
+        // to emitted and `power_scale` to what gather() returns, as once() has done for its rows.
         double scale = 1.0, linked_scale = 1.0, first_scale = 1.0, emitted_scale = 1.0, power_scale = 1.0;
         double met() const { return 1.0 - escape - into_backs; }
     };
@@ -77,8 +78,8 @@ public:
     double emission(std::uint32_t surfel) const {
         return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }
-    // Column scaling of the operator: what each surfel sends is multiplied by its factor; each row is then scaled so
-    // that of uniform light it gathers what it did before.
+    // Column scaling of the operator (gather_scaling.cpp): what each surfel sends is multiplied by its factor; each row
+    // is then scaled so that of uniform light it gathers what it did before.
     void set_sender_scale(std::vector<double> scale);
     // Further factors of each surfel, which conserve the power that it sends: of the light that is not in the basis
     // (`exitance`), and of the light in the basis (`reflected`), of which surfels send about `radiosity`.

@@ -28,9 +28,11 @@ public:
     // Sinkhorn factors of surfels as senders (solution/reciprocal_scaling.h), for the light that they send when the
     // basis has `coefficients`: what they reflect of it, and of the light that is not in the basis.
     ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
-    // Factors on top of those, which mend senders' means: receivers close by gather where rays end and far ones as
-    // means, of which they may see the brighter part. For light that is not in the basis, all receive what leaves
-    // senders, for the light with `coefficients` as much as if all saw means. Rows are scaled by then.
+    // Factors on top of those, by group of senders: the power that should arrive from the group over the power that
+    // does, to the exponent ReciprocalScaling::sender_weight. They mend senders' means: receivers close by gather where
+    // rays end and far ones by means, of which they may see the brighter part. What should arrive: of the light beside
+    // the basis what leaves the group and is not lost, of the light with `coefficients` what all would receive from
+    // means alone. Rows are scaled by then.
     HemisphereGather::SenderPower sender_power(const ReciprocalScaling& scaling,
                                                const std::vector<Rgb>& coefficients) const;
 

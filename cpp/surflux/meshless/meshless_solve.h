@@ -44,7 +44,8 @@ struct MeshlessSolution {
 //   - finer receivers have fewer rays, and may be off by more: they speak for less of the surface (oracle.h);
 //   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
 //   rims;
-//   - clouds have points at the centres of their disks alone, and the last of them twice more;
+//   - clouds have points at the centres of their disks alone; those as dense as the disks come twice more, as levels
+//   of residuals (placed_basis.h);
 //   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
 //   is given.
 MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress);

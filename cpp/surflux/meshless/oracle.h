@@ -31,7 +31,8 @@ struct Oracle {
     const Received& rows;
     const MeshlessField& field;  // coefficients of the solution and of its direct light
 
-    // The functions of a level that are off by more than epsilon_e of the RMS.
+    // The functions of a level whose difference or coefficient, of all light or of what surfaces send, exceeds by two
+    // standard errors the larger of wanted() and a quarter of epsilon_e of their own light, both times allowed_at().
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
 
     // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send.

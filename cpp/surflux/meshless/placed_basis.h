@@ -32,7 +32,8 @@ public:
     void add_first(const Progress& progress);
     // The next, around functions of the last.
     void add_around(const std::vector<std::uint32_t>& refined, const Progress& progress);
-    // Once more the receivers of clouds around which there are no finer ones. Are there any?
+    // Appends a level at the same points, of the receivers on disks that are spaced by 3 disk radii or less: Shepard
+    // functions do not interpolate, and this level holds the residual at the points. False if there are none.
     bool repeat(const Receivers& receivers, const Progress& progress);
 
     const BasisSight& sight() const { return sight_; }

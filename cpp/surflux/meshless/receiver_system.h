@@ -31,8 +31,8 @@ public:
     // Factors by reciprocity, of rows and senders, for about the light of the field (MeshlessExchange).
     ReciprocalScaling scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,
                                            const Progress& progress);
-    // With these, what keeps the power of each sender, for the light of the field as it is; senders that see nothing of
-    // each other do not mend each other's.
+    // With these, the factors that keep the power of senders (MeshlessExchange::sender_power): the first bounce is
+    // scaled by them, and what they change in one bounce of the field as it is joins c as a constant, so that T stays.
     void keep_power(const MeshlessExchange& exchange, const ReciprocalScaling& scaling, const MeshlessField& field);
 
     const Received& rows() const { return rows_; }

@@ -8,8 +8,9 @@
 
 namespace surflux {
 
-// The region to refine: places around the points of some functions of the finest level. `first_radius`: of the Poisson
-// disks of each object's first level.
+// The region to refine, as a predicate of places: is there the point of one of these functions of the finest level, of
+// the same object and facing alike, within 4.4 Poisson radii of the level to come? `first_radius`: of the Poisson disks
+// of each object's first level.
 Wanted wanted_around(const MultilevelBasis& basis, const std::vector<std::uint32_t>& functions,
                      const std::vector<double>& first_radius);
 

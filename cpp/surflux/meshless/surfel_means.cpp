@@ -102,7 +102,7 @@ void SurfelMeans::at_level(std::size_t level, std::uint32_t i, const Vec3& point
     for (auto at = begin; at != end; ++at) out.push_back({at->function, static_cast<double>(at->weight) / outside_[i]});
 }
 
-void SurfelMeans::extend(std::size_t spacing, const BasisSight& sight, const Progress& progress) {
+void SurfelMeans::extend(std::size_t spacing_level, const BasisSight& sight, const Progress& progress) {
     const std::size_t n = outside_.size(), level = basis_.levels() - 1;
     std::vector<std::vector<Entry>> found((n + grain - 1) / grain);  // by blocks
     Rows rows;
@@ -117,7 +117,7 @@ void SurfelMeans::extend(std::size_t spacing, const BasisSight& sight, const Pro
                 if (outside_[k] == 0.0) continue;
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[k];
-                places_on(i, inside_[k] != 0 ? all_places : count_for(i, spacing), places);
+                places_on(i, inside_[k] != 0 ? all_places : count_for(i, spacing_level), places);
                 all.clear();
                 // A place that sees none of the coarsest has what others of the surfel have.
                 const bool coarsest = basis_.is_coarsest(level, object);

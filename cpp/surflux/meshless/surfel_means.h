@@ -12,21 +12,24 @@
 
 namespace surflux {
 
-// The restriction of a basis to surfels, as a sparse matrix: row i holds the mean of each function over patch i, or its
-// value at the centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
+// The restriction of a basis to surfels, as a sparse matrix: row i holds the mean of each function over patch i, by up
+// to 16 samples (64 on wide patches and those partly inside geometry, where samples count 0), or its value at the
+// centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
 // product, where evaluating the basis at each ray's end took most of the time of L07 and of this solver, too.
 class SurfelMeans {
 public:
     // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on
-    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. `widest`: over
-    // that, of patches that are not wide.
+    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. Patches are
+    // wide whose diameter exceeds `widest` times that.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
                 const std::vector<double>& first_radius, int levels, double widest, std::uint64_t seed,
                 const Progress& progress);
 
-    // The rows of the level that the basis has got last. `spacing`: the level that its points are as far apart as.
-    void extend(std::size_t spacing, const BasisSight& sight, const Progress& progress);
-    // MultilevelBasis::at_level at a place on a surfel, of those that speak for it.
+    // The rows of the level that the basis has got last. `spacing_level`: the level that its points are as far apart
+    // as.
+    void extend(std::size_t spacing_level, const BasisSight& sight, const Progress& progress);
+    // MultilevelBasis::at_level at a place on a surfel, of the functions in its row; where there is none on the
+    // coarsest level, the row itself over outside(i).
     void at_level(std::size_t level, std::uint32_t i, const Vec3& point, std::vector<BasisWeight>& out) const;
 
     // The share of a surfel that is not inside geometry. There is no light inside, where no points are (L07 6.1).

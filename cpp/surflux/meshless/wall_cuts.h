@@ -11,9 +11,10 @@
 namespace surflux {
 
 // Half spaces that clip supports of the finest level at walls, against light leaks, which L07 names as its limit and
-// leaves to finer levels. Shadow rays close over the surface look for planes that part a function's point from all
-// other points beyond in its support; a column, around which light gets, does not. The field then is discontinuous on
-// the plane, which the wall hides, and nowhere else.
+// leaves to finer levels. Eight closest-hit rays parallel to the surface propose planes, of the surfels that they meet;
+// one clips a support if, of the functions that reach its point, those beyond the plane are all unjoined (BasisSight):
+// a column, around which light gets, does not. Two planes at most to a function. The field then is discontinuous on the
+// plane, which the wall hides, and nowhere else.
 std::vector<SupportCut> wall_cuts(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis,
                                   const BasisSight& sight, const Progress& progress);
 

@@ -1,4 +1,4 @@
-#include "surflux/meshless/proposing.h"
+#include "surflux/meshless/dart_throwing.h"
 
 #include <algorithm>
 #include <cmath>

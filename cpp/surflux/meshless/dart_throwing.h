@@ -9,7 +9,8 @@
 
 namespace surflux {
 
-// Dart throwing for disk_fill.h: the surface to sample, and the options.
+// Stratified dart throwing, one window of disk_fill.h: parts of the surface are bisected until at most one dart is
+// expected on each, which is thrown with that probability. The surface to sample, and the options:
 struct Fill {
     const Scene& scene;
     const Tracer& tracer;
@@ -47,8 +48,9 @@ struct Proposed {
     std::vector<Proposal> proposals;
 };
 
-// Throws darts on the parts, `density` to a unit of area, and keeps those outside of the disks of points in `grid`; in
-// the first window it cuts the parts into such as are no longer than 1.4 R.
+// Throws darts on the parts, `density` to a unit of area, and keeps those that are `wanted` and outside of the disks of
+// points in `grid`; drops the parts that a single disk covers. In the first window it first cuts the parts into such as
+// are no longer than 1.4 R.
 Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
                  std::uint64_t seed, bool first);
 
