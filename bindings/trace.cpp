@@ -20,7 +20,7 @@ py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles
     without_gil([&] {
         const Tracer tracer(scene);
         parallel_for(from.size(), 1024, [&](std::size_t k) {
-            const Hit hit = tracer.closest(from[k], at[k], along[k]);
+            const Hit hit = tracer.closest({tracer.on(from[k], at[k]), along[k]});
             met[k] = hit ? std::int64_t{hit.surfel} : -1;
             front[k] = hit.front;
             distance[k] = hit.distance;

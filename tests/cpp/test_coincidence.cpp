@@ -141,16 +141,16 @@ TEST(Coincidence, RaysSeeThePatchOnTopAndNoneOfThemHidesAnother) {
             const double s = random.uniform(), t = random.uniform();
             const Vec3 to = o + Vec3{s, t, 0.0};
             const bool on_carpet = s > 0.3 && s < 0.7 && t > 0.3 && t < 0.7;
-            const Hit hit = tracer.closest(ceiling, from, normalized(to - from));
+            const Hit hit = tracer.closest({tracer.on(ceiling, from), normalized(to - from)});
             ASSERT_TRUE(hit.front);
             ASSERT_EQ(hit.surfel == carpet, on_carpet) << s << " " << t;
             const auto floor = static_cast<std::uint32_t>(4 * static_cast<int>(4 * s) + static_cast<int>(4 * t));
             for (const std::uint32_t i : {floor, carpet}) {
                 if (i == carpet && !on_carpet) continue;
-                ASSERT_TRUE(tracer.visible(ceiling, from, i, to));
-                ASSERT_TRUE(tracer.visible(i, to, ceiling, from));
-                ASSERT_TRUE(tracer.visible(i, to, o + Vec3{0.5, 0.5, 0.9}));
-                ASSERT_EQ(tracer.closest(i, to, normalized(from - to)).surfel, ceiling);
+                ASSERT_TRUE(tracer.free(segment(tracer.on(ceiling, from), to, i)));
+                ASSERT_TRUE(tracer.free(segment(tracer.on(i, to), from, ceiling)));
+                ASSERT_TRUE(tracer.free(segment(tracer.on(i, to), o + Vec3{0.5, 0.5, 0.9})));
+                ASSERT_EQ(tracer.closest({tracer.on(i, to), normalized(from - to)}).surfel, ceiling);
             }
         }
     }
@@ -175,7 +175,7 @@ TEST(Coincidence, TwoCloudsOfOneSphereHaveItsAreaOnceAndSeeTheSky) {
         for (int k = 0; k < 64; ++k) {
             const double* u = even.next();
             const Vec3 d = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-            ASSERT_TRUE(tracer.escapes(i, scene.surfels.positions[i], d));
+            ASSERT_TRUE(tracer.free({tracer.on(i, scene.surfels.positions[i]), d}));
         }
     }
 }

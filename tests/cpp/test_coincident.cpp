@@ -47,11 +47,11 @@ TEST(Coincident, RaysMeetAPileOnce) {
     const Scene scene = scene_of({pile_of(1000, {}, {0, 0, 1}), shapes::disk({0, 0, 1}, {0, 0, -1}, 0.5)});
     const Tracer tracer(scene);
     for (const std::uint32_t i : {0u, 1u, 999u}) {
-        EXPECT_TRUE(tracer.visible(i, {}, 1000, {0, 0, 1}));
-        EXPECT_EQ(tracer.closest(i, {}, {0, 0, 1}).surfel, 1000u);
-        EXPECT_TRUE(tracer.escapes(i, {}, {1, 0, 0.1}));
+        EXPECT_TRUE(tracer.free(segment(tracer.on(i, {}), {0, 0, 1}, 1000)));
+        EXPECT_EQ(tracer.closest({tracer.on(i, {}), {0, 0, 1}}).surfel, 1000u);
+        EXPECT_TRUE(tracer.free({tracer.on(i, {}), {1, 0, 0.1}}));
     }
-    EXPECT_EQ(tracer.closest(1000, {0, 0, 1}, {0, 0, -1}).surfel, 0u);
+    EXPECT_EQ(tracer.closest({tracer.on(1000, {0, 0, 1}), {0, 0, -1}}).surfel, 0u);
 }
 
 TEST(Piles, HoldWhatCoincidesAndFacesAlike) {
@@ -95,7 +95,7 @@ TEST(Extent, RefusesWhatFloatsCannotHold) {
 TEST(Tracer, SeesTheSameInAnyUnitOfLength) {
     Surfels s = shapes::cube_inside(4, 0.5, 0.0);
     const Vec3 direction = normalized({0.3, 0.5, 0.8});
-    const Hit expected = Tracer(scene_of({s})).closest(0, s.positions[0], direction);
+    const Hit expected = Tracer(scene_of({s})).closest({{s.positions[0], s.normals[0], 0}, direction});
     ASSERT_TRUE(bool(expected));
     for (const int exponent : {-90, -66, 44, 90}) {
         const double scale = std::ldexp(1.0, exponent);
@@ -103,7 +103,7 @@ TEST(Tracer, SeesTheSameInAnyUnitOfLength) {
         for (Vec3& p : t.positions) p = scale * p;
         for (double& r : t.radii) r *= scale;
         for (Triangle& piece : t.triangles) piece = {scale * piece.a, scale * piece.b, scale * piece.c, piece.surfel};
-        const Hit found = Tracer(scene_of({t})).closest(0, t.positions[0], direction);
+        const Hit found = Tracer(scene_of({t})).closest({{t.positions[0], t.normals[0], 0}, direction});
         EXPECT_EQ(found.surfel, expected.surfel);
         EXPECT_EQ(found.front, expected.front);
         EXPECT_EQ(found.distance, scale * expected.distance);  // to the last bit

@@ -21,12 +21,6 @@ Surfels square(double height, double side, bool facing_up, double rho = 0.5, dou
     return s;
 }
 
-bool escapes(const Tracer& tracer, const Departure& from, const Vec3& direction) {
-    std::vector<char> free;
-    tracer.free({{from, direction}}, free);
-    return free[0];
-}
-
 TEST(Departure, BelongsToTheSurfaceThatFacesItsWay) {
     const Tracer disks(scene_of({shapes::disk({0, 0, 0}, up, 1.0), shapes::disk({0, 0, 0.1}, up, 1.0)}));
     EXPECT_EQ(disks.departure({0.5, 0, 0.0}, up).surfel, 0u);
@@ -52,16 +46,16 @@ TEST(Departure, IgnoresWhatStandsOffItsOwnSurfaceAlone) {
     Surfels own = shapes::disk({0, 0, 0}, up, 0.2);
     const Surfels other = shapes::disk({0.1, 0, 0.03}, up, 0.2);
     const Tracer two(scene_of({own, other}));
-    EXPECT_FALSE(escapes(two, two.departure({0.05, 0, 0}, up), up));
+    EXPECT_FALSE(two.free({two.departure({0.05, 0, 0}, up), up}));
     Scene one;
     append(one, own);
     append(one, other);
     one.object = {0, 0};
     const Tracer same(one);
-    EXPECT_TRUE(escapes(same, same.departure({0.05, 0, 0}, up), up));
+    EXPECT_TRUE(same.free({same.departure({0.05, 0, 0}, up), up}));
     // From the front the same disk is an obstacle, and so it is for a point in the air.
-    EXPECT_FALSE(escapes(same, {{0.05, 0, 0.1}, up, 0}, down));
-    EXPECT_FALSE(escapes(same, {{0.05, 0, -0.3}, up, Hit::none}, up));
+    EXPECT_FALSE(same.free({{{0.05, 0, 0.1}, up, 0}, down}));
+    EXPECT_FALSE(same.free({{{0.05, 0, -0.3}, up, Hit::none}, up}));
 }
 
 TEST(Departure, RoundingDoesNotPutItBehindItsSurface) {
@@ -74,11 +68,11 @@ TEST(Departure, RoundingDoesNotPutItBehindItsSurface) {
         for (int b = 0; b <= 6; ++b) {
             const Vec3 at{1e5, 2e5 + a / 6.0, 3e5 + b / 6.0};
             for (const Vec3& d : {Vec3{1, 0, 0}, Vec3{0.01, 1, 0}, Vec3{0.01, -1, 1}, Vec3{1e-4, -1, -1}})
-                EXPECT_TRUE(escapes(tracer, tracer.departure(at, n), normalized(d))) << a << " " << b;
+                EXPECT_TRUE(tracer.free({tracer.departure(at, n), normalized(d)})) << a << " " << b;
         }
     // What lies on it face to face covers it.
     const Tracer covered(scene_of({square(0.0, 1.0, true), square(0.0, 1.0, false)}));
-    EXPECT_FALSE(escapes(covered, covered.departure({0.2, 0.1, 0.0}, up), up));
+    EXPECT_FALSE(covered.free({covered.departure({0.2, 0.1, 0.0}, up), up}));
 }
 
 TEST(Rays, ManyAtOnceFindWhatEachFindsAlone) {
@@ -98,7 +92,7 @@ TEST(Rays, ManyAtOnceFindWhatEachFindsAlone) {
     tracer.free(rays, free);
     std::size_t met = 0;
     for (std::uint32_t k = 0; k < 300; ++k) {
-        const Hit alone = tracer.closest(k, rays[k].from.position, rays[k].direction);
+        const Hit alone = tracer.closest({tracer.on(k, rays[k].from.position), rays[k].direction});
         const bool within = alone && alone.distance <= rays[k].length;
         EXPECT_EQ(bool(hits[k]), within) << k;
         EXPECT_EQ(bool(free[k]), !within) << k;

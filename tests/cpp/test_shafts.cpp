@@ -57,7 +57,7 @@ TEST(Shafts, WhereOneIsEmptyNoRayIsBlocked) {
                 if (dot(to - from, scene.surfels.normals[i]) <= 1e-6 ||
                     dot(from - to, scene.surfels.normals[j]) <= 1e-6)
                     continue;
-                const bool none = shafts.empty(i, j), free = tracer.visible(i, from, j, to);
+                const bool none = shafts.empty(i, j), free = tracer.free(segment(tracer.on(i, from), to, j));
                 ASSERT_TRUE(free || !none) << i << " " << j;
                 empty += none;
                 blocked += !free;

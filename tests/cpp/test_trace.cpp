@@ -17,12 +17,13 @@ TEST(Tracer, ADiskBlocksInsideItsRadiusFromBothSides) {
             const Vec3 floor = offset, lamp = offset + Vec3{0, 0, 2};
             const Scene scene = scene_of({disk(floor, up, 0.1), disk(offset + Vec3{0, 0, 1}, normal, 0.25)});
             const Tracer tracer(scene);
-            EXPECT_FALSE(tracer.visible(0, floor, lamp));
-            EXPECT_FALSE(tracer.visible(0, floor, lamp + Vec3{0.48, 0, 0}));  // crosses the disk's plane at 0.24
-            EXPECT_TRUE(tracer.visible(0, floor, lamp + Vec3{0.52, 0, 0}));   // at 0.26
-            EXPECT_FALSE(tracer.escapes(0, floor, up));
-            EXPECT_TRUE(tracer.visible(0, floor, floor + Vec3{0, 0, 0.9}));  // ends before the disk
-            const Hit hit = tracer.closest(0, floor, up);
+            EXPECT_FALSE(tracer.free(segment(tracer.on(0, floor), lamp)));
+            EXPECT_FALSE(tracer.free(
+                segment(tracer.on(0, floor), lamp + Vec3{0.48, 0, 0})));  // crosses the disk's plane at 0.24
+            EXPECT_TRUE(tracer.free(segment(tracer.on(0, floor), lamp + Vec3{0.52, 0, 0})));  // at 0.26
+            EXPECT_FALSE(tracer.free({tracer.on(0, floor), up}));
+            EXPECT_TRUE(tracer.free(segment(tracer.on(0, floor), floor + Vec3{0, 0, 0.9})));  // ends before the disk
+            const Hit hit = tracer.closest({tracer.on(0, floor), up});
             EXPECT_EQ(hit.surfel, 1u);
             EXPECT_EQ(hit.front, normal == down);
         }
@@ -31,8 +32,8 @@ TEST(Tracer, ADiskBlocksInsideItsRadiusFromBothSides) {
 TEST(Tracer, SegmentsBetweenSurfelsIgnoreTheirOwnDisks) {
     const Scene scene = scene_of({disk({0, 0, 0}, up, 0.5), disk({0, 0, 1}, down, 0.5)});
     const Tracer tracer(scene);
-    EXPECT_TRUE(tracer.visible(0, {0, 0, 0}, 1, {0, 0, 1}));
-    EXPECT_TRUE(tracer.visible(0, {0.4, 0, 0}, 1, {-0.4, 0, 1}));
+    EXPECT_TRUE(tracer.free(segment(tracer.on(0, {0, 0, 0}), {0, 0, 1}, 1)));
+    EXPECT_TRUE(tracer.free(segment(tracer.on(0, {0.4, 0, 0}), {-0.4, 0, 1}, 1)));
 }
 
 TEST(Tracer, NoPairInsideOrOutsideASphereIsFalselyBlocked) {
@@ -42,15 +43,16 @@ TEST(Tracer, NoPairInsideOrOutsideASphereIsFalselyBlocked) {
         const Surfels& s = scene.surfels;
         for (std::uint32_t i = 0; i < s.size(); ++i) {
             for (std::uint32_t j = 0; sign < 0.0 && j < s.size(); ++j)
-                ASSERT_TRUE(i == j || tracer.visible(i, s.positions[i], j, s.positions[j])) << i << " " << j;
+                ASSERT_TRUE(i == j || tracer.free(segment(tracer.on(i, s.positions[i]), s.positions[j], j)))
+                    << i << " " << j;
             // Cosine-distributed rays: from outside all escape, from inside none does, down to grazing ones.
             EvenPoints even(2, 0, i);
             const Frame frame = frame_around(s.normals[i]);
             for (int k = 0; k < 64; ++k) {
                 const double* u = even.next();
                 const Vec3 d = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-                ASSERT_EQ(bool(tracer.closest(i, s.positions[i], d)), sign < 0.0);
-                ASSERT_EQ(tracer.escapes(i, s.positions[i], d), sign > 0.0);
+                ASSERT_EQ(bool(tracer.closest({tracer.on(i, s.positions[i]), d})), sign < 0.0);
+                ASSERT_EQ(tracer.free({tracer.on(i, s.positions[i]), d}), sign > 0.0);
             }
         }
     }
@@ -137,8 +139,8 @@ TEST(Tracer, WhatTouchesButFacesTheSurfelBlocks) {
     Scene scene = scene_of({floor, lid});
     scene.object = {0, 0};
     const Tracer tracer(scene);
-    EXPECT_FALSE(tracer.escapes(0, {0, 0, 0}, up));
-    EXPECT_EQ(tracer.closest(0, {0, 0, 0}, up).surfel, 1u);
+    EXPECT_FALSE(tracer.free({tracer.on(0, {0, 0, 0}), up}));
+    EXPECT_EQ(tracer.closest({tracer.on(0, {0, 0, 0}), up}).surfel, 1u);
 }
 
 TEST(Tracer, TwoSidedSheetsAreSeenFromEitherSideAndDoNotBlockThemselves) {
@@ -155,11 +157,11 @@ TEST(Tracer, TwoSidedSheetsAreSeenFromEitherSideAndDoNotBlockThemselves) {
     const Tracer tracer(scene);
     const std::uint32_t front = 12, back = 37, above = 50, below = 51;
     const Vec3 middle = grid.positions[12];
-    EXPECT_EQ(tracer.closest(front, middle, up).surfel, above);
-    EXPECT_EQ(tracer.closest(back, middle, down).surfel, below);
-    EXPECT_FALSE(tracer.visible(above, {0.2, 0.2, 1}, below, {0.2, 0.2, -1}));
-    const Hit from_above = tracer.closest(above, {0.2, 0.2, 1}, down),
-              from_below = tracer.closest(below, {0.2, 0.2, -1}, up);
+    EXPECT_EQ(tracer.closest({tracer.on(front, middle), up}).surfel, above);
+    EXPECT_EQ(tracer.closest({tracer.on(back, middle), down}).surfel, below);
+    EXPECT_FALSE(tracer.free(segment(tracer.on(above, {0.2, 0.2, 1}), {0.2, 0.2, -1}, below)));
+    const Hit from_above = tracer.closest({tracer.on(above, {0.2, 0.2, 1}), down}),
+              from_below = tracer.closest({tracer.on(below, {0.2, 0.2, -1}), up});
     EXPECT_TRUE(from_above.front);
     EXPECT_LT(from_above.surfel, 25u);
     EXPECT_TRUE(from_below.front);
@@ -173,9 +175,9 @@ TEST(Tracer, MeshSurfelsBlockByTheirTrianglesNotTheirDisks) {
     const Scene scene = scene_of({disk({0, 0, 0}, up, 0.1), square});
     const Tracer tracer(scene);
     const Vec3 o;
-    EXPECT_FALSE(tracer.escapes(0, o, {0.49, 0, 1}));
-    EXPECT_TRUE(tracer.escapes(0, o, {0.51, 0, 1}));  // inside the circumscribed disk, outside the square
-    EXPECT_TRUE(tracer.closest(0, o, {0.2, 0.2, 1}).front);
+    EXPECT_FALSE(tracer.free({tracer.on(0, o), {0.49, 0, 1}}));
+    EXPECT_TRUE(tracer.free({tracer.on(0, o), {0.51, 0, 1}}));  // inside the circumscribed disk, outside the square
+    EXPECT_TRUE(tracer.closest({tracer.on(0, o), {0.2, 0.2, 1}}).front);
 }
 
 TEST(Tracer, NoRaySlipsOutOfAClosedBox) {
@@ -184,7 +186,7 @@ TEST(Tracer, NoRaySlipsOutOfAClosedBox) {
     Random random(1);
     for (int k = 0; k < 20000; ++k) {
         const Vec3 d = normalized({random.uniform() - 0.5, random.uniform() - 0.5, random.uniform()});
-        ASSERT_TRUE(tracer.closest(0, scene.surfels.positions[0], d).front);
+        ASSERT_TRUE(tracer.closest({tracer.on(0, scene.surfels.positions[0]), d}).front);
     }
 }
 

@@ -185,15 +185,8 @@ std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& ligh
 
 // Is the way free to a light at a place, or in a direction?
 bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, const Vec3& light, bool distant) {
-    if (receiver.is_whole_surfel)
-        return distant ? tracer.escapes(receiver.surfel, at, light) : tracer.visible(receiver.surfel, at, light);
-    thread_local std::vector<Ray> ray(1);
-    thread_local std::vector<char> free;
-    const double distance = distant ? Ray{}.length : length(light - at);
-    if (!(distance > 0.0)) return true;
-    ray[0] = {{at, receiver.normal, receiver.surfel}, distant ? light : (light - at) / distance, distance};
-    tracer.free(ray, free);
-    return free[0] != 0;
+    const Departure from{at, receiver.normal, receiver.surfel};
+    return tracer.free(distant ? Ray{from, light} : segment(from, light));
 }
 
 using Part = NarrowLight::Part;

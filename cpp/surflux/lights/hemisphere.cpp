@@ -49,7 +49,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
             for (; taken < count; ++taken) {
                 const double* u = even.next();
                 const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-                const Hit hit = tracer.closest(i, points.at(i, u[2], u[3]), direction);
+                const Hit hit = tracer.closest({{points.at(i, u[2], u[3]), frame.n, i}, direction});
                 if (hit) {
                     absorbed += absorbs(hit, frame.n, s, tracer.contact(hit.surfel));
                     continue;
@@ -69,7 +69,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
                 const double* u = lit.next();
                 const Vec3 direction = images[k].sample(u[0], u[1]);
                 const double cosine = dot(direction, frame.n);
-                if (cosine <= 0.0 || !tracer.escapes(i, points.at(i, u[2], u[3]), direction)) continue;
+                if (cosine <= 0.0 || !tracer.free({{points.at(i, u[2], u[3]), frame.n, i}, direction})) continue;
                 sky += images[k].radiance(direction) * (cosine / (cosine / pi + images[k].density(direction)));
             }
         }

@@ -46,7 +46,7 @@ double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pai
         Vec3 to;
         if (!pairs.meets(j, from, frame.to_world(square_to_cosine_hemisphere(u[2], u[3])), to)) continue;
         ++all;
-        free += tracer.visible(i, from, j, to);
+        free += tracer.free(segment(tracer.on(i, from), to, j));
     }
     rays += static_cast<std::size_t>(all);
     return all > 0 ? static_cast<double>(free) / all : 0.0;
@@ -75,7 +75,7 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
         const double weight = count == 1 ? 1.0 : pairs.kernel(i, from, j, to);
         if (weight <= 0.0) continue;
         all += weight;
-        if (tracer.visible(i, from, j, to)) free += weight;
+        if (tracer.free(segment(tracer.on(i, from), to, j))) free += weight;
         ++rays;
     }
     return all > 0.0 ? free / all : 0.0;

@@ -74,7 +74,7 @@ VisibleShare::Share VisibleShare::operator()(std::uint32_t i, std::uint32_t j, P
             }
             s.all += weight;
             ++out.rays;
-            if (tracer_.visible(i, from, j, to)) s.free += weight;
+            if (tracer_.free(segment(tracer_.on(i, from), to, j))) s.free += weight;
         }
     };
     const auto make = [&](std::size_t k) {

@@ -54,7 +54,7 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
         const double* u = sequences.directions.next();
         const Vec3 from = points_.at(place, u[2], u[3]);
         const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
-        const Hit hit = tracer_.closest(place.surfel, from, direction);
+        const Hit hit = tracer_.closest({{from, place.normal, place.surfel}, direction});
         const Rgb at_end = lights_.found_at_end(place.normal, direction, hit);
         sum.irradiance += at_end;
         sum.of_all += at_end;

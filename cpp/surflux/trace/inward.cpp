@@ -50,7 +50,8 @@ std::vector<double> escapes(const Scene& scene, const std::vector<std::uint32_t>
                     const double* u = even.next();
                     Vec3 d = square_to_cosine_hemisphere(u[0], u[1]);
                     d.z = std::max(d.z, flattest);
-                    if (tracer.escapes(i, s.positions[i], frame.to_world(normalized(d)))) out[k] += 1.0 / options.rays;
+                    const Ray ray{{s.positions[i], s.normals[i], i}, frame.to_world(normalized(d))};
+                    if (tracer.free(ray)) out[k] += 1.0 / options.rays;
                 }
             }
         },

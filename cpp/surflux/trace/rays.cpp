@@ -3,35 +3,67 @@
 
 namespace surflux {
 
-void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
-    hits.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
+Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel) {
+    const Vec3 d = to - from.position;
+    const double distance = length(d);
+    return {from, distance > 0.0 ? d / distance : Vec3{0, 0, 1}, distance, surfel};
+}
+
+void Tracer::Impl::closest(const Ray* rays, std::size_t count, Hit* hits) const {
+    Query query{{}, this, rays};
     embree::init(query.context);
-    for (std::size_t k = 0; k < rays.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
         RTCRayHit hit;
-        hit.ray = impl_->ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
+        hit.ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
         hit.ray.id = static_cast<unsigned>(k);
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(impl_->scene.get(), query.context, hit);
-        hits[k] = impl_->found(hit, rays[k].direction);
+        embree::intersect(scene.get(), query.context, hit);
+        hits[k] = found(hit, rays[k].direction);
     }
+}
+
+// Shadow rays end short of their target by a hair: what lies on the target's own plane does not block.
+template <class Bool>
+void Tracer::Impl::free(const Ray* rays, std::size_t count, Bool* free) const {
+    Query query{{}, this, rays, true};
+    embree::init(query.context);
+    for (std::size_t k = 0; k < count; ++k) {
+        RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * (1.0 - 1e-5));
+        ray.id = static_cast<unsigned>(k);
+        embree::occluded(scene.get(), query.context, ray);
+        free[k] = ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit
+    }
+}
+
+Hit Tracer::closest(const Ray& ray) const {
+    Hit hit;
+    impl_->closest(&ray, 1, &hit);
+    return hit;
+}
+
+void Tracer::closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
+    hits.resize(rays.size());
+    impl_->closest(rays.data(), rays.size(), hits.data());
+}
+
+bool Tracer::free(const Ray& ray) const {
+    bool free = false;
+    impl_->free(&ray, 1, &free);
+    return free;
 }
 
 void Tracer::free(const std::vector<Ray>& rays, std::vector<char>& free) const {
     free.resize(rays.size());
-    Impl::Query query{{}, impl_.get(), nullptr, no_surfel, rays.data()};
-    query.segments = true;
-    embree::init(query.context);
-    for (std::size_t k = 0; k < rays.size(); ++k) {
-        RTCRay ray = impl_->ray_from(rays[k].from.position, rays[k].direction, rays[k].length);
-        ray.id = static_cast<unsigned>(k);
-        embree::occluded(impl_->scene.get(), query.context, ray);
-        free[k] = ray.tfar >= 0.0f;
-    }
+    impl_->free(rays.data(), rays.size(), free.data());
+}
+
+Departure Tracer::on(std::uint32_t surfel, const Vec3& point) const {
+    const float* n = impl_->disks[surfel].normal;
+    return {point, {n[0], n[1], n[2]}, surfel};
 }
 
 Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
-    Impl::Query query{{}, impl_.get(), nullptr, no_surfel};
+    Impl::Query query{{}, impl_.get()};
     query.nearby = &normal;
     embree::init(query.context);
     Departure out{point, normal, no_surfel};

@@ -83,27 +83,6 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
 
 Tracer::~Tracer() = default;
 
-// A ray of unit direction that ends short of the target by a hair: what lies on the target's own plane does not block.
-// A target far outside the scene is as good as one at its edge.
-RTCRay Tracer::Impl::segment(const Vec3& from, const Vec3& to) const {
-    const Vec3 d = to - from;
-    const double distance = length(d);
-    if (!(distance > 0.0)) return ray_from(from, {0, 0, 1}, 0.0);
-    return ray_from(from, d / distance, std::min(distance * (1.0 - 1e-5), 4.0 * diameter));
-}
-
-bool Tracer::visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const {
-    return impl_->free(impl_->leaving(i, from), j, impl_->segment(from, to), length(to - from));
-}
-
-bool Tracer::visible(std::uint32_t i, const Vec3& from, const Vec3& to) const {
-    return impl_->free(impl_->leaving(i, from), no_surfel, impl_->segment(from, to), length(to - from));
-}
-
-bool Tracer::escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const {
-    return impl_->free(impl_->leaving(i, from), no_surfel, impl_->ray_from(from, direction, infinite), infinite);
-}
-
 Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
     Hit out;
@@ -167,7 +146,7 @@ std::uint32_t Tracer::Impl::topmost(std::uint32_t surfel, const RTCRay& ray) con
 
 void Tracer::Impl::drop_joints() {
     const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
-        Query query{{}, this, nullptr, no_surfel};
+        Query query{{}, this};
         query.but = disks[i].object;
         embree::init(query.context);
         RTCRay ray = ray_from(from, direction, length);
@@ -189,17 +168,6 @@ void Tracer::Impl::drop_joints() {
                 meets_another(i, beyond + high * normal, -normal, 2.0 * high))
                 ends[e].limit = infinite;
         }
-}
-
-Hit Tracer::closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const {
-    const Departure leaving = impl_->leaving(i, from);
-    Impl::Query query{{}, impl_.get(), &leaving, no_surfel};
-    embree::init(query.context);
-    RTCRayHit hit;
-    hit.ray = impl_->ray_from(from, direction, infinite);
-    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect(impl_->scene.get(), query.context, hit);
-    return impl_->found(hit, direction);
 }
 
 void Tracer::require_near(const std::vector<Vec3>& points) const {

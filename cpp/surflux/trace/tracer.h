@@ -29,7 +29,11 @@ struct Ray {
     Departure from;
     Vec3 direction;  // unit
     double length = std::numeric_limits<double>::infinity();
+    std::uint32_t to = Hit::none;  // the surfel that a shadow ray arrives at; `none` for a light
 };
+
+// The shadow ray from a place to a point of a surfel, or of a light.
+Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel = Hit::none);
 
 // Ray queries (closest hit and occlusion, by Embree) against the surfels of a scene: disks, up to their creases, and
 // the triangles of those that have some, block from both sides. Self-intersection is avoided by one rule for all
@@ -48,19 +52,15 @@ public:
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
 
-    // Shadow ray: is the segment from a point of surfel i to a point of surfel j unoccluded?
-    bool visible(std::uint32_t i, const Vec3& from, std::uint32_t j, const Vec3& to) const;
-    // The same towards a point that is no surfel's: a light.
-    bool visible(std::uint32_t i, const Vec3& from, const Vec3& to) const;
-    // Does the ray leave the scene?
-    bool escapes(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
-    // What the ray from surfel i meets first.
-    Hit closest(std::uint32_t i, const Vec3& from, const Vec3& direction) const;
-
-    // The same for many rays, each within its length, at the end of which nothing is ignored.
+    // What a ray meets first within its length, at the end of which nothing is ignored.
+    Hit closest(const Ray& ray) const;
     void closest(const std::vector<Ray>& rays, std::vector<Hit>& hits) const;
-    // Shadow rays, many at a time: is each unoccluded up to its length, where it arrives at a light or a surface?
+    // Is a shadow ray unoccluded up to its length, where it arrives at a surfel or a light? One without end: does it
+    // leave the scene?
+    bool free(const Ray& ray) const;
     void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
+    // A point of a surfel, as a place to leave.
+    Departure on(std::uint32_t surfel, const Vec3& point) const;
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal
     // meets nearest to it, among disks no farther than half their radius and patches that touch it, and facing its way.
     Departure departure(const Vec3& point, const Vec3& normal) const;

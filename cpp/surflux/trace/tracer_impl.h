@@ -110,11 +110,8 @@ struct Tracer::Impl {
     struct Query {
         embree::Context context;  // first: Embree hands back a pointer to it
         const Impl* impl;
-        const Departure* from;
-        std::uint32_t to;
-        const Ray* rays = nullptr;      // by Embree's ray id, where there are many; `from` and `to` are not used then
-        float length = infinite;        // of a segment: it ends on a surface or at a light
-        bool segments = false;          // the same of `rays`, by their own lengths
+        const Ray* rays = nullptr;      // by Embree's ray id
+        bool segments = false;          // which end on a surface or at a light
         const Vec3* nearby = nullptr;   // the normal of a point whose surfel is looked for, and nothing else
         std::uint32_t but = no_object;  // what is not of this object is looked for, and nothing else
     };
@@ -257,16 +254,12 @@ struct Tracer::Impl {
     bool passes(const Query& query, const Crossing& hit, unsigned id) const {
         if (query.but != no_object) return disks[hit.surfel].object == query.but;
         if (query.nearby) return is_strange(*query.nearby, hit);
-        if (query.rays) {
-            const Ray& ray = query.rays[id];
-            return ignores(ray.from, hit) || (query.segments && ends_on(to_local(ray.length), hit)) ||
-                   is_over_surface(ray.from.surfel, hit);
-        }
-        if (ignores(*query.from, hit) || ends_on(query.length, hit) || is_over_surface(query.from->surfel, hit))
-            return true;
-        if (query.to == no_surfel) return false;
-        return hit.surfel == query.to || disks[query.to].twin == hit.surfel ||
-               (hit.is_disk && stands_off(query.to, hit.surfel, hit.direction));
+        const Ray& ray = query.rays[id];
+        if (ignores(ray.from, hit) || is_over_surface(ray.from.surfel, hit)) return true;
+        if (!query.segments) return false;
+        if (ends_on(to_local(ray.length), hit)) return true;
+        return ray.to != no_surfel && (hit.surfel == ray.to || disks[ray.to].twin == hit.surfel ||
+                                       (hit.is_disk && stands_off(ray.to, hit.surfel, hit.direction)));
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {
@@ -320,20 +313,9 @@ struct Tracer::Impl {
         return ray;
     }
 
-    RTCRay segment(const Vec3& from, const Vec3& to) const;
-
-    Departure leaving(std::uint32_t i, const Vec3& from) const {
-        const float* n = disks[i].normal;
-        return {from, {n[0], n[1], n[2]}, i};
-    }
-
-    bool free(const Departure& from, std::uint32_t j, RTCRay ray, double length) const {
-        Query query{{}, this, &from, j};
-        query.length = to_local(length);
-        embree::init(query.context);
-        embree::occluded(scene.get(), query.context, ray);
-        return ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit
-    }
+    void closest(const Ray* rays, std::size_t count, Hit* hits) const;
+    template <class Bool>
+    void free(const Ray* rays, std::size_t count, Bool* free) const;
 
     void attach(RTCGeometry geometry, unsigned id) {
         rtcSetGeometryMask(geometry, embree::mask_all);
