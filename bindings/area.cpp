@@ -2,7 +2,6 @@
 
 #include "convert.h"
 #include "rooms.h"
-#include "surflux/area/disk_ends.h"
 #include "surflux/area/effective_area.h"
 #include "surflux/area/quadrature.h"
 #include "surflux/area/shares.h"
@@ -26,31 +25,6 @@ void bind_area(py::module_& module) {
         },
         py::arg("surfels"), py::arg("curved"), py::arg("kappa"), py::arg("resolution"), py::arg("epsilon"),
         py::arg("backend"), py::arg("progress") = py::none());
-    module.def(
-        "with_disk_ends",
-        [](const Surfels& surfels, const py::object& progress) {
-            const Progress report = to_progress(progress);
-            return without_gil([&] {
-                Surfels out = surfels;
-                find_disk_ends(out, AreaOptions{}.epsilon, report);
-                return out;
-            });
-        },
-        py::arg("surfels"), py::arg("progress") = py::none());
-    // (areas, surfels with their ends)
-    module.def(
-        "areas_and_disk_ends",
-        [](const Surfels& surfels, const py::object& progress) {
-            const Progress report = to_progress(progress);
-            Surfels out = surfels;
-            const std::vector<double> areas = without_gil([&] { return find_areas_and_ends(out, report); });
-            return py::make_tuple(to_array(areas), std::move(out));
-        },
-        py::arg("surfels"), py::arg("progress") = py::none());
-    module.def("has_disks", [](const Surfels& surfels) {
-        const std::vector<bool> is_disk = disks_among(surfels);
-        return std::find(is_disk.begin(), is_disk.end(), true) != is_disk.end();
-    });
     module.def(
         "area_shares",
         [](const Surfels& surfels, std::size_t index, bool curved, double kappa, int resolution, double epsilon) {

@@ -17,7 +17,7 @@ namespace surflux::bindings {
 namespace {
 
 // Of a scene whose `wanted` is a function of positions, normals and objects one by one, or None.
-py::dict place_points(const Scene& scene, int levels, double radius, std::uint64_t seed, int rejections,
+py::dict place_points(const CompiledScene& compiled, int levels, double radius, std::uint64_t seed, int rejections,
                       const py::object& wanted, const py::object& progress) {
     Wanted ask;
     if (!wanted.is_none())
@@ -27,8 +27,7 @@ py::dict place_points(const Scene& scene, int levels, double radius, std::uint64
         };
     const Progress report = to_progress(progress);
     const PlacedPoints points = without_gil([&] {
-        const Tracer tracer(scene);
-        PointPlacement placement(scene, tracer, {radius, rejections, seed});
+        PointPlacement placement(compiled.scene(), compiled.tracer(), {radius, rejections, seed});
         // Only the last level is placed where it is wanted.
         for (int level = 0; level < levels; ++level) placement.add_level(level + 1 == levels ? ask : Wanted(), report);
         return placement.points();
@@ -46,8 +45,12 @@ py::dict place_points(const Scene& scene, int levels, double radius, std::uint64
 // The field of a solution anywhere on the surfaces of its scene.
 class FieldOnScene {
 public:
-    FieldOnScene(std::shared_ptr<const MeshlessField> field, const Scene& scene)
-        : field_(std::move(field)), scene_(scene), tracer_(scene), surfels_(scene.surfels.positions) {}
+    FieldOnScene(std::shared_ptr<const MeshlessField> field, std::shared_ptr<const CompiledScene> compiled)
+        : field_(std::move(field)),
+          compiled_(std::move(compiled)),
+          scene_(compiled_->scene()),
+          tracer_(compiled_->tracer()),
+          surfels_(scene_.surfels.positions) {}
 
     // (all that the basis holds, the part of it that is direct light, whether the place sees no function)
     py::tuple at(const Doubles& points, const Doubles& normals, const py::object& progress) const {
@@ -208,8 +211,9 @@ private:
     }
 
     std::shared_ptr<const MeshlessField> field_;
+    std::shared_ptr<const CompiledScene> compiled_;
     const Scene& scene_;
-    Tracer tracer_;
+    const Tracer& tracer_;
     PointIndex surfels_;
     mutable std::once_flag sight_once_;
     mutable std::unique_ptr<BasisSight> sight_;
@@ -264,10 +268,9 @@ std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
     return out;
 }
 
-py::dict solve_scene(const py::object& scene_object, int levels, double radius, double epsilon_e, double epsilon_omega,
-                     int rays, int bounces, bool indirect_only, double tolerance, int probes, int shadow_rays,
-                     std::uint64_t seed, const py::object& progress) {
-    const auto& scene = scene_object.cast<const Scene&>();
+py::dict solve_scene(const std::shared_ptr<CompiledScene>& scene, int levels, double radius, double epsilon_e,
+                     double epsilon_omega, int rays, int bounces, bool indirect_only, double tolerance, int probes,
+                     int shadow_rays, std::uint64_t seed, const py::object& progress) {
     MeshlessOptions options;
     options.levels = levels;
     options.radius = radius;
@@ -280,11 +283,9 @@ py::dict solve_scene(const py::object& scene_object, int levels, double radius, 
     options.direct = {probes, shadow_rays};
     options.seed = seed;
     const StageProgress report = to_stage_progress(progress);
-    MeshlessSolution found = without_gil([&] { return solve_meshless(scene, options, report); });
-    py::dict out = to_dict(scene, std::move(found.solution));
-    const py::object field = py::cast(without_gil([&] { return std::make_unique<FieldOnScene>(found.field, scene); }));
-    py::detail::keep_alive_impl(field, scene_object);
-    out["field"] = field;
+    MeshlessSolution found = without_gil([&] { return solve_meshless(*scene, options, report); });
+    py::dict out = to_dict(scene->scene(), std::move(found.solution));
+    out["field"] = py::cast(without_gil([&] { return std::make_unique<FieldOnScene>(found.field, scene); }));
     out["lit"] = to_array(found.lit);
     out["emitted"] = to_array(found.emitted);
     return out;
@@ -294,11 +295,11 @@ py::dict solve_scene(const py::object& scene_object, int levels, double radius, 
 
 void bind_meshless(py::module_& module) {
     py::class_<FieldOnScene>(module, "MeshlessField")
-        .def(py::init([](const py::dict& functions, const Scene& scene) {
+        .def(py::init([](const py::dict& functions, const std::shared_ptr<CompiledScene>& scene) {
                  const std::shared_ptr<const MeshlessField> field = field_of(functions);
                  return without_gil([&] { return std::make_unique<FieldOnScene>(field, scene); });
              }),
-             py::arg("functions"), py::arg("scene"), py::keep_alive<1, 3>())
+             py::arg("functions"), py::arg("scene"))
         .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))

@@ -11,7 +11,7 @@ namespace surflux::bindings {
 
 namespace {
 
-py::dict solve_scene(const Scene& scene, const std::string& transport, double zeta, bool insert,
+py::dict solve_scene(const CompiledScene& scene, const std::string& transport, double zeta, bool insert,
                      std::size_t max_surfels, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
                      double max_memory, std::uint64_t seed, const py::object& progress) {
     SolveOptions options;
@@ -29,14 +29,14 @@ py::dict solve_scene(const Scene& scene, const std::string& transport, double ze
     options.seed = seed;
     const StageProgress report = to_stage_progress(progress);
     Solution solution = without_gil([&] { return solve(scene, options, report); });
-    return to_dict(scene, std::move(solution));
+    return to_dict(scene.scene(), std::move(solution));
 }
 
 // F, 1 less its row sums (empty without visibility), how many pairs did not come to the error, and the rays.
-py::tuple form_factors_of_scene(const Scene& scene, bool visibility, double error, int rays, double epsilon,
+py::tuple form_factors_of_scene(const CompiledScene& scene, bool visibility, double error, int rays, double epsilon,
                                 std::uint64_t seed, const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
-    const auto side = static_cast<py::ssize_t>(scene.surfels.size());
+    const auto side = static_cast<py::ssize_t>(scene.scene().surfels.size());
     py::array_t<double> matrix({side, side});
     double* factors = matrix.mutable_data();
     const FormFactorOptions options{visibility, error, rays, epsilon, seed};
@@ -66,7 +66,8 @@ py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsi
     return out;
 }
 
-FormFactorOperator operator_of_scene(const Scene& scene, int rays, std::uint64_t seed, const py::object& progress) {
+FormFactorOperator operator_of_scene(const CompiledScene& scene, int rays, std::uint64_t seed,
+                                     const py::object& progress) {
     const StageProgress stages = to_stage_progress(progress);
     return without_gil([&] { return form_factor_operator(scene, {rays, seed}, stages); });
 }

@@ -7,8 +7,9 @@ namespace surflux::bindings {
 namespace {
 
 // Irradiance, its standard error, and the number of rays.
-py::tuple irradiance_at_points(const Scene& scene, const Doubles& points, const Doubles& normals, std::size_t samples,
-                               std::uint64_t seed, double small_emitters, const py::object& progress) {
+py::tuple irradiance_at_points(const CompiledScene& scene, const Doubles& points, const Doubles& normals,
+                               std::size_t samples, std::uint64_t seed, double small_emitters,
+                               const py::object& progress) {
     const std::vector<Vec3> at = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
     const ReferenceOptions options{samples, seed, small_emitters};
     const Progress report = to_progress(progress);

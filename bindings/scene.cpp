@@ -1,9 +1,9 @@
 #include "convert.h"
 #include "rooms.h"
 
-#include "surflux/area/coincidence.h"
+#include "surflux/area/compile_scene.h"
 #include "surflux/scene/divided_patches.h"
-#include "surflux/scene/scene.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux::bindings {
 
@@ -177,7 +177,7 @@ void bind_scene(py::module_& module) {
                  }),
              py::arg("radiance"), py::arg("pixels"), py::arg("up"), py::arg("azimuth"));
 
-    // What of a scene coincides, found by find_coincidence.
+    // What of a scene coincides, found by compile_scene.
     py::class_<Coincidence>(module, "Coincidence")
         .def_property_readonly("uncovered", [](const Coincidence& c) { return to_array(c.uncovered); })
         .def_property_readonly("overlaps",
@@ -208,29 +208,29 @@ void bind_scene(py::module_& module) {
             return out;
         });
 
-    py::class_<Scene>(module, "Scene")
-        .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights,
-                         const Coincidence* coincidence, const py::object& progress) {
-                 const Progress report = to_progress(progress);
+    // Objects as they are. Areas must be given for all or for none.
+    py::class_<CompiledScene, std::shared_ptr<CompiledScene>>(module, "Scene")
+        .def(py::init([](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights) {
                  return without_gil([&] {
                      Scene scene;
                      for (const Surfels* object : objects) append(scene, *object);
                      scene.lights = lights;
-                     if (coincidence) count_once(scene, *coincidence, report);
-                     return scene;
+                     return std::make_shared<CompiledScene>(std::move(scene));
                  });
              }),
-             py::arg("objects"), py::arg("lights"), py::arg("coincidence") = nullptr, py::arg("progress") = py::none())
-        .def_property_readonly("surfels", [](const Scene& s) { return s.surfels; })
-        .def_property_readonly("object", [](const Scene& s) { return to_array(s.object); });
-
+             py::arg("objects"), py::arg("lights"))
+        .def_property_readonly("surfels", [](const CompiledScene& s) { return s.scene().surfels; })
+        .def_property_readonly("object", [](const CompiledScene& s) { return to_array(s.scene().object); });
     module.def(
-        "find_coincidence",
-        [](const Scene& scene, const py::object& progress) {
+        "compile_scene",
+        [](const std::vector<const Surfels*>& objects, const std::vector<Light>& lights, const py::object& progress) {
             const Progress report = to_progress(progress);
-            return without_gil([&] { return find_coincidence(scene, report); });
+            Coincidence coincidence;
+            auto scene = without_gil(
+                [&] { return std::make_shared<CompiledScene>(compile_scene(objects, lights, coincidence, report)); });
+            return std::make_pair(std::move(scene), std::move(coincidence));
         },
-        py::arg("scene"), py::arg("progress") = py::none());
+        py::arg("objects"), py::arg("lights"), py::arg("progress") = py::none());
     // Corners, offsets and patch of the pieces of those patches that walls part.
     module.def(
         "divide_patches",

@@ -7,7 +7,7 @@
 #include "surflux/solution/final_gather.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/sight.h"
-#include "surflux/trace/tracer.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux::bindings {
 
@@ -20,15 +20,16 @@ constexpr int own_rays = 256, own_probes = 16, own_shadow_rays = 64;
 // and places on surfaces from which none of the surfels around can be seen find them by rays of their own: from surfels
 // that send what they receive, besides emission, or emission alone.
 struct Field {
-    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values, const Scene* in,
-          const py::object& progress, std::optional<bool> reflects)
-        : nodes(nodes_at(surfels, to_vector(objects))), scene(in) {
+    Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values,
+          std::shared_ptr<CompiledScene> in, const py::object& progress, std::optional<bool> reflects)
+        : nodes(nodes_at(surfels, to_vector(objects))), compiled(std::move(in)) {
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
         const Progress report = to_progress(progress);
         without_gil([&] {
-            if (scene) {
-                tracer = std::make_unique<Tracer>(*scene);
+            if (compiled) {
+                scene = &compiled->scene();
+                tracer = &compiled->tracer();
                 sight = std::make_unique<Sight>(*tracer, *scene);
                 if (reflects)
                     gather = std::make_unique<FinalGather>(*scene, *tracer, *sight, nodes, light, fields, *reflects);
@@ -102,8 +103,9 @@ struct Field {
     }
 
     NodalField nodes;
-    const Scene* scene;  // or none
-    std::unique_ptr<Tracer> tracer;
+    std::shared_ptr<const CompiledScene> compiled;  // or none
+    const Scene* scene = nullptr;
+    const Tracer* tracer = nullptr;
     std::unique_ptr<Sight> sight;
     std::unique_ptr<FinalGather> gather;
     std::vector<NodalField::Values> fields;
@@ -114,10 +116,10 @@ struct Field {
 
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
-        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, const Scene*, const py::object&,
-                      std::optional<bool>>(),
+        .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, std::shared_ptr<CompiledScene>,
+                      const py::object&, std::optional<bool>>(),
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
-             py::arg("reflects") = py::none(), py::keep_alive<1, 5>())
+             py::arg("reflects") = py::none())
         .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
              py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"));

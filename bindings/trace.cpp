@@ -1,24 +1,25 @@
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/core/parallel.h"
+#include "surflux/trace/compiled_scene.h"
 #include "surflux/trace/inward.h"
-#include "surflux/trace/tracer.h"
 
 namespace surflux::bindings {
 
 namespace {
 
 // Closest hit of each ray: surfel or -1, whether on its front, and the distance.
-py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles& points, const Doubles& directions) {
+py::tuple closest_hits(const CompiledScene& scene, const Indices& surfels, const Doubles& points,
+                       const Doubles& directions) {
     const std::vector<std::uint32_t> from = to_vector(surfels);
     const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
     require(at.size() == from.size() && along.size() == from.size(), "points: wanted as many as surfels");
-    for (std::uint32_t i : from) require(i < scene.surfels.size(), "surfels: there is none of index ", i);
+    for (std::uint32_t i : from) require(i < scene.scene().surfels.size(), "surfels: there is none of index ", i);
     std::vector<std::int64_t> met(from.size());
     std::vector<char> front(from.size());
     std::vector<double> distance(from.size());
     without_gil([&] {
-        const Tracer tracer(scene);
+        const Tracer& tracer = scene.tracer();
         parallel_for(from.size(), 1024, [&](std::size_t k) {
             const Hit hit = tracer.closest({tracer.on(from[k], at[k]), along[k]});
             met[k] = hit ? std::int64_t{hit.surfel} : -1;
@@ -30,13 +31,13 @@ py::tuple closest_hits(const Scene& scene, const Indices& surfels, const Doubles
 }
 
 // Closest front hit of rays from points in the air, with back faces culled: surfel or -1, and the distance.
-py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& directions) {
+py::tuple seen_fronts(const CompiledScene& scene, const Doubles& points, const Doubles& directions) {
     const std::vector<Vec3> at = to_vec3s(points, "points"), along = to_vec3s(directions, "directions");
     require(at.size() == along.size(), "directions: wanted as many as points");
     std::vector<std::int64_t> met(at.size(), -1);
     std::vector<double> distance(at.size(), 0.0);
     without_gil([&] {
-        const Tracer tracer(scene);
+        const Tracer& tracer = scene.tracer();
         parallel_blocks(at.size(), 1024, [&](std::size_t begin, std::size_t end) {
             std::vector<Ray> rays;
             std::vector<std::size_t> of;
@@ -52,7 +53,7 @@ py::tuple seen_fronts(const Scene& scene, const Doubles& points, const Doubles& 
                     const std::size_t k = of[r];
                     if (!hits[r]) continue;
                     distance[k] += hits[r].distance;
-                    if (dot(scene.surfels.normals[hits[r].surfel], along[k]) < 0.0) {
+                    if (dot(scene.scene().surfels.normals[hits[r].surfel], along[k]) < 0.0) {
                         met[k] = hits[r].surfel;
                         continue;
                     }

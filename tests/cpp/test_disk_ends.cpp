@@ -24,7 +24,8 @@ void add_grid(Surfels& s, const Vec3& corner, const Vec3& u, const Vec3& v) {
 Surfels finished(Surfels s) {
     shapes::finish(s, 0.5, 0.0);
     s.radii = estimate_radii(s.positions);
-    find_disk_ends(s);
+    const DiskEnds found = find_disk_ends(s);
+    s.ends = found.ends, s.alone = found.alone;
     return s;
 }
 
@@ -58,7 +59,8 @@ TEST(DiskEnds, ASquareEndsABitOutsideOfItsOutermostPoints) {
 
 TEST(DiskEnds, ASphereHasNone) {
     Surfels s = shapes::sphere(500, 1.0, 1.0, 0.5, 0.0);
-    find_disk_ends(s);
+    const DiskEnds found = find_disk_ends(s);
+    s.ends = found.ends, s.alone = found.alone;
     EXPECT_TRUE(s.ends.empty());
     EXPECT_TRUE(s.alone.empty());
 }
@@ -70,7 +72,8 @@ TEST(DiskEnds, ADiskWithoutNeighboursStandsAlone) {
     s.normals.push_back(z);
     s.radii.push_back(0.1);
     shapes::finish(s, 0.5, 0.0);
-    find_disk_ends(s);
+    const DiskEnds found = find_disk_ends(s);
+    s.ends = found.ends, s.alone = found.alone;
     EXPECT_EQ(s.alone, std::vector<std::uint32_t>{side * side});
     EXPECT_EQ(select(s, {3, side * side, 4}).alone, std::vector<std::uint32_t>{1});
     EXPECT_EQ(shapes::scene_of({s, s}).surfels.alone, (std::vector<std::uint32_t>{side * side, 2 * side * side + 1}));

@@ -103,7 +103,7 @@ def test_the_stub_of_the_core_is_that_of_the_build():
 def test_a_stub_of_another_build_is_seen_and_written_anew(elsewhere):
     file = elsewhere / "python" / "surflux" / "_core.pyi"
     right = file.read_text()
-    file.write_text(right.replace("def has_disks(", "def had_disks("))
+    file.write_text(right.replace("def compile_scene(", "def compiled_scene("))
     done = stub(elsewhere, "--check")
     assert (done.returncode, done.stderr.partition(":")[0]) == (1, "stub")
     assert "_core.pyi is not what the installed core makes" in done.stderr

@@ -29,7 +29,7 @@ def ray_cast(solution, camera, size, samples):
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     eyes = np.tile(camera.eye, (len(ways), 1))
 
-    scene = solution._scene._to_core_without_areas()
+    scene = solution._scene._to_core()
     surfel, distance = _core.seen_fronts(scene, eyes, ways)
     distance = np.where(surfel >= 0, distance, np.inf)
     radiance = np.zeros((len(ways), 3))

@@ -13,9 +13,9 @@ namespace {
 constexpr double crease_overlap = 0.02;
 
 // Where disks end, taken one by one; on many threads, as long as each takes others.
-class DiskEnds {
+class EndsOfDisks {
 public:
-    explicit DiskEnds(const Surfels& surfels)
+    explicit EndsOfDisks(const Surfels& surfels)
         : surfels_(surfels), of_surfel_(surfels.size()), alone_(surfels.size(), 0) {}
 
     void take(Span<std::uint32_t> pile, const Neighborhood& around) {
@@ -34,13 +34,13 @@ public:
         }
     }
 
-    void write(Surfels& to) const {
-        to.ends.clear();
-        to.alone.clear();
+    DiskEnds all() const {
+        DiskEnds out;
         for (std::uint32_t i = 0; i < of_surfel_.size(); ++i) {
-            to.ends.insert(to.ends.end(), of_surfel_[i].begin(), of_surfel_[i].end());
-            if (alone_[i]) to.alone.push_back(i);
+            out.ends.insert(out.ends.end(), of_surfel_[i].begin(), of_surfel_[i].end());
+            if (alone_[i]) out.alone.push_back(i);
         }
+        return out;
     }
 
 private:
@@ -69,22 +69,22 @@ void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, co
 
 }  // namespace
 
-void find_disk_ends(Surfels& surfels, double epsilon, const Progress& progress) {
+DiskEnds find_disk_ends(const Surfels& surfels, double epsilon, const Progress& progress) {
     const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
-    DiskEnds ends(surfels);
+    EndsOfDisks ends(surfels);
     for_disks(
         finder, [] { return 0; },
         [&](int, std::size_t k, const Neighborhood& around) { ends.take(finder.surfels(k), around); }, progress);
-    ends.write(surfels);
+    return ends.all();
 }
 
-std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progress) {
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const Progress& progress) {
     const AreaOptions options;
     const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
     require_radii(finder);
     const PolarGrid grid(options.resolution);
-    DiskEnds ends(surfels);
-    std::vector<double> areas = patch_areas(surfels);
+    EndsOfDisks ends(surfels);
+    areas = patch_areas(surfels);
     for_disks(
         finder, [&] { return DiskIntegrator(options, grid); },
         [&](DiskIntegrator& integrator, std::size_t k, const Neighborhood& around) {
@@ -92,8 +92,7 @@ std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progre
             take_area(finder, k, options.method, integrator.area(around), areas);
         },
         progress);
-    ends.write(surfels);
-    return areas;
+    return ends.all();
 }
 
 }  // namespace surflux

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "surflux/area/effective_area.h"
@@ -7,12 +8,17 @@
 
 namespace surflux {
 
-// Fills in Surfels::ends, the half planes that clip disks as the curved areas do (neighborhood.h), at borders of the
-// sampling and at creases: the surface that rays meet is the one whose area is counted, without overhang. Lists the
-// disks without neighbours, too.
-void find_disk_ends(Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
+// What Surfels::ends and Surfels::alone hold.
+struct DiskEnds {
+    std::vector<DiskEnd> ends;
+    std::vector<std::uint32_t> alone;
+};
+
+// The half planes that clip disks as the curved areas do (neighborhood.h), at borders of the sampling and at creases:
+// the surface that rays meet is the one whose area is counted, without overhang. And the disks without neighbours.
+DiskEnds find_disk_ends(const Surfels& surfels, double epsilon = AreaOptions{}.epsilon, const Progress& progress = {});
 
 // The same with default options, and what effective_areas() gives by them: both ask for the same neighbourhoods.
-std::vector<double> find_areas_and_ends(Surfels& surfels, const Progress& progress = {});
+DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const Progress& progress = {});
 
 }  // namespace surflux

@@ -13,9 +13,6 @@ namespace {
 
 double brightness(const Rgb& c) { return c.x + c.y + c.z; }
 
-// A target's own plane does not block; the same hair that Tracer::visible leaves.
-constexpr double short_of = 1.0 - 1e-5;
-
 }  // namespace
 
 LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources sources) : surfels_(scene.surfels) {
@@ -123,7 +120,7 @@ Rgb LightSampler::found_on_way(const Vec3& point, const Vec3& normal, const Vec3
         const double facing = -dot(light.normal, direction);
         if (facing <= 0.0) continue;
         const double distance = dot(point - light.corner, light.normal) / facing;
-        if (distance <= 0.0 || (hit && distance * short_of >= hit.distance)) continue;
+        if (distance <= 0.0 || (hit && distance * short_of_target >= hit.distance)) continue;
         const Vec3 across = point + distance * direction - light.corner;
         const double s = dot(across, light.u) / length_squared(light.u);
         const double t = dot(across, light.v) / length_squared(light.v);
@@ -161,7 +158,7 @@ LightRay LightSampler::towards(const PointLike& light, const Vec3& point, const 
     const double distance = length(d), cosine = dot(normal, d) / distance;
     if (!(cosine > 0.0)) return {};
     const double share = light.kind == PointLike::spot ? light.cone.share(-d) : 1.0;
-    return {d / distance, distance * short_of, (share * cosine / (distance * distance)) * light.color};
+    return {d / distance, distance, (share * cosine / (distance * distance)) * light.color};
 }
 
 // The irradiance that a ray of density p brings, E / pi cos / p, times its share p / (p + cos / pi).
@@ -171,7 +168,7 @@ LightRay LightSampler::towards(const Rectangle& light, const Vec3& point, const 
     const double distance = length(d), cosine = dot(normal, d) / distance, facing = -dot(light.normal, d) / distance;
     if (!(cosine > 0.0 && facing > 0.0)) return {};
     const double density = distance * distance / (facing * light.area);
-    return {d / distance, distance * short_of, (cosine / (pi * density + cosine)) * light.exitance};
+    return {d / distance, distance, (cosine / (pi * density + cosine)) * light.exitance};
 }
 
 LightRay LightSampler::towards_sky(std::size_t image, const Vec3& normal, double u, double v) const {

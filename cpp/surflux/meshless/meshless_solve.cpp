@@ -32,23 +32,23 @@ constexpr double widest_mean = 1.0, widest_direct_mean = 0.5;
 
 class MeshlessRadiosity {
 public:
-    MeshlessRadiosity(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress,
+    MeshlessRadiosity(const CompiledScene& compiled, const MeshlessOptions& options, const StageProgress& progress,
                       MeshlessSolution& out)
-        : scene_(scene),
+        : scene_(compiled.scene()),
           options_(options),
           progress_(progress),
           found_(out),
           out_(out.solution),
           watch_(out_.timings),
           field_(std::make_shared<MeshlessField>()),
-          tracer_(scene),
-          light_(scene, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct")),
+          tracer_(compiled.tracer()),
+          light_(scene_, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct")),
           placed_(
-              scene, tracer_, light_.points(), field_->basis,
+              scene_, tracer_, light_.points(), field_->basis,
               {options.radius, options.levels, options.indirect_only ? widest_mean : widest_direct_mean, options.seed},
               stage("direct")),
           means_(placed_.means()),
-          gather_(scene, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}),
+          gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}),
           receivers_(field_->basis, placed_.sight()),
           system_(receivers_, gather_, options.bounces) {
         watch_.lap("direct");
@@ -181,7 +181,7 @@ private:
     Solution& out_;
     Stopwatch watch_;
     std::shared_ptr<MeshlessField> field_;
-    const Tracer tracer_;
+    const Tracer& tracer_;
     const SurfaceLight light_;
     PlacedBasis placed_;
     const SurfelMeans& means_;
@@ -258,16 +258,17 @@ void MeshlessRadiosity::write() {
 
 }  // namespace
 
-MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress) {
-    require(scene.surfels.size() > 0, "scene: it has no surfels");
-    require_areas(scene.surfels);
+MeshlessSolution solve_meshless(const CompiledScene& compiled, const MeshlessOptions& options,
+                                const StageProgress& progress) {
+    require(compiled.scene().surfels.size() > 0, "scene: it has no surfels");
+    require_areas(compiled.scene().surfels);
     require(options.levels >= 1 && options.levels <= 10, "levels: wanted 1 to 10, got ", options.levels);
     require(options.epsilon_e > 0.0, "epsilon_e: wanted more than 0, got ", options.epsilon_e);
     require(options.epsilon_omega > 0.0, "epsilon_omega: wanted more than 0, got ", options.epsilon_omega);
     require(options.rays >= 16 && options.rays <= 65535, "rays: wanted 16 to 65535, got ", options.rays);
     require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance: wanted in (0, 1), got ", options.tolerance);
     MeshlessSolution out;
-    MeshlessRadiosity(scene, options, progress, out).run();
+    MeshlessRadiosity(compiled, options, progress, out).run();
     return out;
 }
 

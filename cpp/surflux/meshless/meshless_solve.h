@@ -7,8 +7,8 @@
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/meshless/meshless_field.h"
-#include "surflux/scene/scene.h"
 #include "surflux/solution/solution.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
 
@@ -48,6 +48,7 @@ struct MeshlessSolution {
 //   of residuals (placed_basis.h);
 //   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
 //   is given.
-MeshlessSolution solve_meshless(const Scene& scene, const MeshlessOptions& options, const StageProgress& progress);
+MeshlessSolution solve_meshless(const CompiledScene& compiled, const MeshlessOptions& options,
+                                const StageProgress& progress);
 
 }  // namespace surflux

@@ -148,20 +148,17 @@ std::vector<double> FormFactorOperator::variance(const std::vector<double>& x) c
     return value;
 }
 
-FormFactorOperator form_factor_operator(const Scene& scene, const FormFactorOperatorOptions& options,
+FormFactorOperator form_factor_operator(const CompiledScene& compiled, const FormFactorOperatorOptions& options,
                                         const StageProgress& progress) {
-    const Surfels& s = scene.surfels;
+    const Surfels& s = compiled.scene().surfels;
     require_areas(s);
     const double wanted = 4.0 * static_cast<double>(s.size()) * options.rays;
     require(wanted <= 0.75 * available_memory(), "rays: ", s.size(), " surfels with ", options.rays, " rays each need ",
             wanted / 1e9, " GB, and there are ", 0.75 * available_memory() / 1e9, " GB for it");
     FormFactorOperator::State state;
     state.areas = s.areas;
-    {
-        const Tracer tracer(scene);
-        state.rows = gather_rows(scene, tracer, places_of(s), std::vector<int>(s.size(), options.rays), options.seed,
-                                 progress("rays"));
-    }
+    state.rows = gather_rows(compiled.scene(), compiled.tracer(), places_of(s),
+                             std::vector<int>(s.size(), options.rays), options.seed, progress("rays"));
     const std::vector<double> density = densities(state.rows, state.areas);
     ScalingProblem problem;
     problem.totals = s.areas;

@@ -6,7 +6,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/row_block.h"
-#include "surflux/scene/scene.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
 
@@ -48,7 +48,7 @@ private:
 };
 
 // The scene needs areas.
-FormFactorOperator form_factor_operator(const Scene& scene, const FormFactorOperatorOptions& options,
+FormFactorOperator form_factor_operator(const CompiledScene& compiled, const FormFactorOperatorOptions& options,
                                         const StageProgress& progress = {});
 
 }  // namespace surflux

@@ -36,12 +36,13 @@ Hemispheres nothing_lost(std::size_t surfels) {
 
 }  // namespace
 
-FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
+FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions& options, double* out,
                          const StageProgress& progress) {
+    const Scene& scene = compiled.scene();
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     require_areas(s);
-    const Tracer tracer(scene);
+    const Tracer& tracer = compiled.tracer();
     const PairExchange pairs(scene, options.epsilon, options.visibility);
     const Shafts shafts(scene);
     const VisibleShare share(tracer, pairs, shafts, options.error, options.seed);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/scene/scene.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
 
@@ -25,7 +25,7 @@ struct FormFactors {
 
 // F_ij of all pairs into n x n doubles at `out`, row-major. The scene needs areas.
 // Rows are closed as `solve` does it (closure.h), only more precisely.
-FormFactors form_factors(const Scene& scene, const FormFactorOptions& options, double* out,
+FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions& options, double* out,
                          const StageProgress& progress);
 
 }  // namespace surflux

@@ -9,7 +9,8 @@
 
 namespace surflux {
 
-Solution solve(const Scene& scene, const SolveOptions& options, const StageProgress& progress) {
+Solution solve(const CompiledScene& compiled, const SolveOptions& options, const StageProgress& progress) {
+    const Scene& scene = compiled.scene();
     const std::size_t n = scene.surfels.size();
     require(n > 0, "scene: it has no surfels");
     require_areas(scene.surfels);
@@ -21,7 +22,7 @@ Solution solve(const Scene& scene, const SolveOptions& options, const StageProgr
 
     Solution out;
     Stopwatch watch(out.timings);
-    const Tracer tracer(scene);
+    const Tracer& tracer = compiled.tracer();
     watch.lap("trace");
     if (by_pairs) {
         solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},

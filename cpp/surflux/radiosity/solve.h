@@ -6,8 +6,8 @@
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/radiosity/exchange.h"
-#include "surflux/scene/scene.h"
 #include "surflux/solution/solution.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
 
@@ -29,6 +29,6 @@ struct SolveOptions {
 };
 
 // Radiosity of the scene's surfels (D04 section 7). The scene needs areas.
-Solution solve(const Scene& scene, const SolveOptions& options, const StageProgress& progress = {});
+Solution solve(const CompiledScene& compiled, const SolveOptions& options, const StageProgress& progress = {});
 
 }  // namespace surflux

@@ -59,8 +59,11 @@ struct Plan {
 
 class PathTracer {
 public:
-    PathTracer(const Scene& scene, const ReferenceOptions& options)
-        : surfels_(scene.surfels), tracer_(scene), lights_(scene, options.small_emitters), seed_(options.seed) {}
+    PathTracer(const CompiledScene& compiled, const ReferenceOptions& options)
+        : surfels_(compiled.scene().surfels),
+          tracer_(compiled.tracer()),
+          lights_(compiled.scene(), options.small_emitters),
+          seed_(options.seed) {}
 
     void require_near(const std::vector<Vec3>& points) const { tracer_.require_near(points); }
 
@@ -86,7 +89,7 @@ private:
     bool advance(Path& path, const Ray& ray, const Hit& hit) const;
 
     const Surfels& surfels_;
-    Tracer tracer_;
+    const Tracer& tracer_;
     LightSampler lights_;
     std::uint64_t seed_;
 };
@@ -179,13 +182,14 @@ std::size_t PathTracer::trace(const Vec3& point, const Vec3& normal, std::uint64
 
 }  // namespace
 
-Reference reference_irradiance(const Scene& scene, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
-                               const ReferenceOptions& options, const Progress& progress) {
+Reference reference_irradiance(const CompiledScene& compiled, const std::vector<Vec3>& points,
+                               const std::vector<Vec3>& normals, const ReferenceOptions& options,
+                               const Progress& progress) {
     require(points.size() == normals.size(), "normals: wanted one for each of the ", points.size(), " points, got ",
             normals.size());
     require(options.samples >= least_batches, "samples: wanted at least ", least_batches, ", got ", options.samples);
     const Plan plan(options.samples);
-    const PathTracer tracer(scene, options);
+    const PathTracer tracer(compiled, options);
     tracer.require_near(points);
     const std::vector<std::uint32_t> order = morton_order(points);
     std::vector<Moments> parts(points.size() * plan.chunks);

@@ -5,7 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/light_sampler.h"
-#include "surflux/scene/scene.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux {
 
@@ -33,7 +33,8 @@ struct Reference {
 //   Tracer::departure. Lights neither occlude nor reflect.
 // The samples of a point come in batches of evenly spread paths, each batch randomized on its own: their means are
 // independent, so that (estimate - truth) / error follows Student's t with batches - 1 degrees of freedom.
-Reference reference_irradiance(const Scene& scene, const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
-                               const ReferenceOptions& options, const Progress& progress = {});
+Reference reference_irradiance(const CompiledScene& compiled, const std::vector<Vec3>& points,
+                               const std::vector<Vec3>& normals, const ReferenceOptions& options,
+                               const Progress& progress = {});
 
 }  // namespace surflux

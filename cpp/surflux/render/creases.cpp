@@ -35,8 +35,7 @@ std::vector<Creases> creases_of(const Surfels& surfels, const std::vector<std::i
     for (const auto& [object, members] : of_object) {
         Surfels part = select(surfels, members);
         part.ends.clear();
-        find_disk_ends(part);
-        for (const DiskEnd& end : part.ends) {
+        for (const DiskEnd& end : find_disk_ends(part).ends) {
             if (end.kind != DiskEnd::crease) continue;
             Creases& creases = found[members[end.surfel]];
             Crease& farther = creases[0].limit > creases[1].limit ? creases[0] : creases[1];

@@ -7,28 +7,42 @@
 
 namespace surflux {
 
+namespace {
+
+template <class T>
+void add(std::vector<T>& to, const std::vector<T>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
 void append(Scene& scene, const Surfels& surfels) {
     Surfels& all = scene.surfels;
     const auto first = static_cast<std::uint32_t>(all.size());
     require(first == 0 || all.areas.empty() == surfels.areas.empty(),
             "areas: given for some objects of the scene and not for others");
-    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append_shapes(scene, surfels);
+    add(all.areas, surfels.areas);
+    for (DiskEnd e : surfels.ends) {
+        e.surfel += first;
+        all.ends.push_back(e);
+    }
+    for (std::uint32_t i : surfels.alone) all.alone.push_back(first + i);
+}
+
+void append_shapes(Scene& scene, const Surfels& surfels) {
+    Surfels& all = scene.surfels;
+    const auto first = static_cast<std::uint32_t>(all.size());
     const std::uint32_t object = scene.object.empty() ? 0 : scene.object.back() + 1;
     add(all.positions, surfels.positions);
     add(all.normals, surfels.normals);
     add(all.radii, surfels.radii);
-    add(all.areas, surfels.areas);
     add(all.reflectance, surfels.reflectance);
     add(all.emission, surfels.emission);
     for (Triangle t : surfels.triangles) {
         t.surfel += first;
         all.triangles.push_back(t);
     }
-    for (DiskEnd e : surfels.ends) {
-        e.surfel += first;
-        all.ends.push_back(e);
-    }
-    for (std::uint32_t i : surfels.alone) all.alone.push_back(first + i);
     scene.object.insert(scene.object.end(), surfels.size(), object);
 }
 

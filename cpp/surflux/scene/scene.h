@@ -31,4 +31,7 @@ bool same_surface(const Scene& scene, std::uint32_t i, std::uint32_t j);
 // Appends the surfels as a new object. Areas must be given for all objects or for none.
 void append(Scene& scene, const Surfels& surfels);
 
+// The same without areas and ends of disks.
+void append_shapes(Scene& scene, const Surfels& surfels);
+
 }  // namespace surflux

@@ -22,13 +22,12 @@ void Tracer::Impl::closest(const Ray* rays, std::size_t count, Hit* hits) const 
     }
 }
 
-// Shadow rays end short of their target by a hair: what lies on the target's own plane does not block.
 template <class Bool>
 void Tracer::Impl::free(const Ray* rays, std::size_t count, Bool* free) const {
     Query query{{}, this, rays, true};
     embree::init(query.context);
     for (std::size_t k = 0; k < count; ++k) {
-        RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * (1.0 - 1e-5));
+        RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * short_of_target);
         ray.id = static_cast<unsigned>(k);
         embree::occluded(scene.get(), query.context, ray);
         free[k] = ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit

@@ -32,6 +32,9 @@ struct Ray {
     std::uint32_t to = Hit::none;  // the surfel that a shadow ray arrives at; `none` for a light
 };
 
+// So far along their length shadow rays look: what lies on the target's own plane does not block.
+inline constexpr double short_of_target = 1.0 - 1e-5;
+
 // The shadow ray from a place to a point of a surfel, or of a light.
 Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel = Hit::none);
 

@@ -21,7 +21,7 @@ def warn_of_layers(scene):
 
 def coincidence_of(scene):
     """What of a scene coincides: a dict for programs, and lines of text."""
-    found = scene._find_coincidence()
+    found = scene._coincidence()
     covered = np.flatnonzero(found.uncovered < 1.0 - _COVERED)
     surfels, lines = scene.surfels, []
     if len(covered):
@@ -52,7 +52,7 @@ def rounded_for(surfels):
 
 def _layers(scene, least=_LAYERED):
     yield from _close_sheets(scene, least)
-    for one, other, _, layered, height in scene._find_coincidence().overlaps:
+    for one, other, _, layered, height in scene._coincidence().overlaps:
         if layered >= max(_LEAST, least * min(len(scene.objects[one]), len(scene.objects[other]))):
             yield (
                 f"objects {one} and {other}: {layered} points of them lie some {height:.2g} over or under "
@@ -62,7 +62,7 @@ def _layers(scene, least=_LAYERED):
 
 
 def _close_sheets(scene, least):
-    for mesh, other, points, area, share, height in scene._find_coincidence().close_sheets:
+    for mesh, other, points, area, share, height in scene._coincidence().close_sheets:
         if points and points < _LEAST:
             continue
         if max(share, points / len(scene.objects[other])) < least:
@@ -78,7 +78,7 @@ def _close_sheets(scene, least):
 
 def _gaps(scene, glowing=False):
     """Gaps that rays cannot see. Next to no light comes in from their edges: what lacks is what a side emits."""
-    for one, other, area, width in scene._find_coincidence().gaps:
+    for one, other, area, width in scene._coincidence().gaps:
         if glowing and not any(scene.objects[k].emission.any() for k in (one, other)):
             continue
         who = f"object {one}: faces of it" if one == other else f"objects {one} and {other}: faces of them"
@@ -90,7 +90,7 @@ def _gaps(scene, glowing=False):
 
 
 def _coarse(scene):
-    for which, surfels, contact in scene._find_coincidence().coarse:
+    for which, surfels, contact in scene._coincidence().coarse:
         yield (
             f"object {which}: {counted(surfels, 'surfel')} so far from the middle of the scene, or so small, that "
             f"rays take all within up to {contact:.2g} of them for touching, more than their radius: they exchange no "

@@ -2,14 +2,13 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from surflux import _core
 from surflux._base.check import counted
-from surflux._base.passes import stage, stage_callback
+from surflux._base.passes import progress_callback
 from surflux._base.summary import box_text, html_table
 from surflux.geometry.divided import cut_at_walls
 from surflux.pictures.camera import Camera
@@ -76,14 +75,12 @@ class Scene:
             raise ValueError(f"solve_options: {error}") from None
         self.name = name
         self.solve_options = dict(solve_options or {})
-        self._computed_areas = {}  # by the index of the object, as is
-        self._ended = {}
-        self._coincidence = self._divided = None
+        self._core = self._made_of = self._divided = None
 
     def __getstate__(self) -> dict[str, Any]:
         """What the scene was made of; what was computed from that is computed again."""
         made_of = ("_objects", "_lights", "_camera", "name", "solve_options")
-        computed = {"_computed_areas": {}, "_ended": {}, "_coincidence": None, "_divided": None}
+        computed = dict.fromkeys(("_core", "_made_of", "_divided"))
         return {name: self.__dict__[name] for name in made_of} | computed
 
     @property
@@ -135,39 +132,25 @@ class Scene:
     def _counts(self):
         return len(self._objects), sum(len(s) for s in self._objects), len(self._lights)
 
+    def _compiled(self, *, progress=False):
+        """(_core.Scene, what of it coincides): what all passes share; the objects stay as they are.
+
+        Compiled once, and anew where areas have been set since.
+        """
+        made_of = [s._core for s in self._objects]
+        if self._core is None or any(now is not then for now, then in zip(made_of, self._made_of, strict=True)):
+            lights = [light._to_core() for light in self._lights]
+            with progress_callback(progress, "areas") as callback:
+                self._core, self._made_of = _core.compile_scene(made_of, lights, callback), made_of
+        return self._core
+
     def _to_core(self, *, progress=False):
-        """The compiled scene, with effective areas for every object; the objects stay as they are."""
-        cores = []
-        with stage_callback(progress) as show:  # one stage, however many objects
-            callback = None if show is None else partial(show, "areas")
-            for index, s in enumerate(self._objects):
-                areas = s.areas
-                if areas is None:
-                    if index not in self._computed_areas:
-                        # Disks end where the area that they count does: found together.
-                        found, self._ended[index] = _core.areas_and_disk_ends(s._core, callback)
-                        # What others cover altogether has no area; a little keeps it in the scene.
-                        self._computed_areas[index] = np.maximum(found, 1e-9 * np.pi * s.radii**2)
-                    areas = self._computed_areas[index]
-                core = self._with_ends(index, callback)
-                # What is kept has the areas of then; they can be set.
-                cores.append(core if core is s._core and s.areas is not None else _with_areas(core, areas))
-            coincidence = self._find_coincidence(callback)
-            return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence, callback)
+        """The compiled scene, with effective areas for every object."""
+        return self._compiled(progress=progress)[0]
 
-    def _to_core_without_areas(self):
-        """The compiled scene for passes that use no areas."""
-        callback = stage("disks")
-        cores = [_with_areas(self._with_ends(index, callback), None) for index in range(len(self._objects))]
-        coincidence = self._find_coincidence(callback)
-        return _core.Scene(cores, [light._to_core() for light in self._lights], coincidence, callback)
-
-    def _find_coincidence(self, progress=None):
+    def _coincidence(self):
         """Where surfels coincide and face the same way: their areas count once, and none covers another."""
-        if self._coincidence is None:
-            cores = [_with_areas(s._core, None) for s in self._objects]
-            self._coincidence = _core.find_coincidence(_core.Scene(cores, []), progress)
-        return self._coincidence
+        return self._compiled()[1]
 
     def _count_divided(self):
         """Of each object, how many patches go on beneath walls of others (see divide_patches)."""
@@ -175,17 +158,6 @@ class Scene:
             found = cut_at_walls([s._core for s in self._objects])
             self._divided = [0 if cut is None else int(np.sum(np.bincount(cut[1]) > 1)) for cut in found]
         return self._divided
-
-    def _with_ends(self, index, progress=None):
-        """The object, compiled, with the lines where its disks end."""
-        if index not in self._ended:
-            core = self._objects[index]._core
-            self._ended[index] = _core.with_disk_ends(core, progress) if _core.has_disks(core) else core
-        return self._ended[index]
-
-
-def _with_areas(core, areas):
-    return core.with_areas(np.zeros(0) if areas is None else areas)
 
 
 def _entries(name, values, types, what):

@@ -195,7 +195,7 @@ class Solution:
             self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)
             warn_of_mid_air(self._on_surface(points, normals) != 0)
             if self._field is None:
-                scene = None if self._scene is None else self._scene._to_core_without_areas()
+                scene = None if self._scene is None else self._scene._to_core()
                 others = self.irradiance - self.direct
                 self._known_field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
             return np.asarray(self._field.irradiance(points, normals, direct, seed, callback))

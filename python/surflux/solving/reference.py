@@ -78,7 +78,7 @@ def reference_irradiance(
     samples = check.count("samples", samples, 16)
     seed = check.seed("seed", seed)
     with watched(threads, progress):
-        core = scene._to_core_without_areas()
+        core = scene._to_core()
         warn_of_layers(scene)
         irradiance, error, _ = _core.reference_irradiance(
             core, points, normals, samples, seed, progress=stage("reference")

@@ -107,7 +107,7 @@ class LinkFinder:
         self._place = np.concatenate([np.flatnonzero(subject.objects == k) for k in np.unique(subject.objects)])
         if not np.array_equal(self._place, np.arange(len(drawn))):
             raise ValueError("objects: wanted the surfels of one object after those of another")
-        self._scene = Scene(parts)._to_core_without_areas()
+        self._scene = Scene(parts)._to_core()
 
     def _rays(self, index, count, seed):
         """Starts and directions, cosine-weighted, of a shifted lattice (Roberts' R2 and R4)."""

@@ -261,7 +261,7 @@ def test_what_stands_on_a_mesh_is_not_spoken_of(recwarn):
     resting = sf.Surfels(0.2 * unit.points + [0.5, 0.5, 0.2], unit.normals)
     floor = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.5, 0.0, 0.001)
     sf.solve(sf.Scene([floor, resting], [sf.Environment(1.0)]), insert=False)
-    assert not sf.Scene([floor, resting, *box()])._find_coincidence().close_sheets
+    assert not sf.Scene([floor, resting, *box()])._coincidence().close_sheets
     assert not [w for w in recwarn if "object" in str(w.message)]
 
 
@@ -296,7 +296,7 @@ def test_only_gaps_that_lack_light_are_spoken_of(gap, emission, recwarn):
     scene = facing(gap, emission)
     sf.reference_irradiance(scene, [[0.5, 0.5, 1]], [[0, 0, 1]], samples=16)
     assert not [w for w in recwarn if "apart" in str(w.message)]
-    assert len(scene._find_coincidence().gaps) == (gap == 1e-7)
+    assert len(scene._coincidence().gaps) == (gap == 1e-7)
 
 
 def test_check_names_a_gap_that_rays_cannot_see(tmp_path, capsys):

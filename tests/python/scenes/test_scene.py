@@ -34,26 +34,31 @@ def test_the_surfels_of_a_scene_are_a_copy():
     assert s.areas == pytest.approx([0.25] * 4)
 
 
-def test_to_core_computes_missing_areas_once_and_leaves_the_objects_alone(monkeypatch):
+def test_a_scene_is_compiled_once_and_again_where_areas_were_set(monkeypatch):
     calls = []
+    compile_scene = _core.compile_scene
 
-    found_together = _core.areas_and_disk_ends
+    def counted(objects, lights, progress):
+        calls.append(len(objects))
+        return compile_scene(objects, lights, progress)
 
-    def areas(surfels, progress):
-        calls.append(len(surfels))
-        return np.full(len(surfels), 5.0), found_together(surfels, progress)[1]
-
-    monkeypatch.setattr(_core, "areas_and_disk_ends", areas)
+    monkeypatch.setattr(_core, "compile_scene", counted)
     given, missing = floor(), disks()
     scene = sf.Scene([given, missing], [sf.PointLight([0, 0, 3], 1.0)])
-    for _ in range(2):
-        core = scene._to_core()
-        assert core.surfels.areas == pytest.approx([0.25] * 4 + [5.0] * 3)
-        assert core.object.tolist() == [0] * 4 + [1] * 3
-    assert calls == [3]
+    core = scene._to_core()
+    assert core.surfels.areas == pytest.approx([0.25] * 4 + sf.effective_areas(missing).tolist())
+    assert core.object.tolist() == [0] * 4 + [1] * 3
     assert missing.areas is None
+    solution = sf.solve(scene)
+    solution.irradiance_at([[0.5, 0.5, 0]], [[0, 0, 1]])
+    sf.solve_meshless(scene)
+    sf.reference_irradiance(scene, [[0.5, 0.5, 0]], [[0, 0, 1]], samples=16)
+    sf.form_factors(scene)
+    assert scene._to_core() is core
+    assert calls == [2]
     missing.areas = 2.0  # what the user sets later counts
     assert scene._to_core().surfels.areas[4:] == pytest.approx([2.0] * 3)
+    assert calls == [2, 2]
 
 
 def test_areas_set_between_two_solves_count():
