@@ -9,6 +9,7 @@ from surflux._base import check
 from surflux.drawing.colors import LUMINANCE
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
+from surflux.solutions.leaves import inserted_among
 from surflux.solutions.rendering import drawn_surfels
 
 RAYS = 4096
@@ -107,7 +108,11 @@ class LinkFinder:
         self._place = np.concatenate([np.flatnonzero(subject.objects == k) for k in np.unique(subject.objects)])
         if not np.array_equal(self._place, np.arange(len(drawn))):
             raise ValueError("objects: wanted the surfels of one object after those of another")
-        self._scene = Scene(parts)._to_core()
+        own = subject.scene
+        # With inserted surfels the leaves are another scene than was solved.
+        self._scene = (
+            Scene(parts) if own is None or inserted_among(subject.solution.parents).any() else own
+        )._to_core()
 
     def _rays(self, index, count, seed):
         """Starts and directions, cosine-weighted, of a shifted lattice (Roberts' R2 and R4)."""
