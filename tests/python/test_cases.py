@@ -25,6 +25,12 @@ SLOW = (
     "half sky on a slope, points",
     "disks with one between, patches",
     "squares with one between, patches",
+    "squares with one between, points",
+    "unequal disks, patches",
+    "plates, patches",
+    "half sky over a ledge, patches",
+    "cylinder, points, the side glows",
+    "one bounce, patches",
 )
 
 

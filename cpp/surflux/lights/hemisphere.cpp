@@ -16,10 +16,6 @@ constexpr std::uint64_t cosine_stream = 1, image_stream = 2;
 
 }  // namespace
 
-bool absorbs(const Hit& hit, const Vec3& normal, const Surfels& surfels, double contact) {
-    return !hit.front || (hit.distance <= contact && dot(normal, surfels.normals[hit.surfel]) < -0.5);
-}
-
 Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int rays, std::uint64_t seed,
                                 const Progress& progress) {
     const Surfels& s = scene.surfels;
@@ -51,7 +47,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
                 const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
                 const Hit hit = tracer.closest({{points.at(i, u[2], u[3]), frame.n, i}, direction});
                 if (hit) {
-                    absorbed += absorbs(hit, frame.n, s, tracer.contact(hit.surfel));
+                    absorbed += !hit.front;
                     continue;
                 }
                 ++escaped;

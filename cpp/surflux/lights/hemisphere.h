@@ -21,10 +21,6 @@ struct Hemispheres {
     std::size_t rays = 0;
 };
 
-// Is light that leaves a surface with that normal and meets one of `surfels` absorbed there? Backs are black; and what
-// faces it within `contact` covers it, while the foot of a wall is as near, but faces elsewhere.
-bool absorbs(const Hit& hit, const Vec3& normal, const Surfels& surfels, double contact);
-
 // `rays` per surfel, spread evenly, the same for the same seed; four times as many where they do not all meet the same
 // of front, back and nothing. Where an Environment is an image, as many again, drawn in proportion to its luminance and
 // both combined by the balance heuristic (Veach and Guibas 1995).

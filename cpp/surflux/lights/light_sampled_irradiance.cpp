@@ -4,7 +4,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/hemisphere.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
@@ -45,9 +44,7 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                     for (int r = 0; r < count; ++r) {
                         const Ray& ray = rays[static_cast<std::size_t>(r)];
                         const Hit& hit = hits[static_cast<std::size_t>(r)];
-                        const bool meets =
-                            hit && !absorbs(hit, place.normal, *over_hemisphere, tracer.contact(hit.surfel));
-                        const Rgb found = meets ? lights.found_at_end(place.normal, ray.direction, hit) : Rgb{};
+                        const Rgb found = hit.front ? lights.found_at_end(place.normal, ray.direction, hit) : Rgb{};
                         (found == Rgb{} ? blocked : met) += 1;
                         out[k] += found;
                     }

@@ -5,7 +5,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/hemisphere.h"
 
 namespace surflux {
 
@@ -210,7 +209,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const auto found = [&](const LightSampler& lights) {
             return each * lights.found(ray.from.position, place.normal, ray.direction, hit);
         };
-        if (!hit || absorbs(hit, place.normal, s, tracer_.contact(hit.surfel))) {
+        if (!hit.front) {
             (hit ? out.row.into_backs : out.row.escape) += each;
             if (!hit) take(out.row.sky, found(light_.skies()));
             continue;
@@ -239,7 +238,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     for (std::size_t k = 0; k < sums.lit_samples.size(); ++k) {
         const Sums::LitSample& to = sums.lit_samples[k];
         const Hit& hit = sums.hits[k];
-        if (hit.surfel == to.at.surfel && !absorbs(hit, place.normal, s, tracer_.contact(hit.surfel)))
+        if (hit.front && hit.surfel == to.at.surfel)
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
     tracer_.closest(sums.towards, sums.hits);
@@ -249,7 +248,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     for (std::size_t k = 0; k < sums.ahead.size(); ++k) {
         const Hit& hit = sums.hits[k];
         const Vec3& normal = sums.ahead[k].from.normal;
-        if (hit && !absorbs(hit, normal, s, tracer_.contact(hit.surfel)))
+        if (hit.front)
             sums.add_first(sums.ahead_gain[k] * light_.emitters().found_at_end(normal, sums.ahead[k].direction, hit),
                            sums.ahead_second_half[k] != 0);
     }

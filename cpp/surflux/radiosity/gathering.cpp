@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
-#include "surflux/lights/hemisphere.h"
 
 namespace surflux {
 
@@ -62,9 +61,8 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
             add(out.sky, skies_.found(ray.from.position, frame.n, ray.direction, hit));
             continue;
         }
-        const double contact = tracer_.contact(hit.surfel);
-        closeness += 1.0 / std::max(hit.distance, contact);
-        if (absorbs(hit, frame.n, scene_.surfels, contact)) {
+        closeness += 1.0 / std::max(hit.distance, tracer_.contact(hit.surfel));
+        if (!hit.front) {
             ++absorbed;
             continue;
         }

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
-#include "surflux/lights/hemisphere.h"
 
 namespace surflux {
 
@@ -38,10 +37,10 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
                 std::uint32_t* met = out.met.data() + room[row];
                 for (const Hit& hit : (*shot).hits) {
                     if (!hit) continue;
-                    if (absorbs(hit, places[row].normal, scene.surfels, tracer.contact(hit.surfel)))
-                        ++out.into_backs[row];
-                    else
+                    if (hit.front)
                         met[found[row]++] = hit.surfel;
+                    else
+                        ++out.into_backs[row];
                 }
                 std::sort(met, met + found[row]);
             }

@@ -112,7 +112,7 @@ void PathTracer::aim(const Path& path, std::uint32_t index, const double* u, dou
 
 // Takes the path to where its ray has met something; false where it ends.
 bool PathTracer::advance(Path& path, const Ray& ray, const Hit& hit) const {
-    if (!hit || !hit.front) return false;
+    if (!hit.front) return false;
     path.throughput = path.throughput * surfels_.reflectance[hit.surfel];
     const double most = std::max({path.throughput.x, path.throughput.y, path.throughput.z});
     if (most <= 0.0) return false;

@@ -1,7 +1,6 @@
 #include "surflux/solution/final_gather.h"
 
 #include "surflux/core/sampling.h"
-#include "surflux/lights/hemisphere.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
@@ -41,8 +40,7 @@ Rgb FinalGather::operator()(const Departure& place, int rays, std::uint64_t seed
     tracer_.closest(shot, hits);
     Rgb sum;
     for (std::size_t r = 0; r < shot.size(); ++r)
-        if (hits[r] && !absorbs(hits[r], place.normal, scene_.surfels, tracer_.contact(hits[r].surfel)))
-            sum += sent(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
+        if (hits[r].front) sum += sent(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
     return sum / rays;
 }
 

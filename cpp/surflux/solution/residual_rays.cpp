@@ -36,7 +36,7 @@ bool ResidualRays::is_near(const Hit& hit) const {
 }
 
 void ResidualRays::send(const Hit& hit, const Rgb& throughput, Gathered& sum) const {
-    if (!hit || !hit.front) return;
+    if (!hit.front) return;
     const Rgb reflected = throughput * surfels_.reflectance[hit.surfel];
     sum.irradiance += reflected * irradiance_[hit.surfel];
     sum.from[regions_.of[hit.surfel]] += reflected;
@@ -60,7 +60,7 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
         sum.of_all += at_end;
         sum.lamps.lit += lights_.found_on_way(from, place.normal, direction, hit);
         sum.lamps.all += lights_.found_on_way(from, place.normal, direction, {});
-        if (!hit || !hit.front) {
+        if (!hit.front) {
             sum.lost += 1.0;
             continue;
         }

@@ -19,6 +19,7 @@ void Tracer::Impl::closest(const Ray* rays, std::size_t count, Hit* hits) const 
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(scene.get(), query.context, hit);
         hits[k] = found(hit, rays[k].direction);
+        if (hits[k].front && covers(hits[k], rays[k].from)) hits[k].front = false;
     }
 }
 

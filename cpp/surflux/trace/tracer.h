@@ -14,7 +14,10 @@ namespace surflux {
 struct Hit {
     static constexpr std::uint32_t none = 0xffffffffu;
     std::uint32_t surfel = none;
-    bool front = false;     // met on the side that its normal points to, and within its borders
+    // Met on the side that its normal points to, within its borders, and not in contact with the place that the ray
+    // left: what faces that so closely covers it, while the foot of a wall is as near, but faces elsewhere. All else
+    // absorbs.
+    bool front = false;
     double distance = 0.0;  // along the ray, in units of its direction
     explicit operator bool() const { return surfel != none; }
 };

@@ -284,6 +284,11 @@ struct Tracer::Impl {
 
     Hit found(const RTCRayHit& hit, const Vec3& direction) const;
 
+    bool covers(const Hit& hit, const Departure& from) const {
+        const float* n = disks[hit.surfel].normal;
+        return hit.distance <= extent.contact_of(hit.surfel) && dot(from.normal, {n[0], n[1], n[2]}) < -0.5;
+    }
+
     void find_lower(const Scene& of);
     bool rises_over(const Surfels& s, std::uint32_t i, std::uint32_t j, double distance) const;
     void add_covers(const Scene& scene);
