@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "basis_functions.h"
 #include "nested_points.h"
 #include "refusal.h"
 #include "shapes.h"
@@ -28,6 +29,17 @@ double smooth(const Vec3& p) { return 2.0 + std::sin(3.0 * p.x + 1.0) * std::cos
 std::vector<double> values_of(const MultilevelBasis& basis) {
     std::vector<double> out(basis.size());
     for (std::uint32_t j = 0; j < basis.size(); ++j) out[j] = smooth(basis.position(j));
+    return out;
+}
+
+template <class Value>
+std::vector<Value> evaluate_at(const MultilevelBasis& basis, const SurfacePoints& points,
+                               const std::vector<Value>& coefficients,
+                               std::size_t levels = MultilevelBasis::all_levels) {
+    std::vector<Value> out;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        out.push_back(
+            shapes::evaluate(basis, points.positions[i], points.normals[i], points.objects[i], coefficients, levels));
     return out;
 }
 
@@ -72,20 +84,17 @@ TEST(MultilevelBasis, NumbersFunctionsThroughItsLevels) {
 
 TEST(MultilevelBasis, ProjectsAndEvaluatesAsTheEquationsSay) {
     const MultilevelBasis basis = basis_of(shapes::nested_points(shapes::draw_on_sphere, 0.4, 4, 1));
-    const std::vector<double> values = values_of(basis), coefficients = basis.project(values);
+    const std::vector<double> values = values_of(basis), coefficients = shapes::project(basis, values);
     for (std::uint32_t j = 0; j < basis.size(); ++j) {
         const double coarser = evaluated(basis, basis.position(j), basis.normal(j), coefficients, basis.level_of(j));
         ASSERT_NEAR(coefficients[j], values[j] - coarser, 1e-5);
-        EXPECT_EQ(coefficients[j], basis.coefficient(j, values[j], coefficients));
     }
     const SurfacePoints points = shapes::drawn(shapes::draw_on_sphere, 300, 4);
     for (std::size_t level = 0; level < 4; ++level) {
-        const auto all = basis.evaluate(points.positions, points.normals, points.objects, coefficients, level);
-        for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto all = evaluate_at(basis, points, coefficients, level + 1);
+        for (std::size_t i = 0; i < points.size(); ++i)
             EXPECT_NEAR(all[i], evaluated(basis, points.positions[i], points.normals[i], coefficients, level + 1),
                         1e-5);
-            EXPECT_EQ(all[i], basis.evaluate(points.positions[i], points.normals[i], 0, coefficients, level));
-        }
     }
 }
 
@@ -98,10 +107,10 @@ TEST(MultilevelBasis, ConstantsAreKeptAndThreeChannelsAreThreeTimesOne) {
         grey[j] = smooth(basis.position(j));
         values[j] = {grey[j], 7.25, -grey[j]};
     }
-    const std::vector<Rgb> coefficients = basis.project(values);
-    const std::vector<double> one = basis.project(grey);
-    const auto got = basis.evaluate(points.positions, points.normals, points.objects, coefficients);
-    const auto expected = basis.evaluate(points.positions, points.normals, points.objects, one);
+    const std::vector<Rgb> coefficients = shapes::project(basis, values);
+    const std::vector<double> one = shapes::project(basis, grey);
+    const auto got = evaluate_at(basis, points, coefficients);
+    const auto expected = evaluate_at(basis, points, one);
     for (std::size_t i = 0; i < points.size(); ++i) {
         EXPECT_NEAR(got[i].x, expected[i], 1e-13);
         EXPECT_NEAR(got[i].y, 7.25, 1e-13);
@@ -114,11 +123,11 @@ TEST(MultilevelBasis, KeepsNothingOfWhatIsNotActive) {
     std::vector<double> values = values_of(basis);
     std::vector<char> active(basis.size());
     for (std::uint32_t j = 0; j < basis.size(); ++j) active[j] = basis.level_of(j) == 0 || basis.position(j).x < 0.4;
-    const std::vector<double> all = basis.project(values);
+    const std::vector<double> all = shapes::project(basis, values);
     std::vector<double> spoilt = values;
     for (std::uint32_t j = 0; j < basis.size(); ++j)
         if (!active[j]) spoilt[j] = 1e9;
-    const std::vector<double> some = basis.project(spoilt, active);
+    const std::vector<double> some = shapes::project(basis, spoilt, active);
     double expected, largest = 0.0;
     for (std::uint32_t j = 0; j < basis.size(); ++j) {
         const std::size_t level = basis.level_of(j);
@@ -129,65 +138,17 @@ TEST(MultilevelBasis, KeepsNothingOfWhatIsNotActive) {
     double before = 0.0;
     for (int k = 0; k <= 10000; ++k) {
         const Vec3 point{k * 1e-4, 0.5, 0.0};
-        const double value = basis.evaluate(point, up, 0, some);
+        const double value = shapes::evaluate(basis, point, up, 0, some);
         if (point.x < 0.05) {
-            EXPECT_NEAR(value, basis.evaluate(point, up, 0, all), 1e-12);
+            EXPECT_NEAR(value, shapes::evaluate(basis, point, up, 0, all), 1e-12);
         }
         if (point.x > 0.85) {
-            EXPECT_EQ(value, basis.evaluate(point, up, 0, all, 0));
+            EXPECT_EQ(value, shapes::evaluate(basis, point, up, 0, all, 1));
         }
         if (k > 0) largest = std::max(largest, std::abs(value - before));
         before = value;
     }
     EXPECT_LT(largest, 0.01);
-}
-
-TEST(MultilevelBasis, DroppingChangesNothingByMoreThanItSays) {
-    const MultilevelBasis basis = basis_of(shapes::nested_points(shapes::draw_on_sphere, 0.4, 5, 1));
-    std::vector<Rgb> values(basis.size());
-    for (std::uint32_t j = 0; j < basis.size(); ++j)
-        values[j] = {smooth(basis.position(j)), std::sin(9 * basis.position(j).x), basis.position(j).z};
-    const std::vector<Rgb> all = basis.project(values);
-    const SurfacePoints points = shapes::drawn(shapes::draw_on_sphere, 20000, 4);
-    const auto exact = basis.evaluate(points.positions, points.normals, points.objects, all);
-    for (double threshold : {0.003, 0.03, 0.3, 100.0}) {
-        std::vector<Rgb> kept = all;
-        const MultilevelBasis::Dropped dropped = basis.drop(kept, threshold);
-        std::size_t changed = 0;
-        for (std::uint32_t j = 0; j < basis.size(); ++j) {
-            const double size = std::max({std::abs(all[j].x), std::abs(all[j].y), std::abs(all[j].z)});
-            EXPECT_TRUE(kept[j] == (size < threshold ? Rgb{} : all[j]));
-            changed += size < threshold;
-        }
-        EXPECT_EQ(dropped.count, changed);
-        EXPECT_GT(dropped.count, 0u);
-        EXPECT_LE(dropped.bound, 5 * threshold);
-        const auto got = basis.evaluate(points.positions, points.normals, points.objects, kept);
-        double largest = 0.0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const Rgb change = got[i] - exact[i];
-            largest = std::max({largest, std::abs(change.x), std::abs(change.y), std::abs(change.z)});
-        }
-        EXPECT_LE(largest, dropped.bound * (1 + 1e-12));
-        EXPECT_GT(largest, 0.1 * dropped.bound);
-        EXPECT_EQ(basis.drop(kept, threshold).count, 0u);
-    }
-    std::vector<Rgb> kept = all;
-    EXPECT_EQ(basis.drop(kept, 0.0).bound, 0.0);
-}
-
-TEST(MultilevelBasis, DroppingReachesItsBound) {
-    // Where one function alone covers a place on each level it is the worst case.
-    SupportOptions options;
-    options.largest_radius = 0.1;
-    MultilevelBasis basis;
-    for (int level = 0; level < 3; ++level) basis.add_level({{0, 0, 0}, {1, 0, 0}}, {up, up}, {0, 0}, options);
-    std::vector<double> coefficients{5, 0.2, 0.3, 9, 0.1, -0.4};
-    EXPECT_NEAR(basis.evaluate({1, 0, 0}, up, 0, coefficients), 0.2 + 9 - 0.4, 1e-12);
-    const MultilevelBasis::Dropped dropped = basis.drop(coefficients, 0.5);
-    EXPECT_EQ(dropped.count, 4u);
-    EXPECT_NEAR(dropped.bound, 0.2 + 0.3 + 0.4, 1e-15);
-    EXPECT_NEAR(basis.evaluate({0, 0, 0}, up, 0, coefficients), 5, 1e-12);  // from 5.4
 }
 
 TEST(MultilevelBasis, FineLevelsAddNothingWhereNothingCoversThem) {
@@ -199,18 +160,18 @@ TEST(MultilevelBasis, FineLevelsAddNothingWhereNothingCoversThem) {
     std::vector<double> coefficients(basis.size(), 1.0);
     coefficients[basis.first(2) - 1] = 42.0;
     const Vec3 far{30, 30, 0};
-    EXPECT_EQ(basis.evaluate(far, up, 0, coefficients), 1.0);
-    EXPECT_EQ(basis.evaluate(far, down, 0, coefficients), 1.0);
-    EXPECT_EQ(basis.evaluate(far, down, 3, coefficients, 0), 0.0);
-    EXPECT_EQ(basis.evaluate(far, down, 3, coefficients), 42.0);
-    EXPECT_EQ(basis.evaluate(far, up, 9, coefficients), 0.0);
+    EXPECT_EQ(shapes::evaluate(basis, far, up, 0, coefficients), 1.0);
+    EXPECT_EQ(shapes::evaluate(basis, far, down, 0, coefficients), 1.0);
+    EXPECT_EQ(shapes::evaluate(basis, far, down, 3, coefficients, 1), 0.0);
+    EXPECT_EQ(shapes::evaluate(basis, far, down, 3, coefficients), 42.0);
+    EXPECT_EQ(shapes::evaluate(basis, far, up, 9, coefficients), 0.0);
     std::vector<BasisWeight> weights;
     basis.at_level(1, far, up, 0, weights);
     EXPECT_TRUE(weights.empty());
     basis.at_level(1, far, up, 3, weights);
     ASSERT_EQ(weights.size(), 1u);
     EXPECT_EQ(weights[0].function, basis.first(2) - 1);
-    EXPECT_EQ(MultilevelBasis().evaluate(far, up, 0, std::vector<double>{}), 0.0);
+    EXPECT_EQ(shapes::evaluate(MultilevelBasis(), far, up, 0, std::vector<double>{}), 0.0);
 }
 
 TEST(MultilevelBasis, IsTheSameForAnyNumberOfThreads) {
@@ -220,43 +181,18 @@ TEST(MultilevelBasis, IsTheSameForAnyNumberOfThreads) {
     for (int threads : {1, 3}) {
         const ThreadLimit limit(threads);
         const MultilevelBasis basis = basis_of(levels);
-        const auto got =
-            basis.evaluate(points.positions, points.normals, points.objects, basis.project(values_of(basis)));
+        const auto got = evaluate_at(basis, points, shapes::project(basis, values_of(basis)));
         if (first.empty()) first = got;
         EXPECT_EQ(first, got);
     }
 }
 
-TEST(MultilevelBasis, ManyFunctionsGiveEachPointItsOwnValue) {
-    // Of so many, points are taken one near the other.
-    const MultilevelBasis basis = basis_of({shapes::drawn(shapes::draw_on_sphere, 60000, 1)});
-    const SurfacePoints points = shapes::drawn(shapes::draw_on_sphere, 1000, 5);
-    const std::vector<double> values = values_of(basis);
-    const auto got = basis.evaluate(points.positions, points.normals, points.objects, values);
-    for (std::size_t i = 0; i < points.size(); ++i)
-        EXPECT_EQ(got[i], basis.evaluate(points.positions[i], points.normals[i], 0, values));
-}
-
 TEST(MultilevelBasis, SaysWhatItCannotTake) {
     MultilevelBasis basis;
     basis.add_level({{0, 0, 0}, {1, 0, 0}}, {up, up}, {0, 0});
-    std::vector<double> one(1), two(2);
-    const std::vector<Vec3> point(1), none;
-    const std::vector<std::uint32_t> object(1), no_object;
     EXPECT_EQ(refusal([&] { basis.add_level({{0, 0, 0}}, {}, {0}); }),
               "normals: there are 0, wanted one for each of 1 positions");
     EXPECT_EQ(basis.levels(), 1u);
-    EXPECT_EQ(refusal([&] { basis.evaluate({}, up, 0, one); }), "coefficients: there are 1, wanted 2");
-    EXPECT_EQ(refusal([&] { basis.evaluate(point, none, object, two); }),
-              "normals: there are 0, wanted one for each of 1 points");
-    EXPECT_EQ(refusal([&] { basis.evaluate(point, point, no_object, two); }),
-              "objects: there are 0, wanted one for each of 1 points");
-    EXPECT_EQ(refusal([&] { basis.evaluate(point, point, object, one); }), "coefficients: there are 1, wanted 2");
-    EXPECT_EQ(refusal([&] { basis.project(one); }), "values: there are 1, wanted 2");
-    EXPECT_EQ(refusal([&] { basis.project(two, {1}); }), "active: there are 1, wanted 2 or none");
-    EXPECT_EQ(refusal([&] { basis.drop(one, 0.1); }), "coefficients: there are 1, wanted 2");
-    EXPECT_EQ(refusal([&] { basis.drop(two, -0.5); }), "threshold: got -0.5, wanted at least 0");
-    EXPECT_EQ(refusal([&] { basis.drop(two, NAN); }), "threshold: got nan, wanted at least 0");
 }
 
 struct Errors {
@@ -265,7 +201,7 @@ struct Errors {
 
 Errors errors(const MultilevelBasis& basis, const shapes::DrawPoint& draw) {
     const SurfacePoints points = shapes::drawn(draw, 10000, 100);
-    const auto got = basis.evaluate(points.positions, points.normals, points.objects, basis.project(values_of(basis)));
+    const auto got = evaluate_at(basis, points, shapes::project(basis, values_of(basis)));
     double sum = 0.0, largest = 0.0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double error = got[i] - smooth(points.positions[i]);
@@ -322,10 +258,10 @@ TEST(MultilevelBasis, FinerLevelsFadeOutAtTheirRims) {
     basis.add_level({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, normals, {0, 0, 0}, {2, 8.0});
     basis.add_level({{1, 1, 0}, {1.2, 1, 0}, {1, 1.3, 0}}, normals, {0, 0, 0}, {10, 1.0});
     const std::vector<double> coefficients{1, 1, 1, 1, 1, 1};
-    double before = basis.evaluate({1, 1, 0}, {0, 0, 1}, 0, coefficients), steepest = 0.0;
+    double before = shapes::evaluate(basis, {1, 1, 0}, {0, 0, 1}, 0, coefficients), steepest = 0.0;
     EXPECT_NEAR(before, 2.0, 1e-6);
     for (int k = 1; k <= 1500; ++k) {
-        const double now = basis.evaluate({1 + 0.001 * k, 1, 0}, {0, 0, 1}, 0, coefficients);
+        const double now = shapes::evaluate(basis, {1 + 0.001 * k, 1, 0}, {0, 0, 1}, 0, coefficients);
         steepest = std::max(steepest, std::abs(now - before));
         before = now;
     }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "basis_functions.h"
 #include "shapes.h"
 #include "surflux/core/sampling.h"
 #include "surflux/meshless/point_placement.h"
@@ -70,7 +71,7 @@ TEST(SurfelMeans, AreTheMeansOfTheBasisOverPatchesAndItsValueAtDisks) {
         const Rgb mean = of.means->mean(i, field);
         EXPECT_NEAR(mean.z, 1.0, 1e-6);  // weights sum to 1
         if (!of.points.is_patch(i)) {
-            const Rgb value = of.basis.evaluate(s.positions[i], s.normals[i], of.scene.object[i], field);
+            const Rgb value = shapes::evaluate(of.basis, s.positions[i], s.normals[i], of.scene.object[i], field);
             EXPECT_NEAR(mean.x, value.x, 1e-5) << i;
             EXPECT_NEAR(mean.y, value.y, 1e-5) << i;
             continue;
@@ -79,7 +80,8 @@ TEST(SurfelMeans, AreTheMeansOfTheBasisOverPatchesAndItsValueAtDisks) {
         Rgb expected;
         for (int k = 0; k < 1024; ++k) {
             const double* u = even.next();
-            expected += of.basis.evaluate(of.points.at(i, u[0], u[1]), s.normals[i], of.scene.object[i], field);
+            expected +=
+                shapes::evaluate(of.basis, of.points.at(i, u[0], u[1]), s.normals[i], of.scene.object[i], field);
         }
         squared += std::pow(mean.x - expected.x / 1024.0, 2.0);
         ++patches;
@@ -134,7 +136,7 @@ TEST(SurfelMeans, SeeNarrowPeaksOnWidePatches) {
     for (int k = 0; k < n * n; ++k) {
         const Vec3 p{(k % n + 0.5) / n, (k / n + 0.5) / n, 0};
         if (std::max(std::abs(p.x - 0.5), std::abs(p.y - 0.5)) > 0.1)
-            sum += of.basis.evaluate(p, {0, 0, 1}, 0, field).x / (n * n);
+            sum += shapes::evaluate(of.basis, p, {0, 0, 1}, 0, field).x / (n * n);
     }
     ASSERT_GT(sum, 0.01);
     EXPECT_NEAR(of.means->mean(0, field).x, sum, 0.05 * sum);

@@ -10,8 +10,8 @@
 namespace surflux {
 
 // L07's hierarchical basis (sec. 4.1): levels of ever denser points on surfaces; each level's Shepard functions
-// approximate the residual of the coarser levels. Functions are numbered through, coarse levels first. A value is a
-// double, or an Rgb where there are three channels. Queries are const and may run on many threads at once.
+// approximate the residual of the coarser levels. Functions are numbered through, coarse levels first. Queries are
+// const and may run on many threads at once.
 class MultilevelBasis {
 public:
     static constexpr std::size_t all_levels = static_cast<std::size_t>(-1);
@@ -65,35 +65,6 @@ public:
             for (const BasisWeight& w : weights) visit(w);
         }
     }
-
-    // L07 eq. 9, up to and including a level.
-    template <class Value>
-    Value evaluate(const Vec3& point, const Vec3& normal, std::uint32_t object, const std::vector<Value>& coefficients,
-                   std::size_t up_to = all_levels) const;
-    // At many points, on all threads.
-    template <class Value>
-    std::vector<Value> evaluate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals,
-                                const std::vector<std::uint32_t>& objects, const std::vector<Value>& coefficients,
-                                std::size_t up_to = all_levels) const;
-
-    // L07 eq. 10: coefficients from the values f_j at all functions' points. Those for which `active` is 0 (none, where
-    // it is empty) have coefficient 0, their values do not matter, and they count in the sums of weights all the same:
-    // what is known fades out towards where nothing is.
-    template <class Value>
-    std::vector<Value> project(const std::vector<Value>& values, const std::vector<char>& active = {}) const;
-    // The same for one function, from coefficients of coarser levels that are known.
-    template <class Value>
-    Value coefficient(std::uint32_t function, const Value& value, const std::vector<Value>& coefficients) const;
-
-    struct Dropped {
-        std::size_t count;  // that were not 0 and are now
-        double bound;       // nowhere does any channel change by more
-    };
-    // Sets to 0 the coefficients of which no channel reaches the threshold. A level's functions are positive and sum to
-    // 1 or nothing, so that it changes nowhere by more than the largest that it loses: the bound is their sum over
-    // levels.
-    template <class Value>
-    Dropped drop(std::vector<Value>& coefficients, double threshold) const;
 
 private:
     std::vector<ShepardLevel> levels_;
