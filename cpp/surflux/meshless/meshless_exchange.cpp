@@ -46,8 +46,11 @@ void MeshlessExchange::find_parts(const Progress& progress) {
         gather_.for_links(k, [&](std::uint32_t j) {
             if (receivers_.has(j)) sets.join(k, receivers_.row(j));
         });
-        receivers_.for_parents(k, [&](std::uint32_t j) { sets.join(k, receivers_.row(j)); });
     }
+    for (std::uint32_t j = 0; j < basis_.size(); ++j)
+        receivers_.for_parents(j, [&](std::uint32_t parent) {
+            if (receivers_.has(parent)) sets.join(receivers_.row(j), receivers_.row(parent));
+        });
     for (std::uint32_t i = 0; i < surfels; ++i) {
         report_some(progress, i, surfels, 16384);
         means_.for_functions(i, [&](std::uint32_t j, double) {

@@ -93,10 +93,10 @@ private:
 
     void repeat() {
         const auto first = static_cast<std::uint32_t>(field_->basis.size());
-        if (!placed_.repeat(receivers_, stage("placement"))) return;
+        const std::vector<std::uint32_t> repeated = placed_.repeat(receivers_, stage("placement"));
+        if (repeated.empty()) return;
         placed();
-        gather(from(first));
-        solve(rough_tolerance, 0);
+        receivers_.share_rows(first, repeated, stage("placement"));
     }
 
     // Makes functions receivers, and those that theirs are the differences from.
@@ -107,8 +107,8 @@ private:
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
             places.push_back({basis.position(j), basis.normal(j), placed_.sight().surfel(j), Place::point});
-            counts.push_back(
-                std::max(std::min(options_.rays, least_rays), options_.rays >> (placed_.level_of_rays(j) / 2)));
+            const int least = std::min(options_.rays, least_rays);
+            counts.push_back(placed_.is_in_nook(j) ? least : std::max(least, options_.rays >> (basis.level_of(j) / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
         watch_.lap("gathering");

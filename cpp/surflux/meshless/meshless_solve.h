@@ -45,7 +45,7 @@ struct MeshlessSolution {
 //   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
 //   rims;
 //   - clouds have points at the centres of their disks alone; those as dense as the disks come twice more, as levels
-//   of residuals (placed_basis.h);
+//   of residuals (placed_basis.h) with the rows that they have;
 //   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
 //   is given.
 MeshlessSolution solve_meshless(const CompiledScene& compiled, const MeshlessOptions& options,

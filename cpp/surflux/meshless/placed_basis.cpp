@@ -13,7 +13,6 @@ namespace {
 
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
-constexpr std::size_t few_rays = 10;  // a level that has the fewest
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -57,7 +56,6 @@ void PlacedBasis::add_first(const Progress& progress) {
     basis_ = MultilevelBasis();
     sight_.clear();
     add_level(positions, normals, objects, surfels, support, progress);
-    std::fill(level_of_rays_.begin() + evenly_placed_, level_of_rays_.end(), few_rays);
 }
 
 void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Progress& progress) {
@@ -69,11 +67,10 @@ void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Pr
     add_placed(support, progress);
 }
 
-bool PlacedBasis::repeat(const Receivers& receivers, const Progress& progress) {
+std::vector<std::uint32_t> PlacedBasis::repeat(const Receivers& receivers, const Progress& progress) {
     if (to_repeat_ == 0) to_repeat_ = static_cast<std::uint32_t>(basis_.size());
     std::vector<Vec3> positions, normals;
-    std::vector<std::uint32_t> objects, surfels;
-    std::vector<std::size_t> levels;
+    std::vector<std::uint32_t> objects, surfels, repeated;
     for (std::uint32_t j = 0; j < to_repeat_; ++j) {
         const std::uint32_t i = sight_.surfel(j), o = basis_.object(j);
         if (points_.is_patch(i) || !receivers.has(j)) continue;
@@ -83,13 +80,10 @@ bool PlacedBasis::repeat(const Receivers& receivers, const Progress& progress) {
         normals.push_back(basis_.normal(j));
         objects.push_back(o);
         surfels.push_back(i);
-        levels.push_back(level_of_rays_[j]);
+        repeated.push_back(j);
     }
-    if (positions.empty()) return false;
-    const auto first = static_cast<std::ptrdiff_t>(basis_.size());
-    add_level(positions, normals, objects, surfels, {}, progress);
-    std::copy(levels.begin(), levels.end(), level_of_rays_.begin() + first);
-    return true;
+    if (!repeated.empty()) add_level(positions, normals, objects, surfels, {}, progress);
+    return repeated;
 }
 
 // The level that is placed last.
@@ -109,7 +103,6 @@ void PlacedBasis::add_level(const std::vector<Vec3>& positions, const std::vecto
     sight_.extend(surfels, progress);
     basis_.set_cuts(wall_cuts(scene_, tracer_, basis_, sight_, progress));
     means_.extend(placement_.points().level_begin.size() - 2, sight_, progress);
-    level_of_rays_.resize(basis_.size(), basis_.levels() - 1);
 }
 
 }  // namespace surflux

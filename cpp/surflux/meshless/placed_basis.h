@@ -33,15 +33,16 @@ public:
     // The next, around functions of the last.
     void add_around(const std::vector<std::uint32_t>& refined, const Progress& progress);
     // Appends a level at the same points, of the receivers on disks that are spaced by 3 disk radii or less: Shepard
-    // functions do not interpolate, and this level holds the residual at the points. False if there are none.
-    bool repeat(const Receivers& receivers, const Progress& progress);
+    // functions do not interpolate, and this level holds the residual at the points. The function that each of its own
+    // repeats; none if there are none such.
+    std::vector<std::uint32_t> repeat(const Receivers& receivers, const Progress& progress);
 
     const BasisSight& sight() const { return sight_; }
     const SurfelMeans& means() const { return means_; }
     const std::vector<double>& first_radius() const { return placement_.points().first_radius; }
     std::uint32_t evenly_placed() const { return evenly_placed_; }
-    // Of a function, which decides how many rays it has: repeats have as many as before, those of nooks as few as any.
-    std::size_t level_of_rays(std::uint32_t function) const { return level_of_rays_[function]; }
+    // Is a function of the first level there for a nook?
+    bool is_in_nook(std::uint32_t function) const { return function >= evenly_placed_ && function < basis_.first(1); }
 
 private:
     void add_level(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
@@ -56,7 +57,6 @@ private:
     PointPlacement placement_;
     BasisSight sight_;
     SurfelMeans means_;
-    std::vector<std::size_t> level_of_rays_;
     std::uint32_t evenly_placed_ = 0;  // functions of the first level
     std::uint32_t to_repeat_ = 0;      // functions on levels before the first repeat
 };

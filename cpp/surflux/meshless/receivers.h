@@ -18,32 +18,40 @@ public:
     Receivers(const MultilevelBasis& basis, const BasisSight& sight) : basis_(basis), sight_(sight) {}
 
     // To be called when the basis has got a level, or another one.
-    void resize() { row_.resize(basis_.size(), none); }
+    void resize() {
+        row_.resize(basis_.size(), none);
+        parents_.resize(basis_.size());
+    }
 
     // Makes functions receivers if they are not, and with them their parents: those on coarser levels that are not zero
     // at their points (L07 6.3), and in sight. Those that are new, ascending; rows are numbered as they come.
     std::vector<std::uint32_t> add(const std::vector<std::uint32_t>& functions, const Progress& progress);
 
+    // Makes functions from `first` on receivers at the places of others: each shares the row of the original at its
+    // point.
+    void share_rows(std::uint32_t first, const std::vector<std::uint32_t>& originals, const Progress& progress);
+
     bool has(std::uint32_t function) const { return row_[function] != none; }
     std::uint32_t row(std::uint32_t function) const { return row_[function]; }
-    std::size_t size() const { return functions_.size(); }
 
     // From values by row, for all functions.
     void coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& out) const;
     // The adjoint of that projection: a linear functional of coefficients as one of values, by row.
     std::vector<double> functional(std::vector<double> of_coefficients) const;
-    // Calls visit(function) for the parents of a row's function.
+    // Calls visit(function) for the parents of a function.
     template <class Visit>
-    void for_parents(std::size_t row, const Visit& visit) const {
-        for (const BasisWeight& parent : parents_[row]) visit(parent.function);
+    void for_parents(std::uint32_t function, const Visit& visit) const {
+        for (const BasisWeight& parent : parents_[function]) visit(parent.function);
     }
 
 private:
+    void find_parents(const std::vector<std::uint32_t>& functions, const Progress& progress);
+
     const MultilevelBasis& basis_;
     const BasisSight& sight_;
-    std::vector<std::uint32_t> row_;        // of each function
-    std::vector<std::uint32_t> functions_;  // of each row
-    std::vector<std::vector<BasisWeight>> parents_;
+    std::vector<std::uint32_t> row_;                 // of each function
+    std::vector<std::vector<BasisWeight>> parents_;  // of each function
+    std::uint32_t rows_ = 0;
 };
 
 }  // namespace surflux
