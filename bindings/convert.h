@@ -16,6 +16,7 @@
 #include "surflux/core/error.h"
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
+#include "surflux/scene/colors.h"
 
 namespace surflux::bindings {
 
@@ -46,6 +47,13 @@ std::vector<T> to_vector(const py::array_t<T, py::array::c_style | py::array::fo
 inline py::array_t<double> to_array(const std::vector<Vec3>& values) {
     py::array_t<double> out({static_cast<py::ssize_t>(values.size()), py::ssize_t{3}});
     if (!values.empty()) std::memcpy(out.mutable_data(), values.data(), values.size() * sizeof(Vec3));
+    return out;
+}
+
+inline py::array_t<double> to_array(const Colors& values) {
+    py::array_t<double> out({static_cast<py::ssize_t>(values.size()), py::ssize_t{3}});
+    auto* to = reinterpret_cast<Vec3*>(out.mutable_data());
+    for (const Rgb& value : values) *to++ = value;
     return out;
 }
 

@@ -13,8 +13,8 @@
 namespace surflux::shapes {
 
 inline void finish(Surfels& s, double rho, double emission) {
-    s.reflectance.assign(s.size(), {rho, rho, rho});
-    s.emission.assign(s.size(), {emission, emission, emission});
+    s.reflectance = Colors(s.size(), {rho, rho, rho});
+    s.emission = Colors(s.size(), {emission, emission, emission});
 }
 
 // m x n parallelogram patches, facing along u x v.

@@ -209,7 +209,9 @@ TEST(Gathering, IsTheSameInPartsAndOnOneThread) {
 TEST(Gathering, EmissionAndTheSkyAreInNoLink) {
     // Links carry what is sent, which may be nothing.
     Scene scene = open_scene();
-    scene.surfels.emission[64] = {9, 6, 3};
+    std::vector<Rgb> emission(scene.surfels.emission.begin(), scene.surfels.emission.end());
+    emission[64] = {9, 6, 3};
+    scene.surfels.emission = emission;
     scene.lights = {Environment{}};
     std::get<Environment>(scene.lights[0]).radiance = {0.5, 1.0, 2.0};
     Gathered g(scene);

@@ -191,7 +191,9 @@ TEST(Solve, GreyScenesAreSolvedInOneChannel) {
     };
     Surfels s = shapes::cube_inside(3, 0.5, 1.0);
     EXPECT_EQ(channels(s), 1.0);
-    s.reflectance[0].x = 0.6;
+    std::vector<Rgb> reflectance(s.size(), {0.5, 0.5, 0.5});
+    reflectance[0].x = 0.6;
+    s.reflectance = reflectance;
     EXPECT_EQ(channels(s), 3.0);
 }
 

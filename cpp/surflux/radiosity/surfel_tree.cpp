@@ -170,8 +170,9 @@ Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves) const {
         out.normals[k] = normal(p);
         out.radii[k] = radius(p);
         out.areas[k] = area(p);
-        out.reflectance[k] = reflectance(p);
     }
+    out.reflectance = {};
+    for (const std::uint32_t p : leaves) out.reflectance.push_back(reflectance(p));
     const auto drop = [&](const auto& part) { return is_inserted(leaves[part.surfel]); };
     out.triangles.clear();
     for (std::uint32_t k = 0; k < leaves.size(); ++k)

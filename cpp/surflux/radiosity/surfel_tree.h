@@ -113,8 +113,8 @@ private:
         for (std::uint32_t k = 0; k < children; ++k) visit_leaves(child_[p] + k, visit);
     }
     void find_neighbors();
-    template <class T>
-    const T& of(const std::vector<T>& given, const std::vector<T>& added, std::uint32_t p) const {
+    template <class Values>
+    auto of(const Values& given, const Values& added, std::uint32_t p) const -> decltype(given[p]) {
         return p < surfels_ ? given[p] : added[p - surfels_];
     }
 

@@ -37,8 +37,8 @@ void append_shapes(Scene& scene, const Surfels& surfels) {
     add(all.positions, surfels.positions);
     add(all.normals, surfels.normals);
     add(all.radii, surfels.radii);
-    add(all.reflectance, surfels.reflectance);
-    add(all.emission, surfels.emission);
+    all.reflectance.append(surfels.reflectance);
+    all.emission.append(surfels.emission);
     for (Triangle t : surfels.triangles) {
         t.surfel += first;
         all.triangles.push_back(t);

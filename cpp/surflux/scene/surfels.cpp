@@ -64,6 +64,8 @@ bool is_grey(const std::vector<Rgb>& values) {
     return std::all_of(values.begin(), values.end(), [](const Rgb& c) { return c.x == c.y && c.y == c.z; });
 }
 
+bool is_grey(const Colors& values) { return is_grey(values.palette()); }
+
 void require_areas(const Surfels& surfels) {
     require(surfels.areas.size() == surfels.size(), "scene: its surfels have no areas yet");
     for (std::size_t i = 0; i < surfels.size(); ++i)

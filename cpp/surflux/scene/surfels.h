@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/vec.h"
+#include "surflux/scene/colors.h"
 
 namespace surflux {
 
@@ -33,11 +34,11 @@ inline double area_of(const Triangle& t) { return 0.5 * length(cross_of(t)); }
 // Positions stay in float64 in the user's frame; a pass that works in float32 recentres them at its border.
 struct Surfels {
     std::vector<Vec3> positions;
-    std::vector<Vec3> normals;     // unit
-    std::vector<double> radii;     // of the tangent disks, R
-    std::vector<double> areas;     // effective areas, S; empty until somebody computes them
-    std::vector<Rgb> reflectance;  // rho, linear, 0 <= rho < 1
-    std::vector<Rgb> emission;     // E, exitance
+    std::vector<Vec3> normals;  // unit
+    std::vector<double> radii;  // of the tangent disks, R
+    std::vector<double> areas;  // effective areas, S; empty until somebody computes them
+    Colors reflectance;         // rho, linear, 0 <= rho < 1
+    Colors emission;            // E, exitance
     // Patches of a mesh, sorted by surfel. A surfel with triangles occludes by them, not by its disk.
     std::vector<Triangle> triangles;
     // Of disks, sorted by surfel: most have none.
@@ -63,6 +64,7 @@ Surfels two_sided(const Surfels& surfels);
 
 // Is each the same in all three channels?
 bool is_grey(const std::vector<Rgb>& values);
+bool is_grey(const Colors& values);
 
 // Throws ArgumentError where areas are missing, or one is not a positive number.
 void require_areas(const Surfels& surfels);

@@ -11,7 +11,8 @@ namespace surflux {
 // times to be the same.
 struct Channels {
     explicit Channels(bool grey) : count(grey ? 1 : 3) {}
-    std::vector<double> pack(const std::vector<Rgb>& values) const {
+    template <class Values>
+    std::vector<double> pack(const Values& values) const {
         std::vector<double> out(values.size() * count);
         for (std::size_t i = 0; i < values.size(); ++i)
             for (std::size_t c = 0; c < count; ++c) out[i * count + c] = values[i][static_cast<int>(c)];
