@@ -102,26 +102,31 @@ void CloseSheetFinder::patch(std::uint32_t i, const std::vector<std::uint32_t>& 
             out.push_back({i, scene_.object[i], scene_.object[over[k]], false, taken[k], heights[k]});
 }
 
-void CloseSheetFinder::find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near,
-                                   std::vector<Facing>& out) const {
+void CloseSheetFinder::find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Facing>& out,
+                                   std::vector<Sheet>& sheets) const {
     const double wide = 2.0 * extent_.contact_of(i);
+    // The origin of the coordinates may be far off the scene.
+    const double least = one_place * (extent_.size + length(s_.positions[i]));
     for (const std::uint32_t k : near) {
         if (k < i || !is_patch(i) || dot(s_.normals[i], s_.normals[k]) > -flat_normals) continue;
         const double gap = dot(s_.normals[i], s_.positions[k] - s_.positions[i]);
         const double rise = length(cross(s_.normals[i], s_.normals[k])) * (s_.radii[i] + s_.radii[k]);
-        // The origin of the coordinates may be far off the scene.
-        const double least = one_place * (extent_.size + length(s_.positions[i]));
-        if (!(gap + rise > least && gap - rise < wide)) continue;
+        if (!(gap + rise > -wide && gap - rise < wide)) continue;
         const Triangle* all = s_.triangles.data();
-        Pieces rest = pieces_of(all + triangles_[i], all + triangles_[i + 1], s_.positions[i]);
-        const double whole = area_of(rest);
-        for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1] && !rest.empty(); ++t) {
-            Triangle turned = s_.triangles[t];  // to face the patch's way, as pieces do
-            std::swap(turned.b, turned.c);
-            rest = without(rest, turned, s_.positions[i], least, wide);
-        }
-        const double area = whole - area_of(rest);
-        if (area > wide * s_.radii[i]) out.push_back({scene_.object[i], scene_.object[k], area, gap});
+        const Pieces whole = pieces_of(all + triangles_[i], all + triangles_[i + 1], s_.positions[i]);
+        const auto shared = [&](double low, double high) {
+            Pieces rest = whole;
+            for (std::uint32_t t = triangles_[k]; t < triangles_[k + 1] && !rest.empty(); ++t) {
+                Triangle turned = s_.triangles[t];  // to face the patch's way, as pieces do
+                std::swap(turned.b, turned.c);
+                rest = without(rest, turned, s_.positions[i], low, high);
+            }
+            return area_of(whole) - area_of(rest);
+        };
+        const double least_area = wide * s_.radii[i];  // else of edges that touch
+        if (const double area = shared(least, wide); area > least_area)
+            out.push_back({scene_.object[i], scene_.object[k], area, gap});
+        if (shared(-wide, wide) > least_area) sheets.push_back({i, k});
     }
 }
 

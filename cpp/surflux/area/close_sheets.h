@@ -52,12 +52,13 @@ public:
     };
     void find(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Meeting>& out) const;
 
-    // Of patch i and later ones; the same for gaps.
+    // Of patch i and later ones: gaps, and the sides of one sheet.
     struct Facing {
         std::uint32_t one, other;
         double area, width;
     };
-    void find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Facing>& out) const;
+    void find_facing(std::uint32_t i, const std::vector<std::uint32_t>& near, std::vector<Facing>& out,
+                     std::vector<Sheet>& sheets) const;
     static std::vector<NarrowGap> gaps(const std::vector<std::vector<Facing>>& facing);
 
     // What all meetings come to, ascending; of two objects first points over the mesh.

@@ -18,6 +18,7 @@ struct Covers {
     std::vector<double> uncovered;
     std::vector<CloseSheet> close_sheets;
     std::vector<NarrowGap> gaps;
+    std::vector<Sheet> sheets;
 };
 
 class CoverFinder {
@@ -34,6 +35,7 @@ public:
         std::vector<std::vector<Cover>> covers(blocks);
         std::vector<std::vector<CloseSheetFinder::Meeting>> meetings(blocks);
         std::vector<std::vector<CloseSheetFinder::Facing>> facing(blocks);
+        std::vector<std::vector<Sheet>> sheets(blocks);
         parallel_blocks(
             s_.size(), block,
             [&](std::size_t begin, std::size_t end) {
@@ -42,12 +44,13 @@ public:
                     const auto i = static_cast<std::uint32_t>(k);
                     sheets_.patches_near(i, near);
                     sheets_.find(i, near, meetings[begin / block]);
-                    sheets_.find_facing(i, near, facing[begin / block]);
+                    sheets_.find_facing(i, near, facing[begin / block], sheets[begin / block]);
                     if (triangles_[i] != triangles_[i + 1]) cover(i, near, covers[begin / block], out.uncovered[i]);
                 }
             },
             progress);
         for (const auto& some : covers) out.covers.insert(out.covers.end(), some.begin(), some.end());
+        for (const auto& some : sheets) out.sheets.insert(out.sheets.end(), some.begin(), some.end());
         out.close_sheets = sheets_.sheets(meetings, progress);
         out.gaps = CloseSheetFinder::gaps(facing);
         return out;
@@ -110,16 +113,14 @@ std::vector<Coarse> find_coarse(const Scene& scene, const Extent& extent) {
 Coincidence find_coincidence(const Scene& scene, const Progress& progress) {
     const Extent extent(scene.surfels);
     Covers covers = CoverFinder(scene, extent).run(progress);
-    return {std::move(covers.covers),
-            std::move(covers.uncovered),
-            std::move(covers.close_sheets),
-            std::move(covers.gaps),
-            find_disk_overlaps(scene, extent, progress),
+    return {std::move(covers.covers),  std::move(covers.uncovered), std::move(covers.close_sheets),
+            std::move(covers.gaps),    std::move(covers.sheets),    find_disk_overlaps(scene, extent, progress),
             find_coarse(scene, extent)};
 }
 
 void count_once(Scene& scene, const Coincidence& found, const Progress& progress) {
     scene.covers = found.covers;
+    scene.sheets = found.sheets;
     scene.spread = found.disks.spread;
     Surfels& s = scene.surfels;
     if (s.areas.empty()) return;

@@ -24,6 +24,7 @@ struct Coincidence {
     std::vector<double> uncovered;  // of each patch, the share of it that no later patch covers; 1 of disks
     std::vector<CloseSheet> close_sheets;
     std::vector<NarrowGap> gaps;  // ascending
+    std::vector<Sheet> sheets;
     DiskOverlaps disks;
     std::vector<Coarse> coarse;  // ascending
 };

@@ -14,6 +14,13 @@ struct Cover {
     std::uint32_t below, above;
 };
 
+// Two patches that face opposite ways lie in one place, within contact, in part or altogether: the sides of one sheet,
+// as faces are that a mesh has both ways round, or the walls of adjoining rooms. Each is met from its own side. So is
+// the floor under a box that stands on it: what it sees is the inside of the box.
+struct Sheet {
+    std::uint32_t one, other;
+};
+
 // All surfels of a scene in one list, and the object (reconstruction group, L07 6.1) that each belongs to.
 struct Scene {
     Surfels surfels;
@@ -22,6 +29,7 @@ struct Scene {
     // Filled in by count_once (area/coincidence.h), empty where nothing coincides. Covers ascend; the spread of a disk
     // that shares its surface with disks of other objects is how far off its plane those may lie, and 0 for all others.
     std::vector<Cover> covers;
+    std::vector<Sheet> sheets;
     std::vector<double> spread;  // per surfel, or empty
 };
 

@@ -80,10 +80,13 @@ Departure Tracer::departure(const Vec3& point, const Vec3& normal) const {
         nearest = std::abs(found.distance - before);
         out.surfel = found.surfel;
     }
-    // Of a two-sided sheet, the side that faces the way of the point.
+    // Of a sheet, the side that faces the way of the point.
     if (out.surfel != no_surfel) {
         const Impl::Disk& disk = impl_->disks[out.surfel];
-        if (dot(normal, {disk.normal[0], disk.normal[1], disk.normal[2]}) < 0.0) out.surfel = disk.twin;
+        if (dot(normal, {disk.normal[0], disk.normal[1], disk.normal[2]}) < 0.0)
+            out.surfel = disk.twin != no_surfel
+                             ? disk.twin
+                             : impl_->backs_of.find(out.surfel, (point - impl_->origin) / impl_->unit);
     }
     return out;
 }

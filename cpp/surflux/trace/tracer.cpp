@@ -66,7 +66,7 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
              impl_->to_local(e.limit),
              e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
-    impl_->add_covers(scene);
+    impl_->add_coplanar(scene);
     impl_->find_lower(scene);
 
     impl_->device.reset(rtcNewDevice(nullptr));
@@ -88,7 +88,6 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
     out.distance = unit * static_cast<double>(hit.ray.tfar);
-    if (hit.hit.geomID == triangle_geometry) out.surfel = topmost(out.surfel, hit.ray);
     if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
         const RTCRay& ray = hit.ray;
         const float* p = disks[out.surfel].position;
@@ -100,30 +99,36 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
         const float* n = disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;
     };
+    if (hit.hit.geomID == triangle_geometry) {
+        const Vec3 at = end_of(hit.ray);
+        // Of the two sides of a sheet the one that faces the ray, of what covers that the one on top.
+        const std::uint32_t side = faces(out.surfel) ? no_surfel : backs_of.find(out.surfel, at);
+        if (side != no_surfel) out.surfel = side;
+        const std::uint32_t top = covers_of.find(out.surfel, at);
+        if (top != no_surfel) out.surfel = top;
+    }
     out.front = faces(out.surfel);
     const std::uint32_t twin = disks[out.surfel].twin;
     if (!out.front && twin != no_surfel) return {twin, faces(twin), out.distance};
     return out;
 }
 
-void Tracer::Impl::add_covers(const Scene& of) {
-    if (of.covers.empty()) return;
-    const Surfels& s = of.surfels;
-    const std::vector<std::uint32_t> begin = triangle_ranges(s);
-    cover_begin.assign(s.size() + 1, 0);
-    // Ascending by both: of each patch, the last is on top.
-    for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
-        cover_begin[cover->below + 1] += begin[cover->above + 1] - begin[cover->above];
-    std::partial_sum(cover_begin.begin(), cover_begin.end(), cover_begin.begin());
-    cover_parts.resize(cover_begin.back());
-    std::vector<std::uint32_t> next(cover_begin.begin(), cover_begin.end() - 1);
-    for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
-        for (std::uint32_t t = begin[cover->above]; t < begin[cover->above + 1]; ++t) {
-            const Vec3 corners[3] = {(s.triangles[t].a - origin) / unit, (s.triangles[t].b - origin) / unit,
-                                     (s.triangles[t].c - origin) / unit};
+void Tracer::Impl::Coplanar::fill(const Impl& impl, const Surfels& s, const std::vector<Pair>& pairs) {
+    if (pairs.empty()) return;
+    const std::vector<std::uint32_t> triangles = triangle_ranges(s);
+    begin.assign(s.size() + 1, 0);
+    for (const Pair& pair : pairs) begin[pair.of + 1] += triangles[pair.patch + 1] - triangles[pair.patch];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    parts.resize(begin.back());
+    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+    for (const Pair& pair : pairs)
+        for (std::uint32_t t = triangles[pair.patch]; t < triangles[pair.patch + 1]; ++t) {
+            const Vec3 corners[3] = {(s.triangles[t].a - impl.origin) / impl.unit,
+                                     (s.triangles[t].b - impl.origin) / impl.unit,
+                                     (s.triangles[t].c - impl.origin) / impl.unit};
             const Vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
-            CoverPart& part = cover_parts[next[cover->below]++];
-            part.above = cover->above;
+            Part& part = parts[next[pair.of]++];
+            part.patch = pair.patch;
             for (int k = 0; k < 3; ++k) {
                 part.edge[k] = cross(corners[(k + 1) % 3] - corners[k], normal);
                 part.limit[k] = dot(part.edge[k], corners[k]);
@@ -131,17 +136,28 @@ void Tracer::Impl::add_covers(const Scene& of) {
         }
 }
 
-std::uint32_t Tracer::Impl::topmost(std::uint32_t surfel, const RTCRay& ray) const {
-    if (cover_begin.empty()) return surfel;
-    const auto along = [&ray](float from, float direction) { return static_cast<double>(from + ray.tfar * direction); };
-    const Vec3 at{along(ray.org_x, ray.dir_x), along(ray.org_y, ray.dir_y), along(ray.org_z, ray.dir_z)};
-    for (std::uint32_t p = cover_begin[surfel]; p < cover_begin[surfel + 1]; ++p) {
-        const CoverPart& part = cover_parts[p];
+std::uint32_t Tracer::Impl::Coplanar::find(std::uint32_t of, const Vec3& at) const {
+    if (begin.empty()) return no_surfel;
+    for (std::uint32_t p = begin[of]; p < begin[of + 1]; ++p) {
+        const Part& part = parts[p];
         bool inside = true;
         for (int k = 0; k < 3; ++k) inside = inside && dot(part.edge[k], at) <= part.limit[k];
-        if (inside) return part.above;
+        if (inside) return part.patch;
     }
-    return surfel;
+    return no_surfel;
+}
+
+void Tracer::Impl::add_coplanar(const Scene& of) {
+    std::vector<Coplanar::Pair> covers, backs;
+    // Ascending by both: of each patch, the last is on top.
+    for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
+        covers.push_back({cover->below, cover->above});
+    for (const Sheet& sheet : of.sheets) {
+        backs.push_back({sheet.one, sheet.other});
+        backs.push_back({sheet.other, sheet.one});
+    }
+    covers_of.fill(*this, of.surfels, covers);
+    backs_of.fill(*this, of.surfels, backs);
 }
 
 void Tracer::Impl::drop_joints() {

@@ -76,12 +76,30 @@ struct Tracer::Impl {
         bool empty() const { return first == last; }
     };
 
-    // A triangle of the patch `above` that covers another: inside dot(edge, p) <= limit for all three, p from the
-    // origin.
-    struct CoverPart {
-        Vec3 edge[3];
-        double limit[3];
-        std::uint32_t above;
+    // The triangles of patches that lie in one place with each of others, `patch` being whose: inside
+    // dot(edge, p) <= limit for all three, p from the origin.
+    struct Coplanar {
+        struct Part {
+            Vec3 edge[3];
+            double limit[3];
+            std::uint32_t patch;
+        };
+        struct Pair {
+            std::uint32_t of, patch;
+        };
+        std::vector<std::uint32_t> begin;  // per surfel, and one more; empty where there are none
+        std::vector<Part> parts;
+
+        // In the order of the pairs.
+        void fill(const Impl& impl, const Surfels& s, const std::vector<Pair>& pairs);
+        // The first patch that has the place, or no_surfel.
+        std::uint32_t find(std::uint32_t of, const Vec3& at) const;
+        bool has(std::uint32_t of, std::uint32_t patch) const {
+            if (begin.empty() || of == no_surfel) return false;
+            for (std::uint32_t p = begin[of]; p < begin[of + 1]; ++p)
+                if (parts[p].patch == patch) return true;
+            return false;
+        }
     };
 
     std::vector<Disk> disks;               // per surfel
@@ -92,8 +110,8 @@ struct Tracer::Impl {
     std::vector<std::uint32_t> lower_begin;      // per surfel, and one more
     std::vector<std::uint32_t> lower;            // disks around, whose surface each disk rises over towards its rim
     Extent extent;
-    std::vector<std::uint32_t> cover_begin;  // per surfel, and one more; empty where nothing is covered
-    std::vector<CoverPart> cover_parts;      // the topmost first
+    Coplanar covers_of;  // patches that cover each, the topmost first
+    Coplanar backs_of;   // the other sides of each as a sheet
     Vec3 origin;
     double unit;      // Embree's coordinates are (p - origin) / unit: alike for scenes alike, of whatever size
     double diameter;  // of a ball around the scene
@@ -213,7 +231,7 @@ struct Tracer::Impl {
     // patch in the same plane is, or goes on from it, unless it faces the place: that covers it. So do disks that stand
     // off the place's surface: a ray that leaves a convex one crosses its neighbours' from behind.
     bool ignores(const Departure& from, const Crossing& hit) const {
-        if (from.surfel == hit.surfel) return true;
+        if (from.surfel == hit.surfel || backs_of.has(from.surfel, hit.surfel)) return true;
         const Disk& q = disks[hit.surfel];
         float along = hit.direction[0] * q.normal[0] + hit.direction[1] * q.normal[1] + hit.direction[2] * q.normal[2];
         if (q.twin == no_surfel && along <= 0.0f) return false;  // nearly always
@@ -258,8 +276,9 @@ struct Tracer::Impl {
         if (ignores(ray.from, hit) || is_over_surface(ray.from.surfel, hit)) return true;
         if (!query.segments) return false;
         if (ends_on(to_local(ray.length), hit)) return true;
-        return ray.to != no_surfel && (hit.surfel == ray.to || disks[ray.to].twin == hit.surfel ||
-                                       (hit.is_disk && stands_off(ray.to, hit.surfel, hit.direction)));
+        return ray.to != no_surfel &&
+               (hit.surfel == ray.to || disks[ray.to].twin == hit.surfel || backs_of.has(ray.to, hit.surfel) ||
+                (hit.is_disk && stands_off(ray.to, hit.surfel, hit.direction)));
     }
 
     static void filter(const RTCFilterFunctionNArguments* arguments) {
@@ -291,9 +310,14 @@ struct Tracer::Impl {
 
     void find_lower(const Scene& of);
     bool rises_over(const Surfels& s, std::uint32_t i, std::uint32_t j, double distance) const;
-    void add_covers(const Scene& scene);
-    // Of the patches that coincide where a ray meets `surfel`, the one on top.
-    std::uint32_t topmost(std::uint32_t surfel, const RTCRay& ray) const;
+    void add_coplanar(const Scene& scene);
+    // Where a ray ends, in `unit` from the origin.
+    static Vec3 end_of(const RTCRay& ray) {
+        const auto along = [&ray](float from, float direction) {
+            return static_cast<double>(from + ray.tfar * direction);
+        };
+        return {along(ray.org_x, ray.dir_x), along(ray.org_y, ray.dir_y), along(ray.org_z, ray.dir_z)};
+    }
 
     // A border that runs into another object is where the two adjoin: there is no end there.
     void drop_joints();

@@ -35,8 +35,8 @@ def reference_irradiance(
       reflect.
     - Leaving a place on a surfel, a ray ignores that surfel, disks of the same object within 2 R of their centres
       that face the same side and that it crosses from behind, as between surfels, and what it crosses from behind
-      within 2e-6 of the size of the scene over the place, unless that faces the place: what lies on a place face to
-      face covers it.
+      within 2e-6 of the size of the scene over the place, unless that faces the place. Patches that face opposite
+      ways and are as close are the sides of one sheet.
     - A point given by the caller belongs to the surfel nearest to it along its normal, among disks no farther than
       half their radius and mesh patches that touch it, facing its way. So points between surfels, slightly over or
       under the disks, are not in their shadow. Other points are in the air.

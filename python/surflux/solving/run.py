@@ -79,8 +79,8 @@ def _warn_of_lost_light(result):
     if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
         share = figures["power_into_backs"] / figures["power_in"]
         warn(
-            f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or lie "
-            "back to back with another object at the same place"
+            f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
+            "clouds that lie back to back (surflux check tells which faces point inwards)"
         )
     lost = figures["power_lost"]
     if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * figures["power_lost_error"]):

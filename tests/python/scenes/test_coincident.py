@@ -1,9 +1,10 @@
-"""Surfaces that lie in one place and face the same way: each has the light that it would have alone, once."""
+"""Surfaces that lie in one place: each has the light that it would have alone, once, on its own side."""
 
 import json
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import surflux as sf
 from scenes import patch
@@ -98,13 +99,66 @@ def test_the_later_of_two_is_on_top():
 
 
 @every_solver
-def test_faces_that_face_each_other_cover_each_other(solver):
+def test_faces_that_face_opposite_ways_are_the_sides_of_a_sheet(solver):
     solution = solver(sf.Scene([carpeted(turned=True)], [sf.AreaLight(**LAMP)]))
-    carpet = np.arange(len(solution.direct)) >= len(alone(SQUARE))
-    x, y, _ = solution.surfels.points.T
-    inside = (x > -0.35) & (x < 0.49) & (np.abs(y) < 0.42) & ~carpet
-    assert not solution.direct[inside | carpet].any()
+    floor = len(alone(SQUARE))
+    expected = solver(sf.Scene([alone(SQUARE)], [sf.AreaLight(**LAMP)]))
+    assert_allclose(solution.direct[:floor], expected.direct, rtol=1e-6)
+    assert not solution.direct[floor:].any()  # the light is over the floor
     assert np.isclose(solution.surfels.areas.sum(), 5.0, rtol=1e-12)
+
+
+SHEETS = {
+    "two-sided": lambda up, down: [sf.Surfels.from_mesh(up, patch_area=0.01, two_sided=True)],
+    "one mesh": lambda up, down: [sf.Surfels.from_mesh((up[0], up[1] + down[1]), patch_area=0.01)],
+    "concatenated": lambda up, down: [sf.concatenate([sf.Surfels.from_mesh(m, patch_area=0.01) for m in (up, down)])],
+    "two objects": lambda up, down: [sf.Surfels.from_mesh(m, patch_area=0.01) for m in (up, down)],
+    "other patches": lambda up, down: [sf.Surfels.from_mesh(up, patch_area=0.01), sf.Surfels.from_mesh(down, 0.003)],
+}
+
+
+@pytest.mark.parametrize("sheet", SHEETS.values(), ids=SHEETS)
+def test_a_sheet_between_two_plates_has_the_view_factors_of_squares(sheet):
+    def square(z, *faces):
+        return np.array([[0, 0, z], [1, 0, z], [1, 1, z], [0, 1, z]]), list(faces)
+
+    up, down = [0, 1, 2, 3], [3, 2, 1, 0]
+    plates = [sf.Surfels.from_mesh(square(0.0, up), 0.01), sf.Surfels.from_mesh(square(1.0, down), 0.01)]
+    scene = sf.Scene([*plates, *sheet(square(0.5, up), square(0.5, down))])
+    s = scene.surfels
+    middle, normals = np.abs(s.points[:, 2] - 0.5) < 1e-6, s.normals[:, 2]
+    expected = 0.415253  # unit squares .5 apart, Howell C-11
+    factors, operator = sf.form_factors(scene), sf.form_factor_operator(scene, rays=256)
+    for first, side in ((0, middle & (normals < 0)), (100, middle & (normals > 0))):
+        plate = slice(first, first + 100)
+        assert np.isclose(factors[plate][:, side].sum(axis=1).mean(), expected, atol=1e-3)
+        assert np.isclose((operator @ side.astype(float))[plate].mean(), expected, atol=4e-3)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-7, -1e-12, -1e-7])
+@every_solver
+def test_adjoining_rooms_have_the_light_of_each_alone(solver, gap):
+    """Walls back to back, at one place or by what rays take for one apart or into each other."""
+    first = room(0.0)
+    alone = solver(sf.Scene([first], [sf.PointLight([0.5, 0.5, 0.5], 1.0)]))
+    lights = [sf.PointLight([x, 0.5, 0.5], 1.0) for x in (0.5, 1.5 + gap)]
+    scene = sf.Scene([first, room(1.0 + gap)], lights)
+    both = solver(scene)
+    n = len(first)
+    assert np.isclose(both.history[-1]["power_in"], 2 * alone.history[-1]["power_in"], rtol=2e-3)
+    for part in (slice(0, n), slice(n, 2 * n)):
+        assert_allclose(both.direct[part], alone.direct, rtol=1e-3)
+        assert np.isclose(both.irradiance[part].mean(), alone.irradiance.mean(), rtol=5e-3)
+    wall = np.flatnonzero(np.abs(first.points[:, 0] - 1.0) < 1e-9)[:5]
+    found, error = sf.reference_irradiance(scene, first.points[wall], first.normals[wall], samples=1024)
+    assert (np.abs(found - alone.irradiance[wall])[:, 0] < 4 * error[:, 0] + 0.03 * found[:, 0]).all()
+
+
+def room(x):
+    """The inside of a unit cube from x on."""
+    corners = [*np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], float), x, 0, 0]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return sf.Surfels.from_mesh((corners, faces), patch_area=0.04, reflectance=0.6)
 
 
 def test_check_names_what_coincides(tmp_path, capsys):
