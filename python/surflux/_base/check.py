@@ -62,6 +62,11 @@ def finite_array(name, value, shape):
     if array.size == 0:
         raise ValueError(f"{name}: wanted shape {_shape_text(shape)} with at least one entry, got {array.shape}")
     array = np.ascontiguousarray(array, dtype=np.float64)
+    return all_finite(name, array)
+
+
+def all_finite(name, array):
+    """array, if every number of it is finite."""
     bad = ~np.isfinite(array)
     if bad.any():
         where = tuple(int(i) for i in np.argwhere(bad)[0])

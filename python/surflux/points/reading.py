@@ -68,7 +68,7 @@ def read(
     surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint, threads=threads, progress=progress)
     if faces:
         warn(
-            f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, which are left out, for it is read as points: "
+            f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, left out because it is read as points: "
             'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file, kind = "surfels" for points)'
         )
     return surfels

@@ -147,12 +147,15 @@ class FormFactorOperator:
             The pathlib.Path that was written.
 
         Raises:
+            ValueError: a path with another suffix.
             FileError: the file cannot be written.
         """
-        path = check.path("path", path)
+        path = Path(check.path("path", path))
+        if path.suffix.lower() != ".npz":
+            raise ValueError(f"path: wanted a name ending in .npz, got {str(path)!r}")
         with whole_file(path) as file:
             np.savez(file, form_factor_operator=VERSION, **self._arrays())
-        return Path(path)
+        return path
 
     def _arrays(self):
         return {name: getattr(self._core, name) for name in ARRAYS}
@@ -265,6 +268,8 @@ def load_operator(path: FilePath) -> FormFactorOperator:
     """
     path = check.path("path", path)
     try:
+        if Path(path).is_file() and not zipfile.is_zipfile(path):
+            raise file_error(path, "holds no form factor operator, or no whole one")
         with np.load(path, allow_pickle=False) as file:
             if "form_factor_operator" not in file:
                 raise file_error(path, "holds no form factor operator")
@@ -281,4 +286,4 @@ def _from_arrays(arrays):
 
 def _as_numbers(name, x):
     x = check.numeric(name, np.asarray(x, float) if np.asarray(x).dtype == bool else x)
-    return np.ascontiguousarray(x, np.float64)
+    return check.all_finite(name, np.ascontiguousarray(x, np.float64))

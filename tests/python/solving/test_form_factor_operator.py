@@ -179,9 +179,9 @@ def test_files_that_are_none(tmp_path):
         sf.load_operator(tmp_path / "nowhere.npz")
     with pytest.raises(sf.FileError, match="no folder"):
         K.save(tmp_path / "no" / "K.npz")
-    for broken in (b"", b"nonsense", whole[: len(whole) // 2]):
+    for broken in (b"", b"nonsense", b"ply\n", whole[: len(whole) // 2]):
         path.write_bytes(broken)
-        with pytest.raises(sf.FileError, match=r"K\.npz"):
+        with pytest.raises(sf.FileError, match=r"K\.npz: holds no form factor operator, or no whole one$"):
             sf.load_operator(path)
     np.savez(path, a=1)
     with pytest.raises(sf.FileError, match="holds no form factor operator"):
@@ -216,6 +216,8 @@ def test_arguments(tmp_path):
         (lambda: sf.load_operator(None), "path: "),
         (lambda: K @ np.ones(7), r"x: wanted shape \(8,\) or \(8, k\), got \(7,\)"),
         (lambda: K @ np.ones((8, 2, 2)), "x: wanted shape"),
+        (lambda: K @ np.array([1, 2, np.nan, 4, 5, 6, 7, 8]), "x: wanted finite numbers, got nan at index 2"),
+        (lambda: K.save("K.ply"), r"path: wanted a name ending in \.npz"),
         (lambda: K @ np.ones(8, complex), "x: wanted real numbers"),
         (lambda: np.ones(7) @ K, "x: wanted shape"),
         (lambda: K.standard_error(np.ones((8, 1))), "x: wanted shape"),
