@@ -8,8 +8,26 @@ from surflux.geometry.cores import make_core
 from surflux.geometry.patches import assemble_patches
 
 
+# Faces that stand close together cut a patch one after the other: what is between them is a small part of the patch, but
+# a large one of the piece.
+PASSES = 4
+
+
 def cut_at_walls(cores):
     """For each of _core.Surfels None, or (core, of): it with cut patches, and for each surfel the one that it is of."""
+    found = [None] * len(cores)
+    for _ in range(PASSES):
+        again = _cut_once([core if cut is None else cut[0] for core, cut in zip(cores, found, strict=True)])
+        if not any(again):
+            break
+        found = [
+            before if now is None else now if before is None else (now[0], before[1][now[1]])
+            for before, now in zip(found, again, strict=True)
+        ]
+    return found
+
+
+def _cut_once(cores):
     if sum(len(core.triangles) > 0 for core in cores) < 2:
         return [None] * len(cores)
     outlines = [_outlines(core) for core in cores]

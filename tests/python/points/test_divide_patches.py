@@ -116,3 +116,17 @@ def test_scene_files_are_cut_as_they_are_loaded(tmp_path):
     ground, _ = sf.load_scene(tmp_path / "wall.toml").objects
     assert len(ground) == 6
     assert ground.areas.sum() == pytest.approx(4.0, rel=1e-12)
+
+
+def test_what_was_cut_is_not_found_to_be_cut_again():
+    def block(low, high):
+        corners = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)]) * np.subtract(high, low) + low
+        return corners, [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+
+    corners, faces = block([0, 0, 0], [3, 3, 3])
+    room = sf.Surfels.from_mesh((corners, [face[::-1] for face in faces]), patch_area=0.1)
+    pane = sf.Surfels.from_mesh(block([1.4, 0, 0], [1.401, 3, 3]), patch_area=0.1)  # both sides on the same patches
+    cut = sf.divide_patches([room, pane])
+    again = sf.divide_patches(cut)
+    assert len(cut[0]) > len(room)
+    assert [len(s) for s in again] == [len(s) for s in cut]
