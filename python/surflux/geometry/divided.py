@@ -7,9 +7,8 @@ from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.patches import assemble_patches
 
-
-# Faces that stand close together cut a patch one after the other: what is between them is a small part of the patch, but
-# a large one of the piece.
+# Faces that stand close together cut a patch one after the other: what is between them is a small part of the patch,
+# but a large one of the piece.
 PASSES = 4
 
 
