@@ -225,6 +225,14 @@ def test_where_there_is_no_terminal_stages_are_logged(caplog, monkeypatch):
     ]
 
 
+def test_a_stage_that_comes_again_is_logged_once(caplog, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    with caplog.at_level(logging.INFO, "surflux"), passes.stage_callback(True) as show:
+        for label in ("gathering", "solve", "gathering", "solve"):
+            assert show(label, 1, 2)
+    assert [record.message for record in caplog.records] == ["gathering", "solve"]
+
+
 def test_bars_are_those_of_tqdm_auto(monkeypatch):
     """Which are widgets in a notebook."""
     import tqdm.auto

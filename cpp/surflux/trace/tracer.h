@@ -50,7 +50,8 @@ Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel = Hit::n
 // Arriving at a surfel or a light, the same seen backwards. On the way, rays pass under the rims of disks: they do not
 // see the back of a disk where the surface of a neighbour lies below it, so that a closed convex cloud shows no backs.
 // By index and side, not by distance alone: what touches i but faces elsewhere, or rises in front of it, blocks. Of
-// patches that coincide a ray meets the one on top (Cover). Queries are const and may run on many threads at once.
+// patches that coincide a ray meets the one on top (Cover), of the two sides of a sheet the one that faces it (Sheet).
+// Queries are const and may run on many threads at once.
 class Tracer {
 public:
     explicit Tracer(const Scene& scene);

@@ -64,14 +64,15 @@ def stage_callback(progress):
     if not check.flag("progress", progress):
         yield getattr(_watch, "show", None)
         return
-    current, bar = None, None
+    current, bar, begun = None, None, set()
     with contextlib.ExitStack() as bars:
 
         def show(label, done, total):
             nonlocal current, bar
             if label != current:
                 bars.close()
-                bar, current = bars.enter_context(_bar(label)), label
+                bar, current = bars.enter_context(_bar(label, label not in begun)), label
+                begun.add(label)
             return bar(done, total)
 
         yield show
@@ -139,12 +140,13 @@ def _shown_by(show):
 
 
 @contextlib.contextmanager
-def _bar(label):
-    """A tqdm bar, in a notebook a widget; where stderr is no terminal a line in the log, which bars would fill."""
+def _bar(label, is_new):
+    """A tqdm bar, in a notebook a widget; where stderr is no terminal, which bars would fill, a line of a new stage."""
     from tqdm.auto import tqdm
 
     if not sys.stderr.isatty() and "notebook" not in tqdm.__module__:
-        LOG.info(label)
+        if is_new:
+            LOG.info(label)
         yield lambda done, total: True
         return
     with tqdm(desc=label, unit_scale=True, leave=False) as bar:
