@@ -153,6 +153,7 @@ void Tracer::Impl::add_coplanar(const Scene& of) {
     for (auto cover = of.covers.rbegin(); cover != of.covers.rend(); ++cover)
         covers.push_back({cover->below, cover->above});
     for (const Sheet& sheet : of.sheets) {
+        if (disks[sheet.one].twin == sheet.other) continue;  // altogether, which is told without looking where
         backs.push_back({sheet.one, sheet.other});
         backs.push_back({sheet.other, sheet.one});
     }
