@@ -139,10 +139,10 @@ def test_a_sheet_between_two_plates_has_the_view_factors_of_squares(sheet):
 @every_solver
 def test_adjoining_rooms_have_the_light_of_each_alone(solver, gap):
     """Walls back to back, at one place or by what rays take for one apart or into each other."""
-    first = room(0.0)
+    first = unit_room(0.0)
     alone = solver(sf.Scene([first], [sf.PointLight([0.5, 0.5, 0.5], 1.0)]))
     lights = [sf.PointLight([x, 0.5, 0.5], 1.0) for x in (0.5, 1.5 + gap)]
-    scene = sf.Scene([first, room(1.0 + gap)], lights)
+    scene = sf.Scene([first, unit_room(1.0 + gap)], lights)
     both = solver(scene)
     n = len(first)
     assert np.isclose(both.history[-1]["power_in"], 2 * alone.history[-1]["power_in"], rtol=2e-3)
@@ -154,9 +154,9 @@ def test_adjoining_rooms_have_the_light_of_each_alone(solver, gap):
     assert (np.abs(found - alone.irradiance[wall])[:, 0] < 4 * error[:, 0] + 0.03 * found[:, 0]).all()
 
 
-def room(x):
+def unit_room(x):
     """The inside of a unit cube from x on."""
-    corners = [*np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], float), x, 0, 0]
+    corners = np.add([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], [x, 0, 0])
     faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     return sf.Surfels.from_mesh((corners, faces), patch_area=0.04, reflectance=0.6)
 
