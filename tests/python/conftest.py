@@ -1,15 +1,26 @@
 """The marker `scans`: tests that read real scans from the folder that SURFLUX_DATA names.
 
 Without SURFLUX_DATA they are skipped; with it nothing excuses a skip, so that a missing file cannot pass unseen.
+
+The option `--seconds N`: no test begins later than that; how many were left over is said at the end.
 """
 
 import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
 
 SCANS_RUN = []  # by this process, or by all its workers
+
+
+BEGAN = []  # when each test did
+NO_TIME_LEFT = "no time left (--seconds)"
+
+
+def pytest_addoption(parser):
+    parser.addoption("--seconds", type=float, help="begin no test later than so many seconds after the first")
 
 
 def pytest_configure(config):
@@ -27,10 +38,18 @@ def pytest_collection_modifyitems(items):
                 item.add_marker(pytest.mark.skip(reason="SURFLUX_DATA is not set"))
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    limit = item.config.getoption("seconds")
+    BEGAN.append(time.monotonic())
+    if limit is not None and BEGAN[-1] - BEGAN[0] > limit:
+        pytest.skip(NO_TIME_LEFT)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield
-    if item.get_closest_marker("scans") and os.environ.get("SURFLUX_DATA"):
+    if item.config.getoption("seconds") is None and item.get_closest_marker("scans") and os.environ.get("SURFLUX_DATA"):
         if report.skipped and not hasattr(report, "wasxfail"):
             report.outcome = "failed"
             report.longrepr = f"{item.nodeid}: skipped although SURFLUX_DATA is set ({call.excinfo.value})"
@@ -47,6 +66,9 @@ def pytest_runtest_logreport(report):
 def pytest_terminal_summary(terminalreporter):
     note = "" if os.environ.get("SURFLUX_DATA") else " (SURFLUX_DATA is not set)"
     terminalreporter.write_line(f"scans: {len(SCANS_RUN)} run{note}")
+    left = sum(NO_TIME_LEFT in str(report.longrepr) for report in terminalreporter.stats.get("skipped", ()))
+    if left:
+        terminalreporter.write_line(f"left over for want of time: {left} tests, which script/test runs")
 
 
 @pytest.fixture(scope="session")
