@@ -25,6 +25,7 @@ FEWEST_RAYS, MOST_RAYS = 16, 1 << 20
 # Two standard deviations of a share of half a hemisphere by one ray.
 ERROR_OF_A_RAY = 0.98
 ARRAYS = ("begin", "met", "rays", "into_backs", "areas", "scale", "escape", "absorbed")
+COUNTS = ("begin", "met", "rays", "into_backs")
 VERSION = 1
 
 
@@ -95,7 +96,8 @@ class FormFactorOperator:
     def standard_error(self, x: ArrayLike) -> Floats:
         """Standard error (n,) of K @ x for x (n,), by the variance of independent rays.
 
-        Rays are spread evenly, so that the error is less: 1.4 to 3.3 times in rooms and between plates.
+        Rays are spread evenly, so that of x over many surfels the error is less: 1.4 to 3.3 times in rooms and between
+        plates. Of x over few it may be more than it says: where no ray met any of them the variance is unknown, and 0.
 
         Raises:
             ValueError: x of another shape.
@@ -273,10 +275,16 @@ def load_operator(path: FilePath) -> FormFactorOperator:
         with np.load(path, allow_pickle=False) as file:
             if "form_factor_operator" not in file:
                 raise file_error(path, "holds no form factor operator")
-            return _from_arrays({name: file[name] for name in ARRAYS})
+            if file["form_factor_operator"] != VERSION:
+                raise file_error(path, "holds a form factor operator of another version of surflux")
+            arrays = {name: file[name] for name in ARRAYS}
+        for name in COUNTS:
+            if arrays[name].dtype.kind != "u":
+                raise TypeError(f"{name}: wanted counts")
+        return _from_arrays(arrays)
     except OSError as fault:
         raise fault if isinstance(fault, _core.FileError) else file_error(path, fault.strerror or str(fault)) from fault
-    except (AttributeError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as fault:
+    except Exception as fault:  # numpy and zipfile raise a dozen kinds of what was changed
         raise file_error(path, f"its form factor operator is damaged ({fault})") from fault
 
 

@@ -50,7 +50,8 @@ def solve_meshless(
             spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
             patches, a quarter of them sample these (many lights: Conty Estevez and Kulla 2018).
-        bounces: how often light is reflected; None for until the residual is below `tolerance`.
+        bounces: how often light is reflected; None for until the residual is below `tolerance`. `Solution.error` is of
+            all bounces, and `power_lost` has what those left out would bring.
         indirect_only: True leaves what lights bring out of the basis, as L07 recommends: it is computed at every
             surfel, and where rays meet surfaces that are coarse. False has it in the basis. What emissive surfels bring
             is out of it either way.

@@ -60,7 +60,7 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     if converges and residual > options["tolerance"]:
         warn(f"the linear solver stopped at a residual of {residual:.2g}")
     if not dark:  # of next to no light, what becomes of it says little
-        _warn_of_lost_light(result)
+        _warn_of_lost_light(result, converges)
     surfels = Surfels._from_core(result["surfels"])
     return Solution(
         surfels,
@@ -74,7 +74,7 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     )
 
 
-def _warn_of_lost_light(result):
+def _warn_of_lost_light(result, converges):
     figures = result["history"][-1]
     if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
         share = figures["power_into_backs"] / figures["power_in"]
@@ -82,6 +82,8 @@ def _warn_of_lost_light(result):
             f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
             "clouds that lie back to back (surflux check tells which faces point inwards)"
         )
+    if not converges:  # of some bounces alone it is known that the others are missing
+        return
     lost = figures["power_lost"]
     if abs(lost) > max(MUCH_LOST * figures["power_in"], 3.0 * figures["power_lost_error"]):
         share = abs(lost) / figures["power_in"]

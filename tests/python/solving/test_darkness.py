@@ -60,6 +60,7 @@ def test_a_dark_scene_says_why_once_and_claims_no_precision(name, solver):
     assert "error unknown" in repr(solution)
 
 
+@pytest.mark.slow
 @SOLVERS
 def test_a_little_light_that_leaks_in_is_no_sign_of_the_right_side(solver):
     """The sun meets three sides of a cube, 100 patches each, of which one is a hole: 1/300 of its light gets in."""

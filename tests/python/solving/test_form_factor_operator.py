@@ -1,5 +1,6 @@
 """Form factors as an operator of rays: closed, reciprocal, as accurate as it says, and what scipy takes."""
 
+import contextlib
 import copy
 import functools
 import pickle
@@ -88,6 +89,7 @@ def test_products_are_those_of_the_matrix():
     np.testing.assert_array_equal(K @ (x > 0), K @ (x > 0).astype(float))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_shares_of_walls_are_within_the_error(seed):
     """95 % of what surfels send to a wall or to the ball, against all pairs."""
@@ -197,10 +199,30 @@ def test_files_that_are_none(tmp_path):
         ("met", arrays["met"][::-1].copy()),
         ("escape", arrays["escape"] + np.nan),
         ("scale", -arrays["scale"]),
+        ("met", arrays["met"] + 0.5),
+        ("rays", arrays["rays"] * 1.7),
     ):
         np.savez(path, form_factor_operator=1, **(arrays | {name: value}))
         with pytest.raises(sf.FileError, match="damaged"):
             sf.load_operator(path)
+
+
+def test_files_of_which_any_byte_was_changed_are_refused_or_the_same(tmp_path):
+    K = sf.form_factor_operator(plates(0.25), rays=16)
+    path = tmp_path / "K.npz"
+    rng = np.random.default_rng(0)
+    for write in (K.save, lambda path: np.savez_compressed(path, form_factor_operator=1, **K._arrays())):
+        write(path)
+        whole = path.read_bytes()
+        for at in [*range(len(whole) - 300, len(whole)), *rng.integers(0, len(whole), 300)]:
+            changed = bytearray(whole)
+            changed[at] ^= 1 << rng.integers(8)
+            path.write_bytes(changed)
+            with contextlib.suppress(sf.FileError):
+                np.testing.assert_array_equal(sf.load_operator(path)._core.met, K._core.met)
+    np.savez(path, form_factor_operator=2, **K._arrays())
+    with pytest.raises(sf.FileError, match=r"K\.npz: holds a form factor operator of another version of surflux"):
+        sf.load_operator(path)
 
 
 def test_arguments(tmp_path):

@@ -56,6 +56,13 @@ def test_bounces_of_a_furnace():
         np.testing.assert_allclose(sf.solve_meshless(scene, **SMALL).irradiance, 4.0, rtol=1e-5)
 
 
+@pytest.mark.filterwarnings("error")
+def test_bounces_that_were_not_asked_for_are_not_called_lost():
+    room = cube_inside(3, 0.7, 1.0)
+    for bounces in (0, 1):
+        sf.solve_meshless(sf.Scene([room]), bounces=bounces, **SMALL)
+
+
 @pytest.mark.parametrize("indirect_only", [True, False])
 @pytest.mark.slow
 def test_bounces_in_a_sphere_with_a_light(indirect_only):
