@@ -6,6 +6,8 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <pybind11/functional.h>
@@ -48,6 +50,18 @@ inline py::array_t<double> to_array(const std::vector<Vec3>& values) {
     py::array_t<double> out({static_cast<py::ssize_t>(values.size()), py::ssize_t{3}});
     if (!values.empty()) std::memcpy(out.mutable_data(), values.data(), values.size() * sizeof(Vec3));
     return out;
+}
+
+// An array that keeps the memory of the vector.
+template <class T>
+py::array handed_over(std::vector<T>&& values) {
+    auto* kept = new std::vector<T>(std::move(values));
+    const py::capsule owner(kept, [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
+    const auto n = static_cast<py::ssize_t>(kept->size());
+    if constexpr (std::is_same_v<T, Vec3>)
+        return py::array_t<double>({n, py::ssize_t{3}}, reinterpret_cast<const double*>(kept->data()), owner);
+    else
+        return py::array_t<T>(n, kept->data(), owner);
 }
 
 inline py::array_t<double> to_array(const Colors& values) {

@@ -22,6 +22,7 @@ struct Gathered {
     Tracer tracer;
     SurfelTree tree;
     LightSampler skies;
+    SurfelPoints points;
     Gathering gathering;
 
     explicit Gathered(Scene of, std::uint64_t seed = 0)
@@ -29,7 +30,8 @@ struct Gathered {
           tracer(scene),
           tree(scene, build_hierarchy(scene.surfels, scene.object, {}), scene.surfels.size()),
           skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
-          gathering(scene, tracer, tree, skies, seed) {}
+          points(scene.surfels),
+          gathering(points, tracer, tree, skies, seed) {}
 
     void add_all(int rays) {
         const std::vector<Place> places = places_of(scene.surfels);

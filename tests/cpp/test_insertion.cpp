@@ -31,11 +31,7 @@ struct Refined {
             ++done;
         return done;
     }
-    std::vector<std::uint32_t> leaves() const {
-        std::vector<std::uint32_t> out;
-        tree.for_leaves([&](std::uint32_t p) { out.push_back(p); });
-        return out;
-    }
+    std::vector<std::uint32_t> leaves() const { return tree.all_leaves(); }
     double leaf_area() const {
         double sum = 0.0;
         for (std::uint32_t p : leaves()) sum += tree.area(p);

@@ -18,7 +18,8 @@ std::vector<Rgb> light_of_parts(int before) {
     const Scene scene = shapes::scene_of({s}, {AreaLight{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {1, 1, 1}}});
     SurfelTree tree(scene, build_hierarchy(scene.surfels, scene.object, {}), 100);
     const Tracer tracer(scene);
-    LitPoints lights(scene, tracer, tree, nullptr, nullptr, {}, 0, 7);
+    const SurfelPoints points(scene.surfels);
+    LitPoints lights(scene, points, tracer, tree, nullptr, nullptr, {}, 0, 7);
     lights.update();
     SurfelTree::Child below[4];
     for (int k = 0; k < 4; ++k)

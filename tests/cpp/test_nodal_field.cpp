@@ -203,9 +203,10 @@ TEST(NodalField, IsConservativeAndBoundedAtTheEdgeOfAShadow) {
     std::vector<NodalField::Place> places;
     for (std::size_t p = 0; p < points.size(); ++p) {
         field.interpolation().at(points[p], up, 0, weights[p]);
-        places.push_back({points[p], up, 1.0 + points[p].y, weights[p]});
+        places.push_back({points[p], up, 1.0 + points[p].y, Span<Interpolation::Weight>(weights[p])});
     }
-    const std::vector<Rgb> found = field.at_conservatively(values, places);
+    const std::vector<Rgb> found =
+        field.at_conservatively(values, places.size(), [&](std::size_t p) { return places[p]; });
     double sum = 0.0, expected = 0.0;
     for (std::size_t p = 0; p < places.size(); ++p) {
         Rgb constant;

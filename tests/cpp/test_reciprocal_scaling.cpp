@@ -47,15 +47,13 @@ struct Rooms {
             out.met.push_back(met);
             out.rays.push_back(static_cast<std::uint32_t>(rays));
             out.spread.push_back(0.0);
-            const double x = static_cast<double>(k % places) / static_cast<double>(places);
-            out.sender.push_back({{x, static_cast<double>(k / places), 0.0},
-                                  {0.0, 0.0, 1.0},
-                                  static_cast<std::uint32_t>(k / places),
-                                  1.0,
-                                  1.0,
-                                  1.0,
-                                  {1.0 - met, 0.0, 0.0, variance_of_share(met, rays)}});
+            out.sender.push_back({1.0, 1.0, 1.0, variance_of_share(met, rays), static_cast<float>(met), 0.0f,
+                                  static_cast<std::uint32_t>(k / places)});
         }
+        out.place = [this](std::size_t k) {
+            const double x = static_cast<double>(k % places) / static_cast<double>(places);
+            return RayExchange::Place{{x, static_cast<double>(k / places), 0.0}, {0.0, 0.0, 1.0}};
+        };
         return out;
     }
 };
@@ -96,7 +94,7 @@ TEST(ReciprocalScaling, EnergyIsThatOfTheSendersInAClosedRoom) {
     std::vector<double> light(room.size()), arrived;
     for (std::size_t j = 0; j < light.size(); ++j) {
         light[j] = exchange.sender[j].carried = exchange.sender[j].radiosity =
-            std::exp(-3.0 * exchange.sender[j].position.x);
+            std::exp(-3.0 * exchange.place(j).position.x);
         sent += light[j];
     }
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
@@ -112,7 +110,7 @@ TEST(ReciprocalScaling, WhereSendersRaysSayLittleTheReceiversAreBelieved) {
     const int rays = 64;
     const Rooms open(400, 1, rays, 13, 0.995);
     RayExchange exchange = open.exchange(rays);
-    for (RayExchange::Sender& sender : exchange.sender) sender.loss.spread = 0.01;
+    for (RayExchange::Sender& sender : exchange.sender) sender.spread = 0.01f;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     for (const double scale : found.senders) EXPECT_NEAR(scale, 1.0, 0.01);
     for (const double lost : found.lost) EXPECT_NEAR(lost, 1.0, 0.01);

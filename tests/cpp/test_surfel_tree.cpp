@@ -100,8 +100,7 @@ TEST(SurfelTree, SplitsReplaceALeafByFourAndKeepItsArea) {
         EXPECT_TRUE(tree.is_inserted(third + k));
     }
     // Leaves: those of one surfel after those of the one before, all of them, once; areas as they were.
-    std::vector<std::uint32_t> leaves;
-    tree.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
+    const std::vector<std::uint32_t> leaves = tree.all_leaves();
     EXPECT_EQ(leaves.size(), tree.leaves());
     EXPECT_EQ(std::set<std::uint32_t>(leaves.begin(), leaves.end()).size(), leaves.size());
     for (std::size_t k = 0; k + 1 < leaves.size(); ++k) EXPECT_LE(tree.surfel(leaves[k]), tree.surfel(leaves[k + 1]));
@@ -136,12 +135,10 @@ TEST(SurfelTree, WhatGroupsSendIsTheMeanOfTheirLeavesByArea) {
     split(tree, split(tree, 3) + 1);
     split(tree, 310);
     std::vector<double> values(tree.size() * 2, 0.0);
-    std::vector<std::uint32_t> leaves;
-    tree.for_leaves([&](std::uint32_t p) {
-        leaves.push_back(p);
+    for (const std::uint32_t p : tree.all_leaves()) {
         values[2 * p] = std::sin(static_cast<double>(p));
         values[2 * p + 1] = 1.0;
-    });
+    }
     tree.pull_up(values, 2);
     const auto check = [&](std::uint32_t node) {
         double sum = 0.0, area = 0.0;

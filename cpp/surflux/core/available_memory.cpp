@@ -9,6 +9,10 @@
 #include <limits>
 #include <sstream>
 
+#ifdef __GLIBC__  // known once a header of the library was read
+#include <malloc.h>
+#endif
+
 namespace surflux {
 
 namespace {
@@ -85,6 +89,12 @@ double left_of_address_space(const std::string& root) {
 double available_memory(const std::string& root) {
     const double machine = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
     return std::max(0.0, std::min({machine, left_in_groups(root), left_of_address_space(root)}));
+}
+
+void give_back_memory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
 }
 
 }  // namespace surflux

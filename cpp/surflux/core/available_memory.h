@@ -9,4 +9,7 @@ namespace surflux {
 // memory only to have them at hand count as free. `root`: where /proc and /sys stand, for tests.
 double available_memory(const std::string& root = "");
 
+// Hands back to the system what the heap has free: after a pass with many small arrays on many threads glibc keeps it.
+void give_back_memory();
+
 }  // namespace surflux

@@ -62,15 +62,14 @@ std::vector<Place> places_of(const Surfels& surfels) {
     return out;
 }
 
-SurfelPoints::SurfelPoints(const Surfels& surfels)
-    : surfels_(surfels),
-      begin_(triangle_ranges(surfels)),
-      kind_(surfels.size(), none),
-      up_to_(surfels.triangles.size()),
-      inset_(surfels.size(), 0.0),
-      reach_(surfels.size(), 0.0) {
+SurfelPoints::SurfelPoints(const Surfels& surfels) : surfels_(surfels), up_to_(surfels.triangles.size()) {
+    if (!surfels.alone.empty()) reach_.assign(surfels.size(), 0.0f);
     for (std::uint32_t i : surfels.alone)
-        reach_[i] = surfels.areas.empty() ? surfels.radii[i] : std::sqrt(surfels.areas[i] / pi);
+        reach_[i] = static_cast<float>(surfels.areas.empty() ? surfels.radii[i] : std::sqrt(surfels.areas[i] / pi));
+    if (surfels.triangles.empty()) return;
+    begin_ = triangle_ranges(surfels);
+    kind_.assign(surfels.size(), none);
+    inset_.assign(surfels.size(), 0.0f);
     const Extent extent(surfels);
     for (std::uint32_t i = 0; i < surfels.size(); ++i) {
         double total = 0.0;
@@ -78,7 +77,7 @@ SurfelPoints::SurfelPoints(const Surfels& surfels)
         if (!is_patch(i)) continue;
         require(total > 0.0, "mesh: the patch of surfel ", i, " has no area");
         for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) up_to_[t] /= total;
-        inset_[i] = std::min(0.1, 2.0 * extent.contact_of(i) / std::sqrt(total));
+        inset_[i] = static_cast<float>(std::min(0.1, 2.0 * extent.contact_of(i) / std::sqrt(total)));
         Parallelogram found;
         if (as_parallelogram(triangles_begin(i), triangles_end(i), found)) {
             kind_[i] = static_cast<std::uint32_t>(parallelograms_.size());
@@ -95,11 +94,11 @@ double SurfelPoints::area(std::uint32_t i) const {
 
 Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
     if (!is_patch(i)) {
-        if (!(reach_[i] > 0.0)) return surfels_.positions[i];
+        if (!(reach(i) > 0.0)) return surfels_.positions[i];
         const Frame frame = frame_around(surfels_.normals[i]);
         double x, y;
         square_to_disk(s, t, x, y);
-        return surfels_.positions[i] + reach_[i] * (x * frame.u + y * frame.v);
+        return surfels_.positions[i] + reach(i) * (x * frame.u + y * frame.v);
     }
     if (const Parallelogram* p = parallelogram(i)) return inset(i, p->corner + s * p->u + t * p->v);
     std::uint32_t k = begin_[i];

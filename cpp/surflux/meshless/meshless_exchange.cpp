@@ -108,18 +108,20 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const double outside = means_.outside(i), carried = reflected(i, coefficients) + gather_.emission(i);
-        const RayExchange::Sender sender{s.positions[i],
-                                         s.normals[i],
-                                         part_of_surfel_[i],
-                                         carried + gather_.exitance(i),
+        const RayExchange::Sender sender{carried + gather_.exitance(i),
                                          carried,
                                          gather_.sends(i) ? s.areas[i] * outside : 0.0,
-                                         losses_[i]};
+                                         losses_[i].variance,
+                                         static_cast<float>(losses_[i].met()),
+                                         static_cast<float>(losses_[i].spread),
+                                         part_of_surfel_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
-            if (areas_[row] > 0.0) exchange.spread[row] += weight * sender.area * sender.loss.spread / areas_[row];
+            if (areas_[row] > 0.0)
+                exchange.spread[row] += weight * sender.area * static_cast<double>(sender.spread) / areas_[row];
         });
         exchange.sender.push_back(sender);
     }
+    exchange.place = [&](std::size_t i) { return RayExchange::Place{s.positions[i], s.normals[i]}; };
     exchange.gather = [&](const std::vector<double>& from, std::vector<double>& out) {
         out.resize(rows);
         parallel_for(rows, 64, [&](std::size_t k) {

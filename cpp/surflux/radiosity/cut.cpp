@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
 constexpr double most_unlike = 32.0;  // areas of nodes beside each other
+// One alone may be what was left over when groups were grown: it is small, and nodes around it are no denser.
+constexpr std::ptrdiff_t fewest_finer = 2;
 
 }  // namespace
 
@@ -73,9 +75,10 @@ std::vector<char> Cut::unbalanced(const SurfelTree& tree, const Progress& progre
                 if (tree.is_leaf(nodes[k])) continue;
                 sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
                 const double least = tree.area(nodes[k]) / most_unlike;
-                out[k] = std::any_of(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
+                const auto finer = std::count_if(near.begin(), near.end(), [&](const Interpolation::Weight& other) {
                     return tree.area(nodes[other.site]) < least;
                 });
+                out[k] = finer >= fewest_finer;
             }
         },
         progress);

@@ -22,8 +22,8 @@ struct Cut {
     // interleaved. Returns how many were replaced.
     std::size_t replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
                         std::size_t channels);
-    // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to one of less than a 32nd of their area.
-    // Interpolation weights follow the density of nodes, so that a coarse one would count for nothing there.
+    // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to some of less than a 32nd of their
+    // area. Interpolation weights follow the density of nodes, so that a coarse one would count for nothing there.
     std::vector<char> unbalanced(const SurfelTree& tree, const Progress& progress = {}) const;
 };
 

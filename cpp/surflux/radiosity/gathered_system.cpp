@@ -16,11 +16,7 @@ GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gatherin
 void GatheredSystem::take_by_nodes(const Cut& cut) {
     cut_ = &cut;
     drop_scaling();
-    const std::size_t n = tree_.points();
-    begin_.resize(n + 1);
-    weights_.resize(n);
-    for (std::size_t p = 0; p <= n; ++p) begin_[p] = p;
-    for (std::size_t p = 0; p < n; ++p) weights_[p] = {cut.place_of[p], 1.0};
+    weights_.clear();
 }
 
 void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const std::vector<std::uint32_t>& objects,
@@ -30,38 +26,18 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
     drop_scaling();
     std::vector<double> light(cut.rows.size());
     for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
-    constexpr std::size_t grain = 256;
-    const std::size_t n = tree_.points();
-    std::vector<std::vector<Interpolation::Weight>> blocks((n + grain - 1) / grain);
-    begin_.assign(n + 1, 0);
-    parallel_blocks(
-        n, grain,
-        [&](std::size_t from, std::size_t to) {
-            std::vector<Interpolation::Weight> near;
-            auto& block = blocks[from / grain];
-            for (std::size_t k = from; k < to; ++k) {
-                const auto p = static_cast<std::uint32_t>(k);
-                if (!tree_.is_leaf(p)) continue;
-                if (!wanted.empty() && !wanted[p]) {
-                    begin_[k + 1] = 1;
-                    block.push_back({cut.place_of[p], 1.0});
-                    continue;
-                }
-                nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
-                // Groups span no walls. What was inserted on a patch may lie beyond one from its centre.
-                const std::uint32_t own = cut.place_of[p];
-                if (!sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.sites(), light, near,
-                                       tree_.is_inserted(p) ? Sight::none : own))
-                    near.assign(1, {own, 1.0});
-                begin_[k + 1] = near.size();
-                block.insert(block.end(), near.begin(), near.end());
-            }
-        },
-        progress);
-    weights_.clear();
-    for (std::size_t p = 0; p < n; ++p) begin_[p + 1] += begin_[p];
-    weights_.reserve(begin_[n]);
-    for (const auto& block : blocks) weights_.insert(weights_.end(), block.begin(), block.end());
+    const auto at_leaf = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+        const auto p = static_cast<std::uint32_t>(k);
+        if (!tree_.is_leaf(p)) return;
+        const std::uint32_t own = cut.place_of[p];
+        if (!wanted.empty() && !wanted[p]) return near.assign(1, {own, 1.0});
+        nodes.interpolation().at(tree_.position(p), tree_.normal(p), objects[k], near);
+        // Groups span no walls. What was inserted on a patch may lie beyond one from its centre.
+        if (!sight.keep_joined(tree_.position(p), tree_.normal(p), nodes.sites(), light, near,
+                               tree_.is_inserted(p) ? Sight::none : own))
+            near.assign(1, {own, 1.0});
+    };
+    weights_.fill(tree_.points(), at_leaf, progress);
 }
 
 Rgb GatheredSystem::found(std::size_t place) const {
@@ -71,8 +47,7 @@ Rgb GatheredSystem::found(std::size_t place) const {
 
 Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x) const {
     Rgb h = sources_[point];
-    for (std::size_t w = begin_[point]; w < begin_[point + 1]; ++w)
-        h += weights_[w].weight * (value(x, weights_[w].site) + found(weights_[w].site));
+    for (const Interpolation::Weight& w : weights(point)) h += w.weight * (value(x, w.site) + found(w.site));
     return h;
 }
 
@@ -87,9 +62,8 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources, bool 
             const Rgb all = irradiance(p, x);
             for (std::size_t c = 0; c < channels_; ++c) h[c] = all[static_cast<int>(c)];
         } else {
-            for (std::size_t w = begin_[k]; w < begin_[k + 1]; ++w)
-                for (std::size_t c = 0; c < channels_; ++c)
-                    h[c] += weights_[w].weight * x[weights_[w].site * channels_ + c];
+            for (const Interpolation::Weight& w : weights(p))
+                for (std::size_t c = 0; c < channels_; ++c) h[c] += w.weight * x[w.site * channels_ + c];
         }
         const double scale = sender_scale_.empty() || !scaled ? 1.0 : sender_scale_[k];
         const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
@@ -156,7 +130,8 @@ void GatheredSystem::find_parts(const Progress& progress) {
 
 HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
     HemisphereLoss out;
-    for (const Interpolation::Weight& w : weights(point)) {
+    const InterpolationMatrix::Row near = weights(point);
+    for (const Interpolation::Weight& w : near) {
         const Gathering::Row& row = gathering_.row(cut_->rows[w.site]);
         out.escape += w.weight * static_cast<double>(row.escape);
         out.into_backs += w.weight * static_cast<double>(row.absorbed);
@@ -164,7 +139,7 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
         out.variance += w.weight * area * variance_of_share(row.met(), row.rays);
     }
     double squared = 0.0;
-    for (const Interpolation::Weight& w : weights(point)) {
+    for (const Interpolation::Weight& w : near) {
         const double off = gathering_.row(cut_->rows[w.site]).met() - out.met();
         squared += w.weight * off * off;
     }
@@ -183,26 +158,40 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     send(x, true);
     find_parts(progress);
     const std::size_t places = cut_->rows.size();
-    std::vector<std::uint32_t> leaves;
-    tree_.for_leaves([&](std::uint32_t p) { leaves.push_back(p); });
-    row_area_.assign(places, 0.0);
-    for (const std::uint32_t p : leaves)
-        for (const Interpolation::Weight& w : weights(p)) row_area_[w.site] += w.weight * tree_.area(p);
+    const std::vector<std::uint32_t> leaves = tree_.all_leaves();
+    row_area_.resize(places);
+    parallel_scatter(leaves.size(), row_area_, [&](std::size_t j, std::vector<double>& sums) {
+        for (const Interpolation::Weight& w : weights(leaves[j])) sums[w.site] += w.weight * tree_.area(leaves[j]);
+    });
     RayExchange exchange;
     exchange.area = row_area_;
-    exchange.spread.assign(places, 0.0);
     for (std::size_t k = 0; k < places; ++k) {
         exchange.met.push_back(gathering_.row(cut_->rows[k]).met());
         exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
     }
-    for (const std::uint32_t p : leaves) {
-        RayExchange::Sender sender{tree_.position(p), tree_.normal(p), part(p), 0.0, 0.0, tree_.area(p), loss(p)};
-        for (std::size_t c = 0; c < channels_; ++c) sender.radiosity += sent_[p * channels_ + c];
-        sender.carried = sender.radiosity;
-        for (const Interpolation::Weight& w : weights(p))
-            exchange.spread[w.site] += w.weight * tree_.area(p) * sender.loss.spread / row_area_[w.site];
-        exchange.sender.push_back(sender);
-    }
+    exchange.sender.resize(leaves.size());
+    parallel_for(leaves.size(), 1024, [&](std::size_t j) {
+        const std::uint32_t p = leaves[j];
+        const HemisphereLoss lost = loss(p);
+        double radiosity = 0.0;
+        for (std::size_t c = 0; c < channels_; ++c) radiosity += sent_[p * channels_ + c];
+        exchange.sender[j] = {radiosity,
+                              radiosity,
+                              tree_.area(p),
+                              lost.variance,
+                              static_cast<float>(lost.met()),
+                              static_cast<float>(lost.spread),
+                              part(p)};
+    });
+    exchange.place = [&](std::size_t j) {
+        return RayExchange::Place{tree_.position(leaves[j]), tree_.normal(leaves[j])};
+    };
+    exchange.spread.resize(places);
+    parallel_scatter(leaves.size(), exchange.spread, [&](std::size_t j, std::vector<double>& sums) {
+        const RayExchange::Sender& sender = exchange.sender[j];
+        for (const Interpolation::Weight& w : weights(leaves[j]))
+            sums[w.site] += w.weight * sender.area * static_cast<double>(sender.spread) / row_area_[w.site];
+    });
     std::vector<double> nodes(tree_.size());
     exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {
         for (std::size_t j = 0; j < leaves.size(); ++j) nodes[leaves[j]] = sent[j];
@@ -210,11 +199,23 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         out.resize(places);
         parallel_for(places, 64, [&](std::size_t k) { gathering_.gather(cut_->rows[k], nodes, 1, &out[k]); });
     };
+    // Sums for those nodes alone that rays met.
+    std::vector<std::uint32_t> met, number(tree_.size(), 0);
+    for (std::size_t k = 0; k < places; ++k)
+        gathering_.for_senders(cut_->rows[k], [&](std::uint32_t sender, double) { number[sender] = 1; });
+    for (std::uint32_t node = 0; node < number.size(); ++node)
+        if (number[node]) {
+            number[node] = static_cast<std::uint32_t>(met.size());
+            met.push_back(node);
+        }
+    std::vector<double> of_met(met.size());
     exchange.scatter = [&](const std::vector<double>& weight, std::vector<double>& out) {
-        parallel_scatter(places, nodes, [&](std::size_t k, std::vector<double>& sums) {
-            gathering_.for_senders(cut_->rows[k],
-                                   [&](std::uint32_t sender, double share) { sums[sender] += weight[k] * share; });
+        parallel_scatter(places, of_met, [&](std::size_t k, std::vector<double>& sums) {
+            gathering_.for_senders(
+                cut_->rows[k], [&](std::uint32_t sender, double share) { sums[number[sender]] += weight[k] * share; });
         });
+        std::fill(nodes.begin(), nodes.end(), 0.0);
+        for (std::size_t k = 0; k < met.size(); ++k) nodes[met[k]] = of_met[k];
         tree_.push_down(nodes);
         for (std::size_t j = 0; j < leaves.size(); ++j) out[j] = nodes[leaves[j]];
     };

@@ -4,11 +4,10 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/core/span.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathering.h"
 #include "surflux/radiosity/lit_points.h"
-#include "surflux/solution/interpolation.h"
+#include "surflux/solution/interpolation_matrix.h"
 #include "surflux/solution/linear.h"
 #include "surflux/solution/reciprocal_scaling.h"
 
@@ -39,14 +38,16 @@ public:
     // `x` holds the start and the result.
     LinearReport solve(double tolerance, int max_applications, std::vector<double>& x, const Progress& progress = {});
     // The weights of the nodes at a leaf.
-    Span<Interpolation::Weight> weights(std::uint32_t leaf) const {
-        return {weights_.data() + begin_[leaf], weights_.data() + begin_[leaf + 1]};
+    InterpolationMatrix::Row weights(std::uint32_t leaf) const {
+        return weights_.empty() ? InterpolationMatrix::Row(cut_->place_of[leaf], 1.0) : weights_[leaf];
     }
     // What of a point's hemisphere leaves the scene, or meets backs, by the weights.
     HemisphereLoss loss(std::uint32_t point) const;
     // The connected part that a point belongs to; before any scaling, all are one.
     std::uint32_t part(std::uint32_t point) const {
-        return part_.empty() || weights(point).empty() ? 0 : part_[weights(point).begin()->site];
+        if (part_.empty()) return 0;
+        const InterpolationMatrix::Row row = weights(point);
+        return row.empty() ? 0 : part_[row.begin()->site];
     }
     // What comes to a point from the sky, interpolated from what rays of the nodes around found.
     Rgb sky(std::uint32_t point) const;
@@ -79,8 +80,7 @@ private:
     std::vector<double> row_scale_, row_area_;  // of places of the cut; empty: 1
     std::vector<double> sender_scale_;          // of points; empty: 1
     std::vector<std::uint32_t> part_;           // connected part of each place of the cut
-    std::vector<std::size_t> begin_;            // of each point, in weights_
-    std::vector<Interpolation::Weight> weights_;
+    InterpolationMatrix weights_;               // of points; empty: each has the value of its node
     std::vector<double> sent_;
 };
 

@@ -30,9 +30,13 @@ struct Gathering::Shot {
     std::vector<Hit> hits;
 };
 
-Gathering::Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
-                     std::uint64_t seed)
-    : scene_(scene), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed), points_(scene.surfels) {}
+Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree,
+                     const LightSampler& skies, std::uint64_t seed)
+    : points_(points), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed) {}
+
+bool Gathering::has_sky() const {
+    return std::any_of(sky_.begin(), sky_.end(), [](const TiltedRgb& light) { return !(light.value == Rgb{}); });
+}
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
@@ -99,47 +103,38 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
 }
 
 void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress) {
-    // Blocks keep their own links, and are put together in their order.
     constexpr std::size_t grain = 16;
-    struct Block {
-        std::vector<Link> links;
-        std::vector<Row> rows;
-    };
-    std::vector<Block> blocks((receivers.size() + grain - 1) / grain);
-    const std::size_t before = rows_.size();
+    const std::size_t before = rows_.size(), first_block = links_.size();
+    rows_.resize(before + receivers.size());
     sky_.resize(before + receivers.size());
+    links_.resize(first_block + (receivers.size() + grain - 1) / grain);
     parallel_blocks(
         receivers.size(), grain,
         [&](std::size_t begin, std::size_t end) {
-            Block& block = blocks[begin / grain];
+            const std::size_t block = first_block + begin / grain;
+            std::vector<Link> links;
             Shot shot;
             for (std::size_t k = begin; k < end; ++k) {
                 shoot(receivers[k], counts[k], shot);
-                shot.row.begin = block.links.size();
-                block.links.insert(block.links.end(), shot.links.begin(), shot.links.end());
-                shot.row.end = block.links.size();
-                block.rows.push_back(shot.row);
+                shot.row.block = static_cast<std::uint32_t>(block);
+                shot.row.begin = static_cast<std::uint32_t>(links.size());
+                links.insert(links.end(), shot.links.begin(), shot.links.end());
+                shot.row.end = static_cast<std::uint32_t>(links.size());
+                rows_[before + k] = shot.row;
                 sky_[before + k] = shot.sky;
             }
+            links_[block].assign(links.begin(), links.end());  // as many as there are, and no more
         },
         progress);
-    for (const Block& block : blocks) {
-        for (Row row : block.rows) {
-            row.begin += links_.size();
-            row.end += links_.size();
-            rays_ += row.rays;
-            rows_.push_back(row);
-        }
-        links_.insert(links_.end(), block.links.begin(), block.links.end());
-    }
+    for (std::size_t k = before; k < rows_.size(); ++k) rays_ += rows_[k].rays;
+    for (std::size_t block = first_block; block < links_.size(); ++block) link_count_ += links_[block].size();
     places_.insert(places_.end(), receivers.begin(), receivers.end());
 }
 
 void Gathering::gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const {
     const Row& r = rows_[row];
     double sum[3] = {};
-    for (std::size_t k = r.begin; k < r.end; ++k) {
-        const Link& link = links_[k];
+    for (const Link& link : links_of(r)) {
         const double* from = sent.data() + link.sender * channels;
         for (std::size_t c = 0; c < channels; ++c) sum[c] += (link.first + link.second) * from[c];
     }
@@ -150,8 +145,7 @@ void Gathering::gather_halves(std::size_t row, const std::vector<double>& sent, 
                               double* second) const {
     const Row& r = rows_[row];
     for (std::size_t c = 0; c < channels; ++c) first[c] = second[c] = 0.0;
-    for (std::size_t k = r.begin; k < r.end; ++k) {
-        const Link& link = links_[k];
+    for (const Link& link : links_of(r)) {
         for (std::size_t c = 0; c < channels; ++c) {
             const double from = sent[link.sender * channels + c];
             first[c] += link.first * from;
@@ -167,8 +161,7 @@ void Gathering::gather_halves(std::size_t row, const std::vector<double>& sent, 
 TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const {
     const Row& r = rows_[row];
     TiltedRgb out;
-    for (std::size_t k = r.begin; k < r.end; ++k) {
-        const Link& link = links_[k];
+    for (const Link& link : links_of(r)) {
         const double* from = sent.data() + link.sender * channels;
         const Rgb light = channels == 1 ? Rgb{from[0], from[0], from[0]} : Rgb{from[0], from[1], from[2]};
         out.value += (static_cast<double>(link.first + link.second) / r.rays) * light;
@@ -186,9 +179,9 @@ double Gathering::deviation(std::size_t row, const std::vector<double>& sent, st
         sum += share * light;
         squared += share * light * light;
     };
-    for (std::size_t k = r.begin; k < r.end; ++k) {
-        const double* from = sent.data() + links_[k].sender * channels;
-        add(static_cast<double>(links_[k].first + links_[k].second) / r.rays,
+    for (const Link& link : links_of(r)) {
+        const double* from = sent.data() + link.sender * channels;
+        add(static_cast<double>(link.first + link.second) / r.rays,
             channels == 1 ? from[0] : luminance({from[0], from[1], from[2]}));
     }
     const auto escape = static_cast<double>(r.escape);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/span.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/surfel_tree.h"
@@ -27,7 +28,7 @@ public:
         float u, v;                   // sum of the rays' slopes in the tangent plane, for TiltedRgb
     };
     struct Row {
-        std::size_t begin, end;  // links
+        std::uint32_t block, begin, end;  // links
         std::uint32_t rays;
         float escape, absorbed;  // shares
         float closeness;         // mean of 1 / distance of what the rays met
@@ -38,7 +39,7 @@ public:
     };
     // The sky is in no link: rays find it here, with the MIS weight that goes with light sampling
     // (lights/light_sampled_irradiance.h).
-    Gathering(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
+    Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
               std::uint64_t seed);
 
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
@@ -47,8 +48,9 @@ public:
     std::size_t size() const { return rows_.size(); }
     const Place& place(std::size_t row) const { return places_[row]; }
     const Row& row(std::size_t row) const { return rows_[row]; }
-    std::size_t links() const { return links_.size(); }
+    std::size_t links() const { return link_count_; }
     std::size_t rays() const { return rays_; }
+    bool has_sky() const;  // whether any found anything of it
     // Per row, what its rays found of the sky.
     const std::vector<TiltedRgb>& sky() const { return sky_; }
 
@@ -56,8 +58,7 @@ public:
     template <class Visit>
     void for_senders(std::size_t row, const Visit& visit) const {
         const Row& r = rows_[row];
-        for (std::size_t k = r.begin; k < r.end; ++k)
-            visit(links_[k].sender, static_cast<double>(links_[k].first + links_[k].second) / r.rays);
+        for (const Link& link : links_of(r)) visit(link.sender, static_cast<double>(link.first + link.second) / r.rays);
     }
     // Irradiance of row from what all senders send, `channels` interleaved.
     void gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const;
@@ -71,19 +72,22 @@ public:
 
 private:
     struct Shot;
+    Span<Link> links_of(const Row& row) const {
+        const Link* of_block = links_[row.block].data();
+        return {of_block + row.begin, of_block + row.end};
+    }
     void shoot(const Place& receiver, int count, Shot& out) const;
 
-    const Scene& scene_;
+    const SurfelPoints& points_;
     const Tracer& tracer_;
     const SurfelTree& tree_;
     const LightSampler& skies_;
     std::uint64_t seed_;
-    SurfelPoints points_;
     std::vector<Place> places_;
     std::vector<Row> rows_;
-    std::vector<Link> links_;
+    std::vector<std::vector<Link>> links_;  // of some rows each
     std::vector<TiltedRgb> sky_;
-    std::size_t rays_ = 0;
+    std::size_t rays_ = 0, link_count_ = 0;
 };
 
 }  // namespace surflux

@@ -40,11 +40,11 @@ public:
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
           sight_(tracer, scene),
           tree_(scene, hierarchy(), leaves_allowed(scene, options.insert, options.max_surfels)),
-          gathering_(scene, tracer, tree_, skies_, options.seed),
-          probes_(scene, tracer, tree_, skies_, options.seed + probe_stream),
+          points_(scene.surfels),
+          gathering_(points_, tracer, tree_, skies_, options.seed),
+          probes_(points_, tracer, tree_, skies_, options.seed + probe_stream),
           test_(tree_, gathering_, probes_, options.seed + probe_stream),
-          insertion_(tree_, {smallest_radius(scene.surfels)}),
-          sources_(scene, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
+          sources_(scene, points_, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = usual_share * squared / total;
@@ -82,7 +82,7 @@ public:
         }
         balance();
         if (options_.insert) {
-            solve_smoothly(insertion_.asked());
+            solve_smoothly(Insertion(tree_, insertion_options()).asked());
             if (insert_for_indirect()) balance();
         }
         solve_smoothly({});
@@ -99,6 +99,7 @@ private:
         return build_hierarchy(scene_.surfels, scene_.object, {options_.epsilon, 0, options_.seed}, stage("hierarchy"),
                                [&](std::uint32_t i, std::uint32_t j) { return sight_.joined(places[i], places[j]); });
     }
+    InsertionOptions insertion_options() const { return {smallest_radius(scene_.surfels)}; }
     // The error of all is least for given rays where they go by the root of the area.
     int rays_of(std::uint32_t node) const {
         const double share = std::sqrt(tree_.area(node) / usual_area_);
@@ -169,7 +170,7 @@ private:
                                 {"cut", static_cast<double>(cut_.nodes.size())},
                                 {"refined", static_cast<double>(refined)},
                                 {"inserted", static_cast<double>(tree_.points() - scene_.surfels.size())},
-                                {"left_out", static_cast<double>(insertion_.left_out())},
+                                {"left_out", static_cast<double>(left_out_)},
                                 {"links", static_cast<double>(gathering_.links())},
                                 {"rays", static_cast<double>(gathering_.rays() + probes_.rays())},
                                 {"channels", static_cast<double>(system_->channels())},
@@ -189,9 +190,11 @@ private:
         const auto wanted = [&](std::uint32_t p) {
             return options_.zeta * reference_ + significance * sources_.standard_error(p);
         };
-        for (int round = 0; round < Insertion::most_rounds && insertion_.refine(source, wanted, stage("insertion"));
+        Insertion insertion(tree_, insertion_options());
+        for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
              ++round)
             sources_.update(stage("insertion"));
+        left_out_ = insertion.left_out();
         cut_.find_places(tree_);
         watch_.lap("insertion");
     }
@@ -205,7 +208,10 @@ private:
                    significance * std::hypot(sources_.standard_error(p),
                                              test_.standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
-        if (!insertion_.refine(all, wanted, stage("insertion"))) return false;
+        Insertion insertion(tree_, insertion_options());
+        const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
+        left_out_ = insertion.left_out();
+        if (!any_inserted) return false;
         sources_.update(stage("insertion"));
         cut_.find_places(tree_);
         for (bool any = true; any;) {
@@ -272,17 +278,18 @@ private:
     const LightSampler emitters_, skies_;
     const Sight sight_;
     SurfelTree tree_;
+    const SurfelPoints points_;
     Gathering gathering_, probes_;
     CutTest test_;
-    Insertion insertion_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    double reference_ = 0.0;  // RMS of H
-    double imbalance_ = 0.0;  // of what senders send and what is received of it, before it was scaled
+    std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
+    double reference_ = 0.0;    // RMS of H
+    double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
@@ -290,32 +297,38 @@ private:
 };
 
 void GlobalRefinement::write() {
+    const std::vector<std::uint32_t> leaves = tree_.all_leaves();
+    const auto leaf_at = [&](std::size_t k) {
+        const std::uint32_t p = leaves[k];
+        return NodalField::Place{tree_.position(p), tree_.normal(p), tree_.area(p), system_->weights(p)};
+    };
+    const auto at_leaves = [&](std::vector<TiltedRgb> values) {
+        return field_->at_conservatively(field_->fit(std::move(values), &sight_, stage("interpolation")), leaves.size(),
+                                         leaf_at);
+    };
+    std::vector<TiltedRgb> at_nodes(cut_.rows.size());
     // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
     const std::vector<double>& radiosity = system_->radiosity(values_);
-    std::vector<TiltedRgb> from_surfels(cut_.rows.size()), from_sky(cut_.rows.size());
     parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
-        TiltedRgb& light = from_surfels[k];
-        light = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
-        light.value = system_->value(values_, k);
-        from_sky[k] = gathering_.sky()[cut_.rows[k]];
+        at_nodes[k] = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
+        at_nodes[k].value = system_->value(values_, k);
     });
-    std::vector<NodalField::Place> leaves;
-    tree_.for_leaves([&](std::uint32_t p) {
-        leaves.push_back({tree_.position(p), tree_.normal(p), tree_.area(p), system_->weights(p)});
+    out_.irradiance = at_leaves(std::move(at_nodes));
+    if (gathering_.has_sky()) {
+        at_nodes.resize(cut_.rows.size());
+        for (std::size_t k = 0; k < cut_.rows.size(); ++k) at_nodes[k] = gathering_.sky()[cut_.rows[k]];
+        out_.direct = at_leaves(std::move(at_nodes));
+    }
+    field_.reset();
+    system_.reset();
+    out_.direct.resize(leaves.size());
+    parallel_for(leaves.size(), 1024, [&](std::size_t k) {
+        out_.direct[k] += sources_.from_lights(leaves[k]);
+        out_.irradiance[k] += out_.direct[k] + sources_.from_emitters(leaves[k]);
     });
-    const auto at_leaves = [&](std::vector<TiltedRgb> values) {
-        return field_->at_conservatively(field_->fit(std::move(values), &sight_, stage("interpolation")), leaves);
-    };
-    const std::vector<Rgb> reflected = at_leaves(std::move(from_surfels)), of_sky = at_leaves(std::move(from_sky));
-    std::vector<std::uint32_t> leaf_of(tree_.points());
-    std::uint32_t leaf = 0;
-    tree_.for_leaves([&](std::uint32_t p) { leaf_of[p] = leaf++; });
-    write_leaves(tree_, out_, [&](std::uint32_t p) {
-        const Rgb direct = sources_.from_lights(p) + of_sky[leaf_of[p]];
-        return LeafLight{direct, direct + sources_.from_emitters(p) + reflected[leaf_of[p]],
-                         tree_.level(cut_.nodes[cut_.place_of[p]])};
-    });
-    tree_.for_leaves([&](std::uint32_t p) { out_.cut.push_back(cut_.place_of[p]); });
+    write_leaves(tree_, leaves, out_, [&](std::uint32_t p) { return tree_.level(cut_.nodes[cut_.place_of[p]]); });
+    out_.cut.resize(leaves.size());
+    for (std::size_t k = 0; k < leaves.size(); ++k) out_.cut[k] = cut_.place_of[leaves[k]];
     watch_.lap("interpolation");
 }
 

@@ -17,7 +17,8 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
     const std::size_t n = s.size();
     Stopwatch watch(solution.timings);
     SurfelTree tree(scene, {}, leaves_allowed(scene, true, options.max_surfels));
-    LitPoints lit(scene, tracer, tree, nullptr, nullptr, options.direct, 0, options.seed);
+    const SurfelPoints points(s);
+    LitPoints lit(scene, points, tracer, tree, nullptr, nullptr, options.direct, 0, options.seed);
     lit.update(progress);
     std::vector<Rgb> sky(n), others(n);  // what is interpolated: of direct light, and of all else
     double squared = 0.0, total = 0.0;
@@ -60,10 +61,14 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
             progress);
     }
     if (tree.points() > n) {
-        write_leaves(tree, solution, [&](std::uint32_t p) {
-            const Rgb direct = lit.from_lights(p) + sky[p];
-            return LeafLight{direct, direct + others[p], tree.level(p)};
-        });
+        const std::vector<std::uint32_t> leaves = tree.all_leaves();
+        solution.direct.resize(leaves.size());
+        solution.irradiance.resize(leaves.size());
+        for (std::size_t k = 0; k < leaves.size(); ++k) {
+            solution.direct[k] = lit.from_lights(leaves[k]) + sky[leaves[k]];
+            solution.irradiance[k] = solution.direct[k] + others[leaves[k]];
+        }
+        write_leaves(tree, leaves, solution, [&](std::uint32_t p) { return tree.level(p); });
         for (auto& [name, figure] : solution.history.back()) {
             if (name == "surfels") figure = static_cast<double>(tree.leaves());
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);

@@ -22,18 +22,19 @@ public:
     // Without samplers, of lights alone. Emitters and images of the sky get a quarter of `light_samples`, and all where
     // some are blocked; emitters as many cosine-distributed rays, too: both parts of their MIS estimate are had here,
     // and none of that steep light has to be interpolated.
-    LitPoints(const Scene& scene, const Tracer& tracer, const SurfelTree& tree, const LightSampler* emitters,
-              const LightSampler* skies, const DirectOptions& options, int light_samples, std::uint64_t seed);
+    LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
+              const LightSampler* emitters, const LightSampler* skies, const DirectOptions& options, int light_samples,
+              std::uint64_t seed);
 
     // Lights up what the tree has more since the last time.
     void update(const Progress& progress = {});
 
-    Rgb operator[](std::size_t p) const { return lights_[p] + emitters_[p] + sky_[p]; }
-    const Rgb& from_emitters(std::size_t p) const { return emitters_[p]; }
+    Rgb operator[](std::size_t p) const { return from_lights(p) + from_emitters(p); }
+    Rgb from_emitters(std::size_t p) const { return emitters_.empty() ? Rgb{} : emitters_[p]; }
     // From what makes a Solution's direct light.
-    Rgb from_lights(std::size_t p) const { return lights_[p] + sky_[p]; }
+    Rgb from_lights(std::size_t p) const { return sky_.empty() ? lights_[p] : lights_[p] + sky_[p]; }
     // Estimated standard error of each, of its luminance.
-    double standard_error(std::size_t p) const { return standard_error_[p]; }
+    double standard_error(std::size_t p) const { return static_cast<double>(standard_error_[p]); }
     bool is_grey() const;
 
     static Place place(const SurfelTree& tree, std::uint32_t point) {
@@ -43,14 +44,15 @@ public:
 
 private:
     const Scene& scene_;
+    const SurfelPoints& surfels_;
     const Tracer& tracer_;
     const SurfelTree& tree_;
     const LightSampler *sampled_emitters_, *sampled_skies_;
     DirectOptions options_;
     int light_samples_;
     std::uint64_t seed_;
-    std::vector<Rgb> lights_, emitters_, sky_;
-    std::vector<double> standard_error_;
+    std::vector<Rgb> lights_, emitters_, sky_;  // the last two empty where there are none
+    std::vector<float> standard_error_;
 };
 
 }  // namespace surflux

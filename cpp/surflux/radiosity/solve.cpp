@@ -1,5 +1,6 @@
 #include "surflux/radiosity/solve.h"
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/radiosity/global_refinement.h"
 #include "surflux/radiosity/insertion_after.h"
@@ -42,6 +43,7 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
         refinement.seed = options.seed;
         solve_by_gathering(scene, tracer, refinement, progress, out);
     }
+    give_back_memory();
     check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out);
     return out;
 }

@@ -101,11 +101,11 @@ std::uint32_t SurfelTree::sender(std::uint32_t surfel, const Vec3& at, double re
     std::uint32_t group = group_of_surfel_[surfel];
     if (group == none || groups_[group - first_group_].radius > reach) {
         std::uint32_t node = surfel;
-        while (child_[node] != none && radius(node) > reach) {
-            std::uint32_t nearest = child_[node];
+        while (first_child(node) != none && radius(node) > reach) {
+            std::uint32_t nearest = first_child(node);
             for (std::uint32_t k = 1; k < children; ++k)
-                if (length_squared(position(child_[node] + k) - at) < length_squared(position(nearest) - at))
-                    nearest = child_[node] + k;
+                if (length_squared(position(first_child(node) + k) - at) < length_squared(position(nearest) - at))
+                    nearest = first_child(node) + k;
             node = nearest;
         }
         return node;
@@ -129,9 +129,9 @@ std::uint32_t SurfelTree::split(std::uint32_t leaf, const Child (&below)[childre
         inserted_.areas.push_back(quarter);
         origin_.push_back(from);
         cells_.emplace_back();
-        child_.push_back(none);
+        inserted_child_.push_back(none);
     }
-    child_[leaf] = first;
+    (leaf < surfels_ ? child_[leaf] : inserted_child_[leaf - surfels_]) = first;
     leaves_ += children - 1;
     return first;
 }
@@ -144,7 +144,7 @@ Span<Triangle> SurfelTree::piece(std::uint32_t p) const {
 
 void SurfelTree::share_patch(std::uint32_t parent) {
     Vec3 at[children];
-    for (std::uint32_t k = 0; k < children; ++k) at[k] = position(child_[parent] + k);
+    for (std::uint32_t k = 0; k < children; ++k) at[k] = position(first_child(parent) + k);
     const Span<Triangle> whole = piece(parent);
     std::vector<std::vector<Triangle>> cells = patch_cells(whole.begin(), whole.end(), at, children);
     double sum = 0.0, areas[children] = {};
@@ -153,10 +153,17 @@ void SurfelTree::share_patch(std::uint32_t parent) {
         sum += areas[k];
     }
     for (std::uint32_t k = 0; k < children; ++k) {
-        const std::size_t child = child_[parent] + k - surfels_;
+        const std::size_t child = first_child(parent) + k - surfels_;
         if (sum > 0.0) inserted_.areas[child] = area(parent) * (areas[k] / sum);
         cells_[child] = std::move(cells[k]);
     }
+}
+
+std::vector<std::uint32_t> SurfelTree::all_leaves() const {
+    std::vector<std::uint32_t> out;
+    out.reserve(leaves_);
+    for (std::uint32_t i = 0; i < surfels_; ++i) visit_leaves(i, [&](std::uint32_t p) { out.push_back(p); });
+    return out;
 }
 
 Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves) const {
@@ -197,18 +204,25 @@ void SurfelTree::pull_up(std::vector<double>& values, std::size_t channels) cons
     // Children stand behind their parents.
     if (points() > surfels_)
         for (std::size_t p = points(); p-- > 0;)
-            if (child_[p] != none) average(static_cast<std::uint32_t>(p));
+            if (const auto node = static_cast<std::uint32_t>(p); first_child(node) != none) average(node);
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l)
         parallel_for(levels_[l + 1] - levels_[l], 512,
                      [&](std::size_t k) { average(first_group_ + levels_[l] + static_cast<std::uint32_t>(k)); });
 }
 
 void SurfelTree::push_down(std::vector<double>& values) const {
-    for_downwards([&](std::uint32_t node) {
+    const auto share_out = [&](std::size_t k) {
+        const auto node = static_cast<std::uint32_t>(k);
         if (values[node] == 0.0) return;
         const double density = values[node] / area(node);
         for_members(node, [&](std::uint32_t member) { values[member] += density * area(member); });
-    });
+    };
+    for (std::size_t l = levels_.size(); l-- > 1;)
+        parallel_for(levels_[l] - levels_[l - 1], 512,
+                     [&](std::size_t k) { share_out(first_group_ + levels_[l - 1] + k); });
+    // Children stand behind their parents.
+    if (points() > surfels_)
+        for (std::size_t p = 0; p < points(); ++p) share_out(p);
 }
 
 }  // namespace surflux

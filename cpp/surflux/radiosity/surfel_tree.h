@@ -29,7 +29,7 @@ public:
     bool has_room() const { return room() >= children - 1; }  // for a split
 
     bool is_point(std::uint32_t node) const { return node < first_group_; }
-    bool is_leaf(std::uint32_t node) const { return is_point(node) && child_[node] == none; }
+    bool is_leaf(std::uint32_t node) const { return is_point(node) && first_child(node) == none; }
     bool is_inserted(std::uint32_t node) const { return node >= surfels_ && is_point(node); }
     // Of a point.
     const Vec3& position(std::uint32_t p) const { return of(scene_.surfels.positions, inserted_.positions, p); }
@@ -40,7 +40,7 @@ public:
     // The surfel of the scene that a point is, or was inserted below.
     std::uint32_t surfel(std::uint32_t p) const { return p < surfels_ ? p : origin_[p - surfels_]; }
     std::uint32_t object(std::uint32_t p) const { return scene_.object[surfel(p)]; }
-    std::uint32_t first_child(std::uint32_t p) const { return child_[p]; }
+    std::uint32_t first_child(std::uint32_t p) const { return of(child_, inserted_child_, p); }
     // Of any node.
     double area(std::uint32_t node) const {
         return is_point(node) ? of(scene_.surfels.areas, inserted_.areas, node) : groups_[node - first_group_].area;
@@ -52,7 +52,7 @@ public:
     template <class Visit>
     void for_members(std::uint32_t node, const Visit& visit) const {
         if (is_point(node)) {
-            for (std::uint32_t k = 0; k < children && child_[node] != none; ++k) visit(child_[node] + k);
+            for (std::uint32_t k = 0; k < children && first_child(node) != none; ++k) visit(first_child(node) + k);
             return;
         }
         const Group& group = groups_[node - first_group_];
@@ -81,11 +81,8 @@ public:
     // The triangles of a patch, or of the part of one that an inserted point stands for; none of a disk.
     Span<Triangle> piece(std::uint32_t p) const;
 
-    // All leaves, those of one surfel after those of the one before.
-    template <class Visit>
-    void for_leaves(const Visit& visit) const {
-        for (std::uint32_t i = 0; i < surfels_; ++i) visit_leaves(i, visit);
-    }
+    // Those of one surfel after those of the one before.
+    std::vector<std::uint32_t> all_leaves() const;
     // Points as surfels: with their triangles, or the part of those that is theirs.
     Surfels surfels_at(const std::vector<std::uint32_t>& leaves) const;
 
@@ -109,8 +106,8 @@ private:
     };
     template <class Visit>
     void visit_leaves(std::uint32_t p, const Visit& visit) const {
-        if (child_[p] == none) return visit(p);
-        for (std::uint32_t k = 0; k < children; ++k) visit_leaves(child_[p] + k, visit);
+        if (first_child(p) == none) return visit(p);
+        for (std::uint32_t k = 0; k < children; ++k) visit_leaves(first_child(p) + k, visit);
     }
     void find_neighbors();
     template <class Values>
@@ -122,12 +119,12 @@ private:
     std::size_t surfels_, leaves_, most_leaves_;
     std::uint32_t first_group_;
     Surfels inserted_;
-    std::vector<std::uint32_t> origin_;           // of inserted ones
-    std::vector<std::vector<Triangle>> cells_;    // of inserted ones, where they lie on a patch
-    std::vector<std::uint32_t> triangles_;        // where those of each surfel begin
-    std::vector<std::uint32_t> child_;            // of points: the first of four, or none
-    std::vector<std::uint32_t> group_of_surfel_;  // or none
-    std::vector<std::uint32_t> beside_;           // of each surfel, if it is a disk, its nearest others; or itself
+    std::vector<std::uint32_t> origin_;                  // of inserted ones
+    std::vector<std::vector<Triangle>> cells_;           // of inserted ones, where they lie on a patch
+    std::vector<std::uint32_t> triangles_;               // where those of each surfel begin
+    std::vector<std::uint32_t> child_, inserted_child_;  // of surfels and inserted ones: the first of four, or none
+    std::vector<std::uint32_t> group_of_surfel_;         // or none
+    std::vector<std::uint32_t> beside_;  // of each surfel, if it is a disk, its nearest others; or itself
     std::vector<std::uint32_t> group_of_group_;
     std::vector<Group> groups_;
     std::vector<std::uint32_t> members_;

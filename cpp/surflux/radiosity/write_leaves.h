@@ -2,19 +2,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/solution/solution.h"
 
 namespace surflux {
 
-struct LeafLight {
-    Rgb direct, irradiance;  // total, direct light included
-    std::int32_t level;      // SurfelTree::level of the node that light was gathered for
-};
-
-// Fills in surfels, parents, levels, direct, irradiance and radiosity of `out`: those of the leaves, each surfel's
-// together. `light_of` is asked on many threads at once.
-void write_leaves(const SurfelTree& tree, Solution& out, const std::function<LeafLight(std::uint32_t leaf)>& light_of);
+// Fills in surfels, parents, levels and radiosity of `out`, whose irradiance is there: those of the leaves, in their
+// order. `level_of`: SurfelTree::level of the node that light was gathered for; asked on many threads at once.
+void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out,
+                  const std::function<std::int32_t(std::uint32_t leaf)>& level_of);
 
 }  // namespace surflux

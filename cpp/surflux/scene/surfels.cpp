@@ -27,6 +27,10 @@ std::vector<std::uint32_t> end_ranges(const Surfels& surfels) { return ranges(su
 Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices) {
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels), first_end = end_ranges(surfels);
     Surfels out;
+    out.positions.reserve(indices.size());
+    out.normals.reserve(indices.size());
+    out.radii.reserve(indices.size());
+    if (!surfels.areas.empty()) out.areas.reserve(indices.size());
     for (std::size_t to = 0; to < indices.size(); ++to) {
         const std::uint32_t from = indices[to];
         out.positions.push_back(surfels.positions[from]);

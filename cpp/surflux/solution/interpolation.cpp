@@ -10,7 +10,6 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t site_count = 9;        // of which the last has weight 0
 constexpr std::size_t few = 20, many = 120;  // looked at, to find as many that face the point's way
 constexpr double least_cosine = 0.5;         // between normals
 constexpr double off_surface = 8.0;          // how many times the squared distance off the surface counts
@@ -96,7 +95,7 @@ void Interpolation::nearest(const Vec3& point, const Vec3& normal, std::uint32_t
 }
 
 void Interpolation::at(const Vec3& point, const Vec3& normal, std::uint32_t object, std::vector<Weight>& out) const {
-    nearest(point, normal, object, site_count, out);
+    nearest(point, normal, object, most_sites, out);
     if (out.empty()) {
         // Nothing faces its way: whatever is nearest.
         thread_local std::vector<Neighbor> found;
@@ -112,7 +111,7 @@ void Interpolation::at(const Vec3& point, const Vec3& normal, std::uint32_t obje
         }
         return;
     }
-    const double h = out.size() == site_count ? out.back().weight : 1.5 * out.back().weight;
+    const double h = out.size() == most_sites ? out.back().weight : 1.5 * out.back().weight;
     double sum = 0.0;
     for (Weight& w : out) {
         const double d = w.weight;

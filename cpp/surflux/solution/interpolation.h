@@ -16,6 +16,7 @@ namespace surflux {
 class Interpolation {
 public:
     static constexpr std::uint32_t any_object = 0xffffffffu;
+    static constexpr std::size_t most_sites = 9;  // that a place is interpolated from; the last has weight 0
     struct Weight {
         std::uint32_t site;
         double weight;

@@ -105,28 +105,49 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
     return sum;
 }
 
-std::vector<Rgb> NodalField::at_conservatively(const Values& field, const std::vector<Place>& places) const {
-    std::vector<Rgb> out(places.size()), constant(places.size()), wanted(size()), found(size());
-    parallel_for(places.size(), 256, [&](std::size_t p) {
-        const Place& place = places[p];
-        out[p] = at(field, place.position, place.normal, place.weights);
-        for (const Interpolation::Weight& w : place.weights) constant[p] += w.weight * field.values[w.site].value;
-        for (int c = 0; c < 3; ++c) {
-            constant[p][c] = std::max(0.0, constant[p][c]);
-            out[p][c] = std::clamp(out[p][c], constant[p][c] / most_sloped, most_sloped * constant[p][c]);
+std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t places,
+                                               const std::function<Place(std::size_t)>& place) const {
+    const auto constant = [&](const Place& of) {
+        Rgb sum;
+        for (const Interpolation::Weight& w : of.weights) sum += w.weight * field.values[w.site].value;
+        for (int c = 0; c < 3; ++c) sum[c] = std::max(0.0, sum[c]);
+        return sum;
+    };
+    std::vector<Rgb> out(places);
+    parallel_for(places, 256, [&](std::size_t p) {
+        const Place of = place(p);
+        const Rgb level = constant(of);
+        out[p] = at(field, of.position, of.normal, of.weights);
+        for (int c = 0; c < 3; ++c) out[p][c] = std::clamp(out[p][c], level[c] / most_sloped, most_sloped * level[c]);
+    });
+    // Around each node, what weights say and what was found: in a few blocks, the same for any number of threads.
+    struct Sums {
+        Rgb wanted, found;
+    };
+    constexpr std::size_t blocks = 4;
+    std::vector<std::vector<Sums>> sums(blocks);
+    parallel_for(blocks, 1, [&](std::size_t block) {
+        sums[block].resize(size());
+        for (std::size_t p = block * places / blocks; p < (block + 1) * places / blocks; ++p) {
+            const Place of = place(p);
+            const Rgb level = constant(of);
+            for (const Interpolation::Weight& w : of.weights) {
+                sums[block][w.site].wanted += (of.area * w.weight) * level;
+                sums[block][w.site].found += (of.area * w.weight) * out[p];
+            }
         }
     });
-    for (std::size_t p = 0; p < places.size(); ++p)
-        for (const Interpolation::Weight& w : places[p].weights) {
-            wanted[w.site] += (places[p].area * w.weight) * constant[p];
-            found[w.site] += (places[p].area * w.weight) * out[p];
-        }
-    for (std::size_t k = 0; k < size(); ++k)
-        for (int c = 0; c < 3; ++c) wanted[k][c] = found[k][c] > 0.0 ? wanted[k][c] / found[k][c] : 1.0;
-    parallel_for(places.size(), 256, [&](std::size_t p) {
-        Rgb scale;
-        for (const Interpolation::Weight& w : places[p].weights) scale += w.weight * wanted[w.site];
-        out[p] = scale * out[p];
+    std::vector<Rgb> scale(size());
+    for (std::size_t k = 0; k < size(); ++k) {
+        Sums of;
+        for (const std::vector<Sums>& block : sums) of.wanted += block[k].wanted, of.found += block[k].found;
+        for (int c = 0; c < 3; ++c) scale[k][c] = of.found[c] > 0.0 ? of.wanted[c] / of.found[c] : 1.0;
+    }
+    parallel_for(places, 256, [&](std::size_t p) {
+        const Place of = place(p);
+        Rgb all;
+        for (const Interpolation::Weight& w : of.weights) all += w.weight * scale[w.site];
+        out[p] = all * out[p];
     });
     return out;
 }

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
 #include "surflux/core/vec.h"
-#include "surflux/solution/interpolation.h"
+#include "surflux/solution/interpolation_matrix.h"
 #include "surflux/solution/sight.h"
 
 namespace surflux {
@@ -52,13 +53,14 @@ public:
     struct Place {
         Vec3 position, normal;
         double area;
-        Span<Interpolation::Weight> weights;
+        InterpolationMatrix::Row weights;
     };
     // The field at all places of a surface, conserving the integral of zeroth-order interpolation: what gradients add
     // around a node is taken off there. They are limited to twice of what weights say and to half of it, so that the
     // factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may be nothing all around a node
-    // in the dark, those would have no bound.
-    std::vector<Rgb> at_conservatively(const Values& field, const std::vector<Place>& places) const;
+    // in the dark, those would have no bound. `place` is asked on many threads at once.
+    std::vector<Rgb> at_conservatively(const Values& field, std::size_t places,
+                                       const std::function<Place(std::size_t)>& place) const;
 
 private:
     void fit_slopes(Values& field, const Sight* sight, const Progress& progress) const;

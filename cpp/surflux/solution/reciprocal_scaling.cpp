@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace surflux {
 
@@ -25,7 +26,7 @@ struct Evidence {
     double effective_rays() const { return squares > 0.0 ? sum * sum / squares : 0.0; }
 };
 
-// Recursive bisection of senders by position and normal, in which a unit of the normal counts as half the extent.
+// Recursive bisection of senders by position and normal.
 class Grouping {
 public:
     Grouping(const RayExchange& exchange, const std::vector<Evidence>& evidence)
@@ -45,10 +46,6 @@ public:
     std::size_t count() const { return count_; }
 
 private:
-    double key(std::uint32_t j, int axis, double extent) const {
-        return axis < 3 ? exchange_.sender[j].position[axis] : 0.5 * extent * exchange_.sender[j].normal[axis - 3];
-    }
-
     void divide(std::size_t first, std::size_t last) {
         Evidence all;
         for (std::size_t k = first; k < last; ++k) all += evidence_[order_[k]];
@@ -66,29 +63,37 @@ private:
         ++count_;
     }
 
-    // Puts one half first.
+    // Puts one half first: of the longest side of the box around positions, in which a unit of the normal is half of
+    // its longest side.
     std::size_t bisect(std::size_t first, std::size_t last) {
-        const auto range = [&](int axis, double extent) {
-            double least = std::numeric_limits<double>::infinity(), most = -least;
-            for (std::size_t k = first; k < last; ++k) {
-                least = std::min(least, key(order_[k], axis, extent));
-                most = std::max(most, key(order_[k], axis, extent));
+        constexpr double infinite = std::numeric_limits<double>::infinity();
+        double least[6], most[6];
+        std::fill_n(least, 6, infinite);
+        std::fill_n(most, 6, -infinite);
+        for (std::size_t k = first; k < last; ++k) {
+            const RayExchange::Place place = exchange_.place(order_[k]);
+            for (int axis = 0; axis < 6; ++axis) {
+                const double at = axis < 3 ? place.position[axis] : place.normal[axis - 3];
+                least[axis] = std::min(least[axis], at);
+                most[axis] = std::max(most[axis], at);
             }
-            return most - least;
-        };
+        }
         double extent = 0.0;
-        for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, range(axis, 0.0));
+        for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, most[axis] - least[axis]);
         int widest = 0;
         double width = -1.0;
         for (int axis = 0; axis < 6; ++axis)
-            if (const double w = range(axis, extent); w > width) width = w, widest = axis;
-        const std::size_t middle = first + (last - first) / 2;
-        const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(first), at(middle), at(last), [&](std::uint32_t a, std::uint32_t b) {
-            const double p = key(a, widest, extent), q = key(b, widest, extent);
-            return p < q || (p == q && a < b);
-        });
-        return middle;
+            if (const double w = (axis < 3 ? 1.0 : 0.5 * extent) * (most[axis] - least[axis]); w > width)
+                width = w, widest = axis;
+        std::vector<std::pair<double, std::uint32_t>> sorted(last - first);
+        for (std::size_t k = first; k < last; ++k) {
+            const RayExchange::Place place = exchange_.place(order_[k]);
+            sorted[k - first] = {widest < 3 ? place.position[widest] : place.normal[widest - 3], order_[k]};
+        }
+        const std::size_t half = (last - first) / 2;
+        std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(half), sorted.end());
+        for (std::size_t k = first; k < last; ++k) order_[k] = sorted[k - first].second;
+        return first + half;
     }
 
     const RayExchange& exchange_;
@@ -174,6 +179,7 @@ public:
             }
             receive();
         }
+        out.lost.reserve(out.senders.size());
         for (std::size_t j = 0; j < out.senders.size(); ++j) out.lost.push_back(groups_[out.group[j]].loss_scale());
     }
 
@@ -242,12 +248,12 @@ private:
                 {sender.radiosity * evidence[j].sum, sender.radiosity * sender.radiosity * evidence[j].squares};
             of.receivers_spread += sender.radiosity * received_[j];
             of.area.all += sender.area;
-            of.area.sent += sender.area * sender.loss.met();
+            of.area.sent += sender.area * static_cast<double>(sender.met);
             of.power.all += carried;
-            of.power.sent += carried * sender.loss.met();
-            of.power_met += power * sender.loss.met();
-            of.spread += power * sender.loss.spread;
-            of.variance += sender.radiosity * power * sender.loss.variance;
+            of.power.sent += carried * static_cast<double>(sender.met);
+            of.power_met += power * static_cast<double>(sender.met);
+            of.spread += power * static_cast<double>(sender.spread);
+            of.variance += sender.radiosity * power * sender.variance;
             if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);
         }
     }

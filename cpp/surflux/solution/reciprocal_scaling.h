@@ -35,14 +35,18 @@ struct RayExchange {
     std::vector<std::uint32_t> rays;
     std::vector<double> spread;  // standard deviation of `met` around each row
     struct Sender {
-        Vec3 position, normal;
-        std::uint32_t part;  // connected part of the scene
-        double radiosity;    // about what it sends
-        double carried;      // of that, what goes by these rows: its power is kept
+        double radiosity;  // about what it sends
+        double carried;    // of that, what goes by these rows: its power is kept
         double area;
-        HemisphereLoss loss;
+        double variance;  // as in HemisphereLoss, as are the next two
+        float met, spread;
+        std::uint32_t part;  // connected part of the scene
     };
     std::vector<Sender> sender;
+    struct Place {
+        Vec3 position, normal;
+    };
+    std::function<Place(std::size_t sender)> place;
 };
 
 struct ReciprocalScaling {

@@ -50,21 +50,24 @@ Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels) {
 void Tracer::Impl::find_lower(const Scene& of) {
     const Surfels& s = of.surfels;
     lower_begin.assign(s.size() + 1, 0);
-    if (disk_surfel.empty()) return;
+    std::vector<std::uint32_t> surfels;
+    for (std::uint32_t i = 0; i < disks.size(); ++i)
+        if (disks[i].is_disk()) surfels.push_back(i);
+    if (surfels.empty()) return;
     std::vector<std::vector<std::uint32_t>> of_object(of.object.back() + 1);
-    for (const std::uint32_t i : disk_surfel) of_object[of.object[i]].push_back(i);
+    for (const std::uint32_t i : surfels) of_object[of.object[i]].push_back(i);
     std::vector<Places> own(of_object.size());
     for (std::size_t o = 0; o < own.size(); ++o)
         if (!of_object[o].empty()) own[o] = places_of(s, of_object[o]);
     Places all;
-    if (!of.spread.empty()) all = places_of(s, disk_surfel);
+    if (!of.spread.empty()) all = places_of(s, surfels);
 
     constexpr std::size_t grain = 256;
-    std::vector<std::vector<std::uint32_t>> found((disk_surfel.size() + grain - 1) / grain);
-    parallel_blocks(disk_surfel.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::vector<std::uint32_t>> found((surfels.size() + grain - 1) / grain);
+    parallel_blocks(surfels.size(), grain, [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t i = disk_surfel[k];
+            const std::uint32_t i = surfels[k];
             const auto look = [&](const Places& places, bool others) {
                 places.index->nearest(s.positions[i], surrounding, near);
                 for (const Neighbor& n : near) {

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
-#include "surflux/core/parallel.h"
 #include "surflux/trace/coincident.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
@@ -14,13 +12,6 @@
 namespace surflux {
 
 namespace {
-
-DeviceError no_device(RTCError why) {
-    if (why == RTC_ERROR_UNSUPPORTED_CPU) return DeviceError("Embree: this processor lacks instructions that it needs");
-    const char* lacks = why == RTC_ERROR_OUT_OF_MEMORY ? "memory" : "memory or of threads";
-    return DeviceError(message("Embree: no device could be made for want of ", lacks, ": this process has ",
-                               std::round(available_memory() / 1e6), " MB left"));
-}
 
 constexpr double farthest_point = 1e15;  // in units of the tracer: its square is a float, too
 
@@ -52,12 +43,12 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
         Impl::Disk& d = impl_->disks[i];
         impl_->to_local(s.positions[i], d.position);
         for (int axis = 0; axis < 3; ++axis) d.normal[axis] = static_cast<float>(s.normals[i][axis]);
-        d.radius = impl_->to_local(s.radii[i]);
+        const bool is_disk = triangles[i] == triangles[i + 1] && !coincident.is_copy[i];
+        d.radius = is_disk ? impl_->to_local(s.radii[i]) : std::numeric_limits<float>::quiet_NaN();
         d.contact = impl_->to_local(impl_->extent.contact_of(i));
         d.object = scene.object[i];
         d.twin = coincident.twin[i];
         d.spread = scene.spread.empty() ? 0.0f : impl_->to_local(scene.spread[i]);
-        if (triangles[i] == triangles[i + 1] && !coincident.is_copy[i]) impl_->disk_surfel.push_back(i);
     }
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
@@ -66,18 +57,11 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
              impl_->to_local(e.limit),
              e.kind});
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
+    std::vector<double>().swap(impl_->extent.reach);
     impl_->add_coplanar(scene);
     impl_->find_lower(scene);
 
-    impl_->device.reset(rtcNewDevice(nullptr));
-    if (!impl_->device) throw no_device(rtcGetDeviceError(nullptr));
-    rtcSetDeviceErrorFunction(impl_->device.get(), Impl::Errors::keep, &impl_->errors);
-    impl_->scene.reset(rtcNewScene(impl_->device.get()));
-    rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
-    impl_->add_disks(s);
-    impl_->add_triangles(s);
-    within_limit([&] { rtcCommitScene(impl_->scene.get()); });
-    impl_->errors.raise();
+    impl_->build(s);
     impl_->drop_joints();
 }
 
@@ -86,7 +70,7 @@ Tracer::~Tracer() = default;
 Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
     Hit out;
-    out.surfel = hit.hit.geomID == disk_geometry ? disk_surfel[hit.hit.primID] : triangle_surfel[hit.hit.primID];
+    out.surfel = hit.hit.geomID == disk_geometry ? hit.hit.primID : triangle_surfel[hit.hit.primID];
     out.distance = unit * static_cast<double>(hit.ray.tfar);
     if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
         const RTCRay& ray = hit.ray;
@@ -161,32 +145,6 @@ void Tracer::Impl::add_coplanar(const Scene& of) {
     backs_of.fill(*this, of.surfels, backs);
 }
 
-void Tracer::Impl::drop_joints() {
-    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
-        Query query{{}, this};
-        query.but = disks[i].object;
-        embree::init(query.context);
-        RTCRay ray = ray_from(from, direction, length);
-        embree::occluded(scene.get(), query.context, ray);
-        return ray.tfar < 0.0f;
-    };
-    const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
-    for (std::uint32_t i = 0; i + 1 < end_begin.size(); ++i)
-        for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
-            if (ends[e].kind != DiskEnd::border) continue;
-            const Disk& disk = disks[i];
-            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal),
-                       center = origin + unit * vec(disk.position);
-            const double radius = unit * static_cast<double>(disk.radius);
-            // Another's surface across what sticks out, or along it.
-            const Vec3 beyond = center + 0.5 * (unit * static_cast<double>(ends[e].limit) + radius) * outwards;
-            const double high = 0.25 * radius;
-            if (meets_another(i, center, outwards, radius) ||
-                meets_another(i, beyond + high * normal, -normal, 2.0 * high))
-                ends[e].limit = infinite;
-        }
-}
-
 void Tracer::require_near(const std::vector<Vec3>& points) const {
     const double limit = farthest_point * impl_->unit;
     for (std::size_t k = 0; k < points.size(); ++k)
@@ -194,7 +152,7 @@ void Tracer::require_near(const std::vector<Vec3>& points) const {
                 " away from the scene");
 }
 
-double Tracer::contact(std::uint32_t surfel) const { return impl_->extent.contact_of(surfel); }
+double Tracer::contact(std::uint32_t surfel) const { return impl_->contact_of(surfel); }
 
 double Tracer::contact(const Vec3& place) const { return impl_->extent.contact(place); }
 

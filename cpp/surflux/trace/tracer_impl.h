@@ -50,15 +50,17 @@ struct Tracer::Impl {
         std::string first;
     };
 
-    // What the filters need to know of a surfel; lengths here and below in `unit`.
-    struct Disk {
+    // What Embree (position and radius, normal) and the filters need to know of a surfel; lengths here and below in
+    // `unit`.
+    struct alignas(16) Disk {
         float position[3];
+        float radius;  // NaN of what is no disk: Embree leaves it out
         float normal[3];
-        float radius;
         float contact;  // what is no farther from it touches it (scene/extent.h)
         std::uint32_t object;
         std::uint32_t twin;  // the surfel that faces the other way at the same place, or no_surfel
         float spread;        // of heights on its surface, where disks of other objects stand for that, too
+        bool is_disk() const { return !std::isnan(radius); }
     };
 
     // The line beyond which a disk has no surface (scene's DiskEnd).
@@ -102,10 +104,9 @@ struct Tracer::Impl {
         }
     };
 
-    std::vector<Disk> disks;               // per surfel
+    std::vector<Disk> disks;               // per surfel, which is Embree's number of a disk
     std::vector<std::uint32_t> end_begin;  // per surfel, and one more
     std::vector<End> ends;
-    std::vector<std::uint32_t> disk_surfel;      // Embree's disk -> surfel
     std::vector<std::uint32_t> triangle_surfel;  // Embree's triangle -> surfel
     std::vector<std::uint32_t> lower_begin;      // per surfel, and one more
     std::vector<std::uint32_t> lower;            // disks around, whose surface each disk rises over towards its rim
@@ -293,7 +294,7 @@ struct Tracer::Impl {
             const Crossing crossing{
                 arguments,
                 n,
-                is_disk ? impl.disk_surfel[primitive] : impl.triangle_surfel[primitive],
+                is_disk ? primitive : impl.triangle_surfel[primitive],
                 is_disk,
                 {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
             if (impl.is_beyond_crease(crossing) || impl.passes(*query, crossing, RTCRayN_id(ray, count, n)))
@@ -305,8 +306,10 @@ struct Tracer::Impl {
 
     bool covers(const Hit& hit, const Departure& from) const {
         const float* n = disks[hit.surfel].normal;
-        return hit.distance <= extent.contact_of(hit.surfel) && dot(from.normal, {n[0], n[1], n[2]}) < -0.5;
+        return hit.distance <= contact_of(hit.surfel) && dot(from.normal, {n[0], n[1], n[2]}) < -0.5;
     }
+
+    double contact_of(std::uint32_t surfel) const { return unit * static_cast<double>(disks[surfel].contact); }
 
     void find_lower(const Scene& of);
     bool rises_over(const Surfels& s, std::uint32_t i, std::uint32_t j, double distance) const;
@@ -346,53 +349,10 @@ struct Tracer::Impl {
     template <class Bool>
     void free(const Ray* rays, std::size_t count, Bool* free) const;
 
-    void attach(RTCGeometry geometry, unsigned id) {
-        rtcSetGeometryMask(geometry, embree::mask_all);
-        rtcSetGeometryOccludedFilterFunction(geometry, filter);
-        rtcSetGeometryIntersectFilterFunction(geometry, filter);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(scene.get(), geometry, id);
-        rtcReleaseGeometry(geometry);
-    }
-
-    void add_disks(const Surfels& s) {
-        if (disk_surfel.empty()) return;
-        RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
-        auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), disk_surfel.size()));
-        auto* normal = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), disk_surfel.size()));
-        errors.raise();
-        for (std::uint32_t i : disk_surfel) {
-            float p[3];
-            to_local(s.positions[i], p);
-            for (int axis = 0; axis < 3; ++axis) {
-                *vertex++ = p[axis];
-                *normal++ = static_cast<float>(s.normals[i][axis]);
-            }
-            *vertex++ = to_local(s.radii[i]);
-        }
-        attach(geometry, disk_geometry);
-    }
-
-    void add_triangles(const Surfels& s) {
-        if (s.triangles.empty()) return;
-        RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-        const std::size_t count = s.triangles.size();
-        auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                                   RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
-        auto* index = static_cast<unsigned*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
-        errors.raise();
-        for (const Triangle& t : s.triangles)
-            for (const Vec3* corner : {&t.a, &t.b, &t.c}) {
-                float p[3];
-                to_local(*corner, p);
-                vertex = std::copy(p, p + 3, vertex);
-            }
-        std::iota(index, index + 3 * count, 0u);
-        attach(geometry, triangle_geometry);
-    }
+    void build(const Surfels& surfels);
+    void add_disks();
+    void add_triangles(const Surfels& s);
+    void attach(RTCGeometry geometry, unsigned id);
 };
 
 }  // namespace surflux

@@ -9,9 +9,9 @@ def inserted_among(parents):
 
 
 def insertion_depth(parents, areas):
-    """0 for the scene's own surfels, and -1, -2 and so on for those inserted below them, which share their area."""
+    """-1, -2 and so on for all that was inserted below surfels, whose area it shares."""
     whole = np.bincount(parents, areas)[parents] if len(parents) else areas
-    share = np.divide(areas, whole, out=np.ones(len(parents)), where=inserted_among(parents) & (areas > 0.0))
+    share = np.divide(areas, whole, out=np.ones(len(parents)), where=areas > 0.0)
     return np.round(np.log(share) / np.log(4.0))
 
 

@@ -20,7 +20,7 @@ from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries
 from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
-from surflux.solutions.leaves import insertion_depth, means_of_faces
+from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces
 
 
 class Solution:
@@ -99,10 +99,12 @@ class Solution:
         self.surfels = surfels
         self.parents = _frozen(parents)
         self.objects = _frozen(objects)
-        inserted = insertion_depth(self.parents, surfels.areas)
+        levels = np.zeros(len(surfels), np.int32) if levels is None else np.array(levels, np.int32)
         # What was inserted in a group whose light it shares is told by its depth.
-        levels = np.zeros(len(surfels), np.int64) if levels is None else np.asarray(levels, np.int64)
-        self.levels = _frozen(np.where((inserted < 0) & (levels >= 0), inserted, levels).astype(np.int32))
+        inserted = np.flatnonzero(inserted_among(self.parents))
+        depth = insertion_depth(self.parents[inserted], surfels.areas[inserted])
+        levels[inserted] = np.where(levels[inserted] >= 0, depth, levels[inserted])
+        self.levels = _frozen(levels)
         self.radiosity = _frozen(radiosity)
         self.irradiance = _frozen(irradiance)
         self.direct = _frozen(direct)
@@ -349,6 +351,9 @@ class Solution:
 
 
 def _frozen(values):
+    """A copy that cannot be written to; the array itself where it is so and belongs to nobody else."""
+    if isinstance(values, np.ndarray) and not values.flags.writeable and not isinstance(values.base, np.ndarray):
+        return values
     values = np.array(values)
     values.setflags(write=False)
     return values

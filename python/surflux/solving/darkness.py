@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.warn import warn
-from surflux.geometry.cores import replaced
+from surflux.geometry.cores import make_core, replaced
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
 from surflux.solutions.fields import PROBES, SHADOW_RAYS, SKY_RAYS
 
@@ -36,7 +36,10 @@ def warn_of_darkness(scene, core, result):
     fronts = areas @ direct / total if total > 0.0 else 0.0
     if fronts > HARDLY_LIT * direct.max():
         return False
-    backs = _light_on_backs(core.surfels, shining)
+    asked = _drawn_by_area(core.surfels.areas)
+    if fronts > ON_FRONTS * (fronts + _light_on_backs(core.surfels, asked, shining, blocked=False)):
+        return False
+    backs = _light_on_backs(core.surfels, asked, shining, blocked=True)
     if fronts < ON_FRONTS * (fronts + backs):
         what = "none of it" if fronts == 0.0 else f"only {fronts / (fronts + backs):.2%} of it"
         warn(
@@ -60,12 +63,20 @@ def _shines(light):
     return bool(np.any(light.intensity))
 
 
-def _light_on_backs(surfels, lights):
-    """Mean direct irradiance, channels added up, of the surfels turned round."""
-    turned = replaced(surfels, normals=-surfels.normals, triangles=surfels.triangles[:, ::-1])
+def _drawn_by_area(areas):
+    shares = np.cumsum(areas)
+    return np.searchsorted(shares, (np.arange(ASKED) + 0.5) / ASKED * shares[-1])
+
+
+def _light_on_backs(surfels, asked, lights, blocked):
+    """Mean direct irradiance, channels added up, of the asked of the surfels turned round; if not `blocked`, with
+    nothing in between.
+    """
+    points, normals = surfels.positions[asked], -surfels.normals[asked]
+    if blocked:
+        turned = replaced(surfels, normals=-surfels.normals, triangles=surfels.triangles[:, ::-1])
+    else:  # one surfel that is no obstacle to any other
+        turned = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])
     scene = _core.Scene([turned], [light._to_core() for light in lights])
     field = _core.Field(turned, np.zeros(len(turned), np.uint32), [], scene, None)
-    shares = np.cumsum(surfels.areas)
-    asked = np.searchsorted(shares, (np.arange(ASKED) + 0.5) / ASKED * shares[-1])
-    points, normals = turned.positions[asked], turned.normals[asked]
     return field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, 0, None).sum(axis=1).mean()

@@ -5,6 +5,8 @@ from functools import wraps
 from time import perf_counter
 from typing import TypeVar, cast
 
+import numpy as np
+
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
@@ -62,6 +64,9 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
     if not dark:  # of next to no light, what becomes of it says little
         _warn_of_lost_light(result, converges)
     surfels = Surfels._from_core(result["surfels"])
+    for name in FOUND:
+        if isinstance(result[name], np.ndarray):
+            result[name].setflags(write=False)
     return Solution(
         surfels,
         **{name: result[name] for name in FOUND},

@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include "surflux/core/available_memory.h"
+#include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
+#include "surflux/trace/tracer_impl.h"
+
+// How Embree gets the scene of a Tracer.
+namespace surflux {
+
+namespace {
+
+DeviceError no_device(RTCError why) {
+    if (why == RTC_ERROR_UNSUPPORTED_CPU) return DeviceError("Embree: this processor lacks instructions that it needs");
+    const char* lacks = why == RTC_ERROR_OUT_OF_MEMORY ? "memory" : "memory or of threads";
+    return DeviceError(message("Embree: no device could be made for want of ", lacks, ": this process has ",
+                               std::round(available_memory() / 1e6), " MB left"));
+}
+
+}  // namespace
+
+void Tracer::Impl::build(const Surfels& surfels) {
+    device.reset(rtcNewDevice(nullptr));
+    if (!device) throw no_device(rtcGetDeviceError(nullptr));
+    rtcSetDeviceErrorFunction(device.get(), Errors::keep, &errors);
+    scene.reset(rtcNewScene(device.get()));
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
+    add_disks();
+    add_triangles(surfels);
+    within_limit([&] { rtcCommitScene(scene.get()); });
+    errors.raise();
+}
+
+void Tracer::Impl::attach(RTCGeometry geometry, unsigned id) {
+    rtcSetGeometryMask(geometry, embree::mask_all);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene.get(), geometry, id);
+    rtcReleaseGeometry(geometry);
+}
+
+void Tracer::Impl::add_disks() {
+    if (std::none_of(disks.begin(), disks.end(), [](const Disk& disk) { return disk.is_disk(); })) return;
+    RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
+    // Embree loads 16 bytes at a time, of normals too, from where these are aligned.
+    static_assert(offsetof(Disk, position) % 16 == 0 && offsetof(Disk, radius) == offsetof(Disk, position) + 12 &&
+                  offsetof(Disk, normal) % 16 == 0);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, disks.data(),
+                               offsetof(Disk, position), sizeof(Disk), disks.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, disks.data(),
+                               offsetof(Disk, normal), sizeof(Disk), disks.size());
+    errors.raise();
+    attach(geometry, disk_geometry);
+}
+
+void Tracer::Impl::add_triangles(const Surfels& s) {
+    if (s.triangles.empty()) return;
+    RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    const std::size_t count = s.triangles.size();
+    auto* vertex = static_cast<float*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+    auto* index = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+    errors.raise();
+    for (const Triangle& t : s.triangles)
+        for (const Vec3* corner : {&t.a, &t.b, &t.c}) {
+            float p[3];
+            to_local(*corner, p);
+            vertex = std::copy(p, p + 3, vertex);
+        }
+    std::iota(index, index + 3 * count, 0u);
+    attach(geometry, triangle_geometry);
+}
+
+void Tracer::Impl::drop_joints() {
+    const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
+        Query query{{}, this};
+        query.but = disks[i].object;
+        embree::init(query.context);
+        RTCRay ray = ray_from(from, direction, length);
+        embree::occluded(scene.get(), query.context, ray);
+        return ray.tfar < 0.0f;
+    };
+    const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
+    parallel_for(disks.size(), 1024, [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
+        const Disk& disk = disks[i];
+        if (!disk.is_disk()) return;
+        for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
+            if (ends[e].kind != DiskEnd::border) continue;
+            const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal),
+                       center = origin + unit * vec(disk.position);
+            const double radius = unit * static_cast<double>(disk.radius);
+            // Another's surface across what sticks out, or along it.
+            const Vec3 beyond = center + 0.5 * (unit * static_cast<double>(ends[e].limit) + radius) * outwards;
+            const double high = 0.25 * radius;
+            if (meets_another(i, center, outwards, radius) ||
+                meets_another(i, beyond + high * normal, -normal, 2.0 * high))
+                ends[e].limit = infinite;
+        }
+    });
+}
+
+}  // namespace surflux
