@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 namespace surflux {
 
@@ -85,14 +84,16 @@ private:
         for (int axis = 0; axis < 6; ++axis)
             if (const double w = (axis < 3 ? 1.0 : 0.5 * extent) * (most[axis] - least[axis]); w > width)
                 width = w, widest = axis;
-        std::vector<std::pair<double, std::uint32_t>> sorted(last - first);
-        for (std::size_t k = first; k < last; ++k) {
-            const RayExchange::Place place = exchange_.place(order_[k]);
-            sorted[k - first] = {widest < 3 ? place.position[widest] : place.normal[widest - 3], order_[k]};
-        }
+        const auto key = [&](std::uint32_t j) {
+            const RayExchange::Place place = exchange_.place(j);
+            return widest < 3 ? place.position[widest] : place.normal[widest - 3];
+        };
         const std::size_t half = (last - first) / 2;
-        std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(half), sorted.end());
-        for (std::size_t k = first; k < last; ++k) order_[k] = sorted[k - first].second;
+        const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
+        std::nth_element(at(first), at(first + half), at(last), [&](std::uint32_t a, std::uint32_t b) {
+            const double p = key(a), q = key(b);
+            return p < q || (p == q && a < b);
+        });
         return first + half;
     }
 

@@ -170,7 +170,7 @@ def test_inserted_surfels_come_back_from_a_file(transport, tmp_path):
         back.irradiance_at(at, up(at), direct="traced")
 
 
-@pytest.mark.parametrize("transport", ["pairs", "rays"])
+@pytest.mark.parametrize("transport", [pytest.param("pairs", marks=pytest.mark.slow), "rays"])
 def test_children_take_over_from_their_parents(transport):
     """Areas and patches of each surfel add up to its own; what it is made of stays with it."""
     scene = floor_and_ball()
