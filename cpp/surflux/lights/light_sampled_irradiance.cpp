@@ -4,6 +4,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/light_rays.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
@@ -24,7 +25,8 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
             std::vector<Ray> rays;
-            std::vector<LightRay> light;
+            LightRays light;
+            std::vector<Rgb> gain;
             std::vector<Hit> hits;
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
@@ -51,21 +53,20 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
                 };
                 const auto take = [&](int count) {
                     if (over_hemisphere) shoot_over_hemisphere(count - taken);
-                    rays.clear();
                     light.clear();
+                    gain.clear();
                     for (; taken < count; ++taken) {
                         const double* u = even.next();
                         const Vec3 from = points.at(place, u[2], u[3]);
                         const LightRay ray = lights.sample(from, place.normal, u[0], u[1], random.uniform());
                         if (!(ray.length > 0.0)) continue;
-                        rays.push_back({{from, place.normal, place.surfel}, ray.direction, ray.length});
-                        light.push_back(ray);
+                        light.add({from, place.normal, place.surfel}, ray);
+                        gain.push_back(ray.irradiance);
                     }
-                    tracer.closest(rays, hits);
-                    for (std::size_t r = 0; r < rays.size(); ++r) {
-                        const bool passes = light[r].arrives(hits[r]);
-                        (passes ? lit : blocked) += 1;
-                        if (passes) out[k] += light[r].irradiance;
+                    const std::vector<char>& arrives = light.trace(tracer);
+                    for (std::size_t r = 0; r < gain.size(); ++r) {
+                        (arrives[r] ? lit : blocked) += 1;
+                        if (arrives[r]) out[k] += gain[r];
                     }
                 };
                 take(options.probes);

@@ -9,15 +9,13 @@
 namespace surflux {
 
 // A light sample: the irradiance that its shadow ray brings to a point, if that is unoccluded, or meets the front of
-// `target` first where there is one.
+// `target` first where there is one: LightRays (light_rays.h) tells.
 struct LightRay {
     Vec3 direction;
     double length = 0.0;
     Rgb irradiance;
     std::uint32_t target = Hit::none;
     bool is_of_lamp = false;  // neither of the sky nor of a surfel
-    // Does it arrive, if that is what it meets first within its length?
-    bool arrives(const Hit& hit) const { return target == Hit::none ? !hit : hit.front && hit.surfel == target; }
 };
 
 // Next event estimation with multiple importance sampling: light samples towards lights, images of the sky and emissive

@@ -5,6 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/light_rays.h"
 
 namespace surflux {
 
@@ -53,9 +54,9 @@ public:
     }
 
     std::vector<BasisWeight> weights;
-    std::vector<Ray> rays, towards;
+    std::vector<Ray> rays;
     std::vector<Hit> hits;
-    std::vector<LightRay> light;
+    LightRays towards;
     std::vector<Rgb> gain;
     std::vector<char> second_half;
     std::vector<Ray> ahead;  // over the hemisphere of what is lit, for what of emitters such rays find
@@ -177,8 +178,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     }
     const LightRay light = light_.towards(at, s.normals[i], u);
     if (!(light.length > 0.0)) return;
-    sums.towards.push_back({{at, s.normals[i], i}, light.direction, light.length});
-    sums.light.push_back(light);
+    sums.towards.add({at, s.normals[i], i}, light);
     sums.gain.push_back(gain * light.irradiance);
     sums.second_half.push_back(second_half);
 }
@@ -193,7 +193,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     const double each = 1.0 / over;
     cosine_rays(light_.points(), place, over, options_.seed + gather_stream, sums.rays);
     tracer_.closest(sums.rays, sums.hits);
-    sums.towards.clear(), sums.light.clear(), sums.gain.clear(), sums.second_half.clear();
+    sums.towards.clear(), sums.gain.clear(), sums.second_half.clear();
     sums.ahead.clear(), sums.ahead_gain.clear(), sums.ahead_second_half.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
     out.row.share = each;
@@ -241,9 +241,9 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         if (hit.front && hit.surfel == to.at.surfel)
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
-    tracer_.closest(sums.towards, sums.hits);
-    for (std::size_t k = 0; k < sums.towards.size(); ++k)
-        if (sums.light[k].arrives(sums.hits[k])) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
+    const std::vector<char>& arrives = sums.towards.trace(tracer_);
+    for (std::size_t k = 0; k < arrives.size(); ++k)
+        if (arrives[k]) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
     tracer_.closest(sums.ahead, sums.hits);
     for (std::size_t k = 0; k < sums.ahead.size(); ++k) {
         const Hit& hit = sums.hits[k];

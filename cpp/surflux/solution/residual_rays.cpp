@@ -25,10 +25,8 @@ double ResidualRays::Sequences::next_choice() {
 void ResidualRays::aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first) {
     const LightRay light = lights_.sample(from.position, from.normal, u[0], u[1], choice);
     if (!(light.length > 0.0)) return;
-    const bool free = light.target == Hit::none;
-    (free ? shadow_ : towards_).push_back({from, light.direction, light.length});
-    (free ? shadow_gain_ : towards_gain_)
-        .push_back({throughput * light.irradiance, light.target, light.is_of_lamp, is_first});
+    light_.add(from, light);
+    gain_.push_back({throughput * light.irradiance, light.is_of_lamp, light.target != Hit::none, is_first});
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {
@@ -80,27 +78,20 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
         ahead_.push_back({at, frame_around(at.normal).to_world(square_to_cosine_hemisphere(v[3], v[4]))});
         ahead_throughput_.push_back(surfels_.reflectance[hit.surfel]);
     }
-    rays += static_cast<std::size_t>(count) + shadow_.size() + towards_.size() + ahead_.size();
-    tracer_.free(shadow_, free_);
-    for (std::size_t k = 0; k < shadow_.size(); ++k) {
-        const Gain& gain = shadow_gain_[k];
-        if (gain.is_first && gain.is_of_lamp) sum.lamps.all += gain.irradiance;
-        if (!free_[k]) continue;
+    rays += static_cast<std::size_t>(count) + light_.size() + ahead_.size();
+    const std::vector<char>& arrives = light_.trace(tracer_);
+    for (std::size_t k = 0; k < gain_.size(); ++k) {
+        const Gain& gain = gain_[k];
         if (gain.is_first && gain.is_of_lamp) {
-            sum.lamps.lit += gain.irradiance;
-        } else {
+            sum.lamps.all += gain.irradiance;
+            if (arrives[k]) sum.lamps.lit += gain.irradiance;
+        } else if (arrives[k]) {
             sum.irradiance += gain.irradiance;
-            if (gain.is_first) sum.of_all += gain.irradiance;
+            if (!gain.is_first) continue;
+            sum.of_all += gain.irradiance;
+            if (gain.is_of_surfel) sum.of_surfels += gain.irradiance;
         }
     }
-    tracer_.closest(towards_, hits_);
-    for (std::size_t k = 0; k < towards_.size(); ++k)
-        if (hits_[k].front && hits_[k].surfel == towards_gain_[k].target) {
-            sum.irradiance += towards_gain_[k].irradiance;
-            if (!towards_gain_[k].is_first) continue;
-            sum.of_surfels += towards_gain_[k].irradiance;
-            sum.of_all += towards_gain_[k].irradiance;
-        }
     tracer_.closest(ahead_, hits_);
     for (std::size_t k = 0; k < ahead_.size(); ++k) {
         const Ray& ray = ahead_[k];
@@ -108,7 +99,7 @@ void ResidualRays::gather(const Place& place, int count, Sequences& sequences, G
             ahead_throughput_[k] * lights_.found(ray.from.position, ray.from.normal, ray.direction, hits_[k]);
         send(hits_[k], ahead_throughput_[k], sum);
     }
-    shadow_.clear(), shadow_gain_.clear(), towards_.clear(), towards_gain_.clear();
+    light_.clear(), gain_.clear();
     ahead_.clear(), ahead_throughput_.clear();
 }
 

@@ -5,6 +5,7 @@
 
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/light_rays.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
@@ -47,8 +48,8 @@ public:
 private:
     struct Gain {
         Rgb irradiance;
-        std::uint32_t target;
-        bool is_of_lamp, is_first;  // of the first bounce, from the place itself
+        bool is_of_lamp, is_of_surfel;
+        bool is_first;  // of the first bounce, from the place itself
     };
     void aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first);
     bool is_near(const Hit& hit) const;
@@ -60,10 +61,10 @@ private:
     const std::vector<Rgb>& irradiance_;
     const Regions& regions_;
     const SurfelPoints& points_;
-    std::vector<Ray> shadow_, towards_, ahead_;
-    std::vector<Gain> shadow_gain_, towards_gain_;
+    LightRays light_;
+    std::vector<Gain> gain_;
+    std::vector<Ray> ahead_;
     std::vector<Rgb> ahead_throughput_;
-    std::vector<char> free_;
     std::vector<Hit> hits_;
 };
 
