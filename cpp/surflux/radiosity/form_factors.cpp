@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "surflux/core/parallel.h"
 #include "surflux/radiosity/all_pairs.h"
@@ -17,13 +18,8 @@ namespace {
 
 constexpr double closure_tolerance = 1e-11;
 
-// Rows that make 1 already lose nothing that is worth a ray.
-bool are_closed(const Exchange& exchange) {
-    const std::vector<double> sums = exchange.row_sums();
-    for (std::size_t i = 0; i < exchange.size; ++i)
-        if (!exchange.sure[i] || std::abs(sums[i] / exchange.areas[i] - 1.0) > 1e-8) return false;
-    return true;
-}
+// What rows of integrals may be off by, all together.
+constexpr double row_precision = 1e-8;
 
 Hemispheres nothing_lost(std::size_t surfels) {
     Hemispheres out;
@@ -31,6 +27,30 @@ Hemispheres nothing_lost(std::size_t surfels) {
     out.absorbed.assign(surfels, 0.0);
     out.sky.assign(surfels, Rgb{});
     out.taken.assign(surfels, 0);
+    return out;
+}
+
+// What rows lose. Those of patches that no ray had a say in lose what they lack; if they and rows that make 1 already
+// are all, no ray is needed. Where none of a row's rays happens to escape, it would be taken for a closed one.
+Hemispheres losses(const CompiledScene& compiled, const Exchange& exchange,
+                   const std::vector<std::atomic<bool>>& estimated, const FormFactorOptions& options,
+                   const Progress& progress) {
+    const std::size_t n = exchange.size;
+    std::vector<double> lacking = exchange.row_sums();
+    bool known = true;
+    for (std::size_t i = 0; i < n; ++i) {
+        lacking[i] = 1.0 - lacking[i] / exchange.areas[i];
+        known &= exchange.sure[i] && (!estimated[i] || std::abs(lacking[i]) <= row_precision);
+    }
+    Hemispheres out =
+        known ? nothing_lost(n)
+              : measure_hemispheres(compiled.scene(), compiled.tracer(), options.rays, options.seed, progress);
+    for (std::size_t i = 0; i < n; ++i) {
+        if (estimated[i]) continue;
+        out.escape[i] = lacking[i] > row_precision ? lacking[i] : 0.0;
+        out.absorbed[i] = 0.0;
+        out.taken[i] = std::numeric_limits<std::uint32_t>::max();
+    }
     return out;
 }
 
@@ -51,6 +71,7 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
     Exchange exchange;
     exchange.precise = out;
     std::atomic<std::size_t> imprecise{0};
+    std::vector<std::atomic<bool>> estimated(n);  // rows in which rays, or the shape of a disk, have a say
     const auto of_pair = [&](std::uint32_t i, std::uint32_t j, std::size_t& rays) {
         PairExchange::Pair pair = pairs.precise(i, j);
         if (options.visibility && pair.exchange > 0.0) {
@@ -58,6 +79,7 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
             pair.exchange *= found.value;
             rays += found.rays;
             imprecise += !found.precise;
+            if (found.rays > 0 || !pairs.is_patch(i) || !pairs.is_patch(j)) estimated[i] = estimated[j] = true;
         }
         return pair;
     };
@@ -66,9 +88,9 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
     result.rays = exchange.rays;
     result.imprecise = imprecise;
     if (options.visibility) {
-        Hemispheres hemispheres = are_closed(exchange) ? nothing_lost(n)
-                                                       : measure_hemispheres(scene, tracer, options.rays, options.seed,
-                                                                             progress("hemispheres"));
+        for (std::size_t i = 0; i < n; ++i)
+            if (!exchange.sure[i] || exchange.at(i, i) > 0.0) estimated[i] = true;
+        Hemispheres hemispheres = losses(compiled, exchange, estimated, options, progress("hemispheres"));
         close(exchange, hemispheres, progress("closure"), closure_tolerance);
         result.rest.resize(n);
         for (std::size_t i = 0; i < n; ++i) result.rest[i] = hemispheres.escape[i] + hemispheres.absorbed[i];

@@ -53,9 +53,10 @@ def form_factors(
     `error` allows, so that the factor is within that with 95 % probability. Pairs whose rays are all free or all
     blocked get so many that a larger share would have been noticed, with 95 % probability too.
 
-    With visibility, each row plus what escapes plus what back faces absorb is 1. Rays over the hemisphere of each
-    surfel tell what escapes, and where a row contradicts them, by more than three standard errors or because nothing
-    escapes, the symmetric diagonal scaling that `solve` uses mends it.
+    With visibility, each row plus what escapes plus what back faces absorb is 1. A patch all of whose pairs are proved
+    free loses what its row lacks. Of others, rays over the hemisphere of each surfel tell what escapes, and where a row
+    contradicts them, by more than three standard errors or because nothing escapes, the symmetric diagonal scaling that
+    `solve` uses mends it.
 
     Args:
         scene: Scene of at most 20 000 surfels.
