@@ -4,6 +4,8 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <set>
@@ -30,6 +32,17 @@ TEST(ParallelSum, IsThatOfTheBlocksInTheirOrder) {
         const ThreadLimit limit(threads);
         const auto add = [](std::size_t i, double& sum) { sum += term(i); };
         EXPECT_EQ(parallel_sum<double>(count, grain, add), expected) << threads << " threads";
+    }
+}
+
+TEST(ParallelSort, IsThatOfTheStandardLibrary) {
+    for (const std::size_t count : {0u, 1u, 15u, 16u, 17u, 10007u}) {
+        std::vector<std::uint64_t> values(count);
+        for (std::size_t i = 0; i < count; ++i) values[i] = (i * 0x9e3779b97f4a7c15ull) >> 7;
+        std::vector<std::uint64_t> expected = values;
+        std::sort(expected.begin(), expected.end());
+        parallel_sort(values, std::less<>());
+        EXPECT_EQ(values, expected);
     }
 }
 

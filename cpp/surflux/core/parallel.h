@@ -44,6 +44,21 @@ Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
     return all;
 }
 
+// Sorts by an order in which no two are equal: blocks by themselves, then merged two by two.
+template <class T, class Less>
+void parallel_sort(std::vector<T>& values, const Less& less) {
+    constexpr std::size_t blocks = 16;
+    const auto at = [&](std::size_t block) {
+        return values.begin() + static_cast<std::ptrdiff_t>(values.size() * block / blocks);
+    };
+    parallel_for(blocks, 1, [&](std::size_t block) { std::sort(at(block), at(block + 1), less); });
+    for (std::size_t width = 1; width < blocks; width *= 2)
+        parallel_for(blocks / (2 * width), 1, [&](std::size_t k) {
+            const std::size_t first = 2 * width * k;
+            std::inplace_merge(at(first), at(first + width), at(first + 2 * width), less);
+        });
+}
+
 // Scratch memory of a pass. Each block of its loops borrows one T, that nobody else has at the time: made where all
 // others are lent, so that there are as many as blocks at once. All end with the pass.
 template <class T>

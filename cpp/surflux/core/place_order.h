@@ -1,10 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include "surflux/core/parallel.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -14,7 +14,7 @@ namespace surflux {
 inline std::vector<std::uint32_t> place_order(const std::vector<Vec3>& points) {
     std::vector<std::pair<Vec3, std::uint32_t>> sorted(points.size());  // sorting finds the positions near by
     for (std::uint32_t i = 0; i < points.size(); ++i) sorted[i] = {points[i], i};
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    parallel_sort(sorted, [](const auto& a, const auto& b) {
         if (a.first.x != b.first.x) return a.first.x < b.first.x;
         if (a.first.y != b.first.y) return a.first.y < b.first.y;
         return a.first.z != b.first.z ? a.first.z < b.first.z : a.second < b.second;

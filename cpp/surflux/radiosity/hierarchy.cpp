@@ -41,18 +41,40 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
     std::vector<double> reach(n);
     for (std::size_t i = 0; i < n; ++i) reach[i] = 2.0 * members.radii[i];
     SheetIndex index(members.positions, members.normals, reach, object, epsilon);
-    std::vector<std::uint32_t> taken, first;  // in the order in which groups grow
+    // Objects side by side: they share no groups.
+    struct Growing {
+        std::vector<std::uint32_t> order;  // in which members are chosen
+        std::size_t next = 0;
+        std::vector<std::uint32_t> taken, first;  // in the order in which groups grow
+    };
+    std::vector<Growing> growing(*std::max_element(object.begin(), object.end()) + std::size_t{1});
+    for (const std::uint32_t i : shuffled(n, random)) growing[object[i]].order.push_back(i);
+    for (std::size_t done = 0; done < n;) {
+        parallel_for(growing.size(), 1, [&](std::size_t k) {
+            Growing& of = growing[k];
+            for (std::size_t groups = 0; groups < groups_per_report && of.next < of.order.size(); ++of.next) {
+                const std::uint32_t i = of.order[of.next];
+                if (index.is_taken(i)) continue;
+                of.first.push_back(static_cast<std::uint32_t>(of.taken.size()));
+                index.take(i, of.taken, joined);
+                std::sort(of.taken.begin() + of.first.back() + 1, of.taken.end());
+                ++groups;
+            }
+        });
+        done = 0;
+        for (const Growing& of : growing) done += of.next < of.order.size() ? of.taken.size() : of.order.size();
+        report(progress, done, n);
+    }
+    std::vector<std::uint32_t> taken, first;
     taken.reserve(n);
-    for (std::uint32_t i : shuffled(n, random)) {
-        if (index.is_taken(i)) continue;
-        first.push_back(static_cast<std::uint32_t>(taken.size()));
-        index.take(i, taken, joined);
-        std::sort(taken.begin() + first.back() + 1, taken.end());
-        if (first.size() % groups_per_report == 0) report(progress, taken.size(), n);
+    for (Growing& of : growing) {
+        for (const std::uint32_t begin : of.first) first.push_back(begin + static_cast<std::uint32_t>(taken.size()));
+        taken.insert(taken.end(), of.taken.begin(), of.taken.end());
+        of = {};
     }
     first.push_back(static_cast<std::uint32_t>(n));
 
-    // Numbered along the index, not by chance: groups that are close in space are so in memory.
+    // Numbered along the index, not at random: groups that are close in space are so in memory.
     std::vector<std::uint32_t> order(first.size() - 1);
     std::iota(order.begin(), order.end(), 0u);
     const auto rank = [&](std::uint32_t g) { return index.rank(taken[first[g]]); };

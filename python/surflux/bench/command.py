@@ -2,7 +2,7 @@
 
 Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
 against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
-what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to a million (`scale`),
+what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`).
 """
 
@@ -29,7 +29,7 @@ def main(arguments=None):
     )
     parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
     parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
-    parser.add_argument("--scale", action="store_true", help="from 4000 surfels to a million: seconds, memory, errors")
+    parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")

@@ -77,12 +77,17 @@ def _draw_curve(panel, rows, error, style):
 
 
 def draw_growth(rows, path):
-    """Writes the PNG of `surflux bench --scale`: seconds, memory and errors of the galleries against surfels."""
+    """Writes the PNG of `surflux bench --scale`: seconds, memory and errors against surfels, of the galleries or, where
+    there are none, the statues.
+    """
     from matplotlib.figure import Figure
 
-    rows = sorted((row for row in rows if row.scene.startswith("gallery")), key=lambda row: row.surfels)
+    from surflux.bench.scale import GROWING
+
+    kinds = [[row for row in rows if row.scene.startswith(scene)] for scene in GROWING]
+    rows = sorted(next(filter(None, kinds), []), key=lambda row: row.surfels)
     if not rows:
-        raise ValueError("--plot: wanted galleries among the scenes, got none")
+        raise ValueError("--plot: wanted galleries or statues among the scenes, got none")
     surfels = [row.surfels for row in rows]
     figure = Figure(figsize=(12.0, 3.8), layout="constrained")
     for panel, (label, curves_) in zip(

@@ -1,4 +1,5 @@
-"""`surflux bench --scale`: seconds, memory and errors from 2500 surfels to a million, one setting for a solver's rows.
+"""`surflux bench --scale`: seconds, memory and errors from 2500 surfels to ten millions, one setting for all rows of a
+solver.
 
 Each row is measured in a process of its own, so that its peak of memory is its own: the scene is loaded, normals and
 radii included, and solved; once to warm up, then `repeats` times. Errors are those of DESIGN sections 3 and 5, at 2000
@@ -36,6 +37,7 @@ SCENES = {
     "two bunnies": ("two_bunnies", None),
     "gallery": ("gallery", None),
     **{f"gallery of {count}": ("gallery", count) for count in (10_000, 30_000, 100_000, 300_000, 1_000_000)},
+    **{f"statues of {count}": ("statues", count) for count in (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000)},
 }
 # And by solve_meshless.
 MESHLESS = {
@@ -44,6 +46,7 @@ MESHLESS = {
     "Sponza, meshless": ("sponza", None),
 }
 SCENES |= MESHLESS
+GROWING = ("gallery", "statues")  # names of scenes begin so that differ in their number of surfels
 DEFAULT_PATHS = 16 * PATHS_A_ROUND
 MITSUBA_SCENE = "three spheres"
 MITSUBA_SAMPLES = (4, 16, 64, 256)
@@ -91,7 +94,7 @@ def why_not(name):
     stem, _ = SCENES[name]
     if scenes.data_folder() is None:
         return f"{stem}.toml is missing in this installation"
-    if stem not in ("three_spheres", "cornell") and not os.environ.get("SURFLUX_DATA"):
+    if stem not in ("three_spheres", "cornell", "statues") and not os.environ.get("SURFLUX_DATA"):
         return scenes.NO_SCANS
     return None
 
@@ -246,12 +249,14 @@ def table(rows):
         seconds = ", ".join(f"{stage} {value:.3f}" for stage, value in r.stages.items() if value >= 0.0005)
         stages.append(f"| {r.scene} | {seconds} |")
     text = "\n\n".join("\n".join(lines) for lines in (took, off, stages))
-    grown = sorted((r.surfels, r.seconds) for r in rows if r.scene.startswith("gallery"))
-    if len(grown) > 1:
+    for scene in GROWING:
+        grown = sorted((r.surfels, r.seconds) for r in rows if r.scene.startswith(scene))
+        if len(grown) < 2:
+            continue
         power = math.log(grown[-1][1] / grown[0][1]) / math.log(grown[-1][0] / grown[0][0])
         steps = [math.log(b[1] / a[1]) / math.log(b[0] / a[0]) for a, b in pairwise(grown)]
         text += (
-            f"\n\nFrom {grown[0][0]} to {grown[-1][0]} surfels of the gallery seconds grow as n^{power:.2f}, from row "
+            f"\n\nFrom {grown[0][0]} to {grown[-1][0]} surfels of the {scene} seconds grow as n^{power:.2f}, from row "
         )
         text += f"to row as {', '.join(f'n^{step:.2f}' for step in steps)}."
     for r in rows:

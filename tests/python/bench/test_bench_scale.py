@@ -198,7 +198,7 @@ def test_growth_is_told_and_drawn(tmp_path):
     assert "From 100 to 10000 surfels of the gallery seconds grow as n^1.50, from row to row as n^1.50." in text
     plot.draw_growth(rows, tmp_path / "growth.png")
     assert sf.read_image(tmp_path / "growth.png").std() > 0.05
-    with pytest.raises(ValueError, match="--plot: wanted galleries among the scenes, got none"):
+    with pytest.raises(ValueError, match="--plot: wanted galleries or statues among the scenes, got none"):
         plot.draw_growth(rows[-1:], tmp_path / "none.png")
 
 
