@@ -28,7 +28,8 @@ void Tracer::Impl::free(const Ray* rays, std::size_t count, Bool* free) const {
     Query query{{}, this, rays, true};
     embree::init(query.context);
     for (std::size_t k = 0; k < count; ++k) {
-        RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * short_of_target);
+        const double share = rays[k].to == no_surfel ? short_of_target : 1.0;
+        RTCRay ray = ray_from(rays[k].from.position, rays[k].direction, rays[k].length * share);
         ray.id = static_cast<unsigned>(k);
         embree::occluded(scene.get(), query.context, ray);
         free[k] = ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit

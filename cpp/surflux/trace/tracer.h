@@ -35,7 +35,8 @@ struct Ray {
     std::uint32_t to = Hit::none;  // the surfel that a shadow ray arrives at; `none` for a light
 };
 
-// So far along their length shadow rays look: what lies on the target's own plane does not block.
+// So far along their length shadow rays to lights look: what lies in the plane of a lamp does not block. Those to
+// surfels look all the way, and pass what is one with the target alone: what stands closely before it blocks.
 inline constexpr double short_of_target = 1.0 - 1e-5;
 
 // The shadow ray from a place to a point of a surfel, or of a light.

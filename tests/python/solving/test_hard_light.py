@@ -193,3 +193,16 @@ def test_one_bright_tiny_lamp(lamp, floor):
     found, error = sf.reference_irradiance(scene, floor.points, floor.normals, samples=1024)
     assert np.all(np.abs(found[:, 0] - expected) < 5 * error[:, 0] + 1e-3 * expected)
     assert (error[:, 0] / expected).max() < 2.5e-3
+
+
+@pytest.mark.parametrize("gap", [1e-6, 3e-6, 1e-5])
+def test_nothing_gets_between_plates_that_all_but_touch(gap):
+    """In a room, where rays to them come from far away: they see each other alone, to the error that is asked for."""
+    x, y, corner, rise = np.array([0.4, 0, 0]), np.array([0, 0.4, 0]), np.array([0.3, 0.3, 0.5]), [0, 0, gap]
+    room = sf.Surfels.from_mesh(shapes.box(1.0, 5, inward=True)[:2])
+    scene = sf.Scene([room, patch(corner, x, y, 0.5, 1.0, 0.01), patch(corner + rise, y, x, 0.5, 0.0, 0.01)])
+    of_plates = sf.form_factors(scene, error=1e-3)[len(room) :]
+    assert of_plates[:, : len(room)].sum(axis=1) == pytest.approx(0, abs=1e-3)
+    # B = 1 + H / 2 of the lower one, H / 2 of the upper: H = 4 / 3 up there. Floats carry the exchange.
+    upper = sf.solve(scene, transport="pairs", insert=False).irradiance[-16:, 0]
+    assert upper == pytest.approx(4 / 3, rel=1e-3)
