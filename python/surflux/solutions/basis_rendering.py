@@ -77,9 +77,8 @@ def _fill_hidden(field, seen):
     normals = seen["normal"][hidden].astype(np.float64)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     others, direct = field.at_surfels(seen["position"][hidden], normals)
-    if field.emitted is not None:
-        on = seen["index"][hidden]
-        others, direct = np.maximum(others - field.emitted[on], 0.0), np.maximum(direct - field.lit[on], 0.0)
+    on = seen["index"][hidden]
+    others, direct = np.maximum(others - field.emitted[on], 0.0), np.maximum(direct - field.lit[on], 0.0)
     seen["all"][hidden] = others + direct
     seen["direct"][hidden] = direct
 
