@@ -50,8 +50,9 @@ def solve_meshless(
             spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
             patches, a quarter of them sample these (many lights: Conty Estevez and Kulla 2018).
-        bounces: how often light is reflected; None for until the residual is below `tolerance`. `Solution.error` is of
-            all bounces, and `power_lost` has what those left out would bring.
+        bounces: how often light is reflected; None for until the residual is below `tolerance`. With a number of them
+            what the basis loses of the light at edges is not given back, some tenths of a per cent. `Solution.error` is
+            of all bounces, and `power_lost` has what those left out would bring.
         indirect_only: True leaves what lights bring out of the basis, as L07 recommends: it is computed at every
             surfel, and where rays meet surfaces that are coarse. False has it in the basis. What emissive surfels bring
             is out of it either way.
