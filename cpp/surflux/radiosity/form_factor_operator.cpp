@@ -14,7 +14,7 @@ namespace {
 
 // As in closure.h: disks' own losses are known better than what their rows come to.
 constexpr double largest_scale = 2.0, yield_of_disks = 0.1;
-constexpr double closure_tolerance = 1e-10;
+constexpr double closure_tolerance = 1e-10, closed = 1e-6;
 
 std::vector<double> densities(const RowBlock& rows, const std::vector<double>& areas) {
     std::vector<double> out(areas.size());
@@ -109,6 +109,11 @@ FormFactorOperator::FormFactorOperator(State state) : state_(std::move(state)) {
     }
     for (const std::uint32_t j : rows.met) require(j < n, "form factors: a surfel past the last");
     density_ = densities(rows, state_.areas);
+    std::vector<double> row;
+    apply(std::vector<double>(n, 1.0), 1, row);
+    for (std::size_t i = 0; i < n; ++i)
+        require(std::abs(row[i] + state_.escape[i] + state_.absorbed[i] - 1.0) <= closed, "form factors: row ", i,
+                " does not make 1");
 }
 
 void FormFactorOperator::apply(const std::vector<double>& x, std::size_t channels, std::vector<double>& out) const {

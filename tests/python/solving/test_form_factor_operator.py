@@ -199,6 +199,8 @@ def test_files_that_are_none(tmp_path):
         ("met", arrays["met"][::-1].copy()),
         ("escape", arrays["escape"] + np.nan),
         ("scale", -arrays["scale"]),
+        ("escape", arrays["escape"] + 0.5),  # rows that do not make 1
+        ("areas", arrays["areas"] * np.linspace(1, 2, len(arrays["areas"]))),
         ("met", arrays["met"] + 0.5),
         ("rays", arrays["rays"] * 1.7),
     ):
