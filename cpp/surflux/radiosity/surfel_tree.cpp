@@ -179,6 +179,7 @@ Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves) const {
         out.areas[k] = area(p);
     }
     out.reflectance = {};
+    out.reflectance.reserve(leaves.size());
     for (const std::uint32_t p : leaves) out.reflectance.push_back(reflectance(p));
     const auto drop = [&](const auto& part) { return is_inserted(leaves[part.surfel]); };
     out.triangles.clear();

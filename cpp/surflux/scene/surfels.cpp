@@ -31,6 +31,8 @@ Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices
     out.normals.reserve(indices.size());
     out.radii.reserve(indices.size());
     if (!surfels.areas.empty()) out.areas.reserve(indices.size());
+    out.reflectance.reserve(indices.size());
+    out.emission.reserve(indices.size());
     for (std::size_t to = 0; to < indices.size(); ++to) {
         const std::uint32_t from = indices[to];
         out.positions.push_back(surfels.positions[from]);
