@@ -180,6 +180,12 @@ void bind_scene(py::module_& module) {
     // What of a scene coincides, found by compile_scene.
     py::class_<Coincidence>(module, "Coincidence")
         .def_property_readonly("uncovered", [](const Coincidence& c) { return to_array(c.uncovered); })
+        .def_property_readonly("covers",
+                               [](const Coincidence& c) {
+                                   py::list out;
+                                   for (const Cover& of : c.covers) out.append(py::make_tuple(of.below, of.above));
+                                   return out;
+                               })
         .def_property_readonly("overlaps",
                                [](const Coincidence& c) {
                                    py::list out;

@@ -87,6 +87,9 @@ class Coincidence:
     def coarse(self) -> list:
         ...
     @property
+    def covers(self) -> list:
+        ...
+    @property
     def gaps(self) -> list:
         ...
     @property

@@ -15,7 +15,8 @@ _COVERED = 1e-3
 
 def warn_of_layers(scene):
     """Warns of objects so close over each other that they may be one surface, and of what floats cannot tell apart."""
-    for text in (*_layers(scene), *_gaps(scene, glowing=True), *_coarse(scene), *_divided(scene)):
+    dark = (*_covered_emitters(scene), *_gaps(scene, glowing=True))
+    for text in (*_layers(scene), *dark, *_coarse(scene), *_divided(scene)):
         warn(text)
 
 
@@ -33,7 +34,8 @@ def coincidence_of(scene):
     for one, other, joined, _, _ in found.overlaps:
         if joined:
             lines.append(f"objects {one} and {other} are one surface at {counted(joined, 'point')}, which count once")
-    lines += [*_layers(scene, _LEAST_CHECKED), *_gaps(scene), *_coarse(scene), *_divided(scene)]
+    lines += [*_layers(scene, _LEAST_CHECKED), *_covered_emitters(scene), *_gaps(scene)]
+    lines += [*_coarse(scene), *_divided(scene)]
     overlaps = [dict(zip(("one", "other", "joined", "layered", "height"), o, strict=True)) for o in found.overlaps]
     names = ("mesh", "other", "points", "area", "share", "height")
     sheets = [dict(zip(names, s, strict=True)) for s in found.close_sheets]
@@ -73,6 +75,25 @@ def _close_sheets(scene, least):
             f"{who} lie some {height:.2g} {'over or under' if points else 'over'} the mesh of object {mesh}, facing "
             f"the same way, on {area:.3g} of its area: taken as two sheets, of which the lower gets no light. If they "
             "are one surface, leave one of them out"
+        )
+
+
+def _covered_emitters(scene):
+    """Patches that emit more than later ones in the same place, which are what is seen."""
+    found = scene._coincidence()
+    covers = np.asarray(found.covers, np.int64).reshape(-1, 2)
+    covers = covers[found.uncovered[covers[:, 0]] < 1.0 - _COVERED]
+    if len(covers) == 0:
+        return
+    emission = np.concatenate([s.emission for s in scene.objects])
+    covers = covers[(emission[covers[:, 0]] > emission[covers[:, 1]]).any(axis=1)]
+    objects = np.repeat(np.arange(len(scene.objects)), [len(s) for s in scene.objects])[covers]
+    for one, other in np.unique(objects, axis=0):
+        patches = np.unique(covers[(objects == (one, other)).all(axis=1), 0])
+        yield (
+            f"object {one}: {counted(len(patches), 'patch', 'patches')} of it that emit light lie in one place with "
+            f"later faces of {'it' if one == other else f'object {other}'}, which are what is seen: light is lost "
+            "there. Put what glows last, or leave out what covers it"
         )
 
 

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import surflux as sf
 from scenes import patch
 from surflux.cli import commands
+from surflux.scenes.coincidence import coincidence_of
 
 SQUARE = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
 CARPET = [[-0.43, -0.5, 0], [0.57, -0.5, 0], [0.57, 0.5, 0], [-0.43, 0.5, 0]]
@@ -329,6 +330,21 @@ def test_a_point_that_floats_cannot_tell_from_what_is_beside_it_is_spoken_of(rec
         said = [str(w.message) for w in recwarn if "object 0: 1 surfel so far" in str(w.message)]
         assert bool(said) == speaks
     assert "within up to 0.95 of them" in said[0]
+
+
+@pytest.mark.parametrize(("first", "second"), [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+def test_what_glows_beneath_later_faces_is_spoken_of(first, second, recwarn):
+    """A lamp let into a ceiling: its light is lost where the ceiling comes later, and only there."""
+    lamp = patch([0.2, 0.2, 0], [0.3, 0, 0], [0, 0.3, 0], 0.5, first, 0.01)
+    scene = sf.Scene([lamp, patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.5, second, 0.01)])
+    sf.reference_irradiance(scene, [[0.35, 0.35, 1]], [[0, 0, -1]], samples=16)
+    said = [str(w.message) for w in recwarn if "that emit light" in str(w.message)]
+    assert len(said) == (first > second)
+    if said:
+        assert said[0].startswith(
+            "object 0: 9 patches of it that emit light lie in one place with later faces of object 1"
+        )
+        assert said[0] in coincidence_of(scene)[1]
 
 
 def facing(gap, emission, center=(0.0, 0.0, 0.0)):
