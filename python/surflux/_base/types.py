@@ -1,5 +1,7 @@
 """Names that annotations share. Shapes and units stand in the docstrings of what is annotated."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias, TypeVar

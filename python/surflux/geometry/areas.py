@@ -1,5 +1,7 @@
 """Effective areas: what each surfel contributes to the area of its surface (D04 section 5)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields
 from typing import Literal
 

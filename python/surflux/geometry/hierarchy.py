@@ -1,5 +1,7 @@
 """Hierarchies of surfels: groups of neighbours that face alike, groups of groups, and so on (D04 section 6)."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

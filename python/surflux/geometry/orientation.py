@@ -1,5 +1,7 @@
 """Which side is out: patches of surfels whose normals point inwards."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,5 +1,7 @@
 """Turntables and camera paths, to films or numbered pictures."""
 
+from __future__ import annotations
+
 import os
 import re
 from contextlib import ExitStack, contextmanager, suppress

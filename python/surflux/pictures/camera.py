@@ -1,5 +1,7 @@
 """A camera for pictures of surfels, pinhole or orthographic."""
 
+from __future__ import annotations
+
 from typing import Any, Self
 
 import numpy as np

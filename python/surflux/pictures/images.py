@@ -1,5 +1,7 @@
 """Pictures in and out: EXR, HDR and PNG, linear radiance everywhere but in PNG files."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal

@@ -1,5 +1,7 @@
 """Surfels made of Surfels: methods that turn them round, move or thin them or change materials; putting together."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

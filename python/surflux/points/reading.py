@@ -1,5 +1,7 @@
 """Point files, read as surfels."""
 
+from __future__ import annotations
+
 import os
 from pathlib import Path
 from typing import Literal

@@ -1,5 +1,7 @@
 """Surfels: points that know their normal, the reach of their disk and their material."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -291,10 +293,10 @@ class Surfels:
         return self._arrays[name]
 
     # Nothing of the core's ever changes, so copies share it; areas that are set replace it.
-    def __copy__(self) -> "Surfels":
+    def __copy__(self) -> Surfels:
         return Surfels._from_core(self._core, self._faces)
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Surfels":
+    def __deepcopy__(self, memo: dict[int, Any]) -> Surfels:
         return Surfels._from_core(self._core, self._faces)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -305,7 +307,7 @@ class Surfels:
 
     __repr__, _repr_html_ = summaries.as_text, summaries.as_table
 
-    def __getitem__(self, selection: slice | ArrayLike) -> "Surfels":
+    def __getitem__(self, selection: slice | ArrayLike) -> Surfels:
         """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
 
         Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
@@ -335,7 +337,7 @@ class Surfels:
         """
         return save_surfels(ply_path(path), self._core)
 
-    def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> "pyvista.PolyData":
+    def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
         """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
 
         Args:

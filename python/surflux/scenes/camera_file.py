@@ -1,5 +1,7 @@
 """The camera of a scene file: written without touching anything else in the file."""
 
+from __future__ import annotations
+
 import math
 import re
 import tomllib

@@ -3,6 +3,8 @@
 Colours are linear RGB; one number means the same in all three channels.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias

@@ -1,5 +1,7 @@
 """Scene files: TOML that says what a Scene holds."""
 
+from __future__ import annotations
+
 import os
 import re
 import tomllib
@@ -162,7 +164,11 @@ def read_toml(path):
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         where = f" (line {place[1]}, column {place[2]})" if place else " (end of file)"
-        raise FileError(f"{path}{where}: {str(error).partition(' (at ')[0]}") from None
+        reason = str(error).partition(" (at ")[0]
+        bare = place and re.match(r"[+-]?\.\d[\d_]*", text.splitlines()[int(place[1]) - 1][int(place[2]) - 1 :])
+        if bare:
+            reason += f": in TOML a number begins with a digit, write {bare[0].replace('.', '0.')}"
+        raise FileError(f"{path}{where}: {reason}") from None
     except ValueError as error:  # of Python itself: a whole number of thousands of digits
         raise FileError(f"{path}: {error}") from None
     except RecursionError:

@@ -1,5 +1,7 @@
 """Pictures of solutions: splats by OpenGL, layer by layer."""
 
+from __future__ import annotations
+
 from typing import Literal, TypedDict
 
 import numpy as np

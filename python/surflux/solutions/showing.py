@@ -1,5 +1,7 @@
 """What shows a solution, as a plot or a film, or hands it to pyvista: methods of Solution."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -93,7 +95,7 @@ def plot(self, color: str = "radiosity", *, receivers: bool = False, **options: 
     return plot_surfels(self.surfels, color=color, values=self.values(), marks=marks, **options)
 
 
-def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> "pyvista.PolyData":
+def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
     """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent and object.
 
     Light is in W/m2, the unit of the lights; the field array "units" says so.

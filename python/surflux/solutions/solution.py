@@ -1,5 +1,7 @@
 """What every solver gives: radiosity per surfel, pictures of it, and its file."""
 
+from __future__ import annotations
+
 import copy
 import math
 from collections.abc import Iterable, Mapping
@@ -124,12 +126,12 @@ class Solution:
             self._known_field = basis_field(self._known_field, self)
         return self._known_field
 
-    def __copy__(self) -> "Solution":
+    def __copy__(self) -> Solution:
         twin = Solution.__new__(Solution)
         twin.__dict__.update(self.__dict__)
         return twin
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Solution":
+    def __deepcopy__(self, memo: dict[int, Any]) -> Solution:
         twin = Solution.__new__(Solution)
         # What is of the core never changes.
         kept = {

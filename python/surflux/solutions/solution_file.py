@@ -1,5 +1,7 @@
 """Solutions from files."""
 
+from __future__ import annotations
+
 import math
 import os
 

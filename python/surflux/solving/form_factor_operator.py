@@ -1,5 +1,7 @@
 """Form factors as an operator: products without a matrix of pairs."""
 
+from __future__ import annotations
+
 import math
 import zipfile
 from pathlib import Path
@@ -76,7 +78,7 @@ class FormFactorOperator:
         return ERROR_OF_A_RAY / math.sqrt(self.rays)
 
     @property
-    def T(self) -> "_Transposed":
+    def T(self) -> _Transposed:
         """The transposed operator, for products alone."""
         return _Transposed(self)
 
@@ -108,10 +110,10 @@ class FormFactorOperator:
         return np.sqrt(self._core.variance(x))
 
     @overload
-    def to_scipy(self, sparse: Literal[False] = False) -> "LinearOperator": ...
+    def to_scipy(self, sparse: Literal[False] = False) -> LinearOperator: ...
     @overload
-    def to_scipy(self, sparse: Literal[True]) -> "csr_array": ...
-    def to_scipy(self, sparse: bool = False) -> "LinearOperator | csr_array":
+    def to_scipy(self, sparse: Literal[True]) -> csr_array: ...
+    def to_scipy(self, sparse: bool = False) -> LinearOperator | csr_array:
         """The operator for scipy's solvers: a scipy.sparse.linalg.LinearOperator.
 
         Args:

@@ -1,5 +1,7 @@
 """Form factors between all pairs of surfels."""
 
+from __future__ import annotations
+
 from typing import Literal, TypedDict, Unpack, overload
 
 from surflux import _core

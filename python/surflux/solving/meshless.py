@@ -1,5 +1,7 @@
 """Solving a scene in a meshless basis (Lehtinen and others 2007)."""
 
+from __future__ import annotations
+
 from surflux import _core
 from surflux._base import check
 from surflux._base.types import Progress

@@ -1,5 +1,7 @@
 """Solving a scene by radiosity on surfels (Dobashi, Yamamoto and Nishita 2004)."""
 
+from __future__ import annotations
+
 from typing import Literal
 
 from surflux import _core

@@ -1,5 +1,7 @@
 """The measuring stick: irradiance by unbiased path tracing, with its standard error."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

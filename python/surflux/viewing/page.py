@@ -1,5 +1,7 @@
 """Surfels as one HTML file that any browser shows by itself: it turns, and has its light exposed, without a network."""
 
+from __future__ import annotations
+
 import base64
 import html
 import json

@@ -1,5 +1,7 @@
 """Looking at surfels, scenes and solutions: a window, a picture of it, or a page in a notebook."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from itertools import count
 from pathlib import Path

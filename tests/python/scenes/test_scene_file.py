@@ -155,6 +155,8 @@ def test_files_come_from_the_environment_and_beside_the_scene(tmp_path, monkeypa
 WRONG = [
     ("[[object]\n", r"line 1, column \d+\): "),
     ("x = \n", r"line 1, column 5\): "),
+    ("x = .6\n", r"line 1, column 5\): Invalid value: in TOML a number begins with a digit, write 0\.6$"),
+    ("x = [1.0, -.25]\n", r"line 1, column 11\): Invalid value: .* write -0\.25$"),
     ('a = "', r"\(.*\): "),
     ("", r"\(object\): wanted at least one \[\[object\]\], got none"),
     ("object = 3", r"\(object\): wanted tables, each headed \[\[object\]\]"),
