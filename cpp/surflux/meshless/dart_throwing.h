@@ -31,7 +31,7 @@ struct Part {
 
 struct Proposal {
     Vec3 position;
-    std::uint64_t priority;  // drawn by chance; the lowest of those in conflict is accepted first
+    std::uint64_t priority;  // drawn at random; the lowest of those in conflict is accepted first
     std::uint32_t surfel;
     std::uint32_t part;  // its index among those that stay
 };

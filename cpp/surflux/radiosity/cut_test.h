@@ -16,7 +16,7 @@ namespace surflux {
 // neighbours differ; as fields are interpolated to first order, what is asked here is
 //   - how close by surfaces are that do not all send the same: they change the field within their distance (Ward and
 // others 1988), to first order by its square;
-//   - what the nodes around would say at the node, and all of them at another surfel below it, drawn by chance, at
+//   - what the nodes around would say at the node, and all of them at another surfel below it, drawn at random, at
 // which a few rays know better. So groups are found out that a surfel stands for which is not like the rest.
 class CutTest {
 public:
@@ -25,7 +25,7 @@ public:
         double error = 0.0;        // estimated, of the whole field: relative RMS
     };
 
-    // `probes` takes the rays to surfels drawn by chance.
+    // `probes` takes the rays to surfels drawn at random.
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
 
     // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `wanted`: the error in

@@ -37,7 +37,7 @@ struct Moments {
 };
 
 // Means over regions. Of the residuals one half has those of even places, the other of odd ones: which surfels were
-// drawn is then no more common to both than the noise of rays.
+// drawn is then no more common to both than the variance of rays is.
 class CoarseSystem {
 public:
     CoarseSystem(const std::vector<Residual>& residuals, const Regions& regions, double rays, const Rgb& balance)
