@@ -25,7 +25,8 @@ def reference_irradiance(
 ) -> tuple[Floats, Floats]:
     """Irradiance at points of a scene, direct and indirect, by unbiased path tracing (Kajiya 1986).
 
-    What solvers are judged by: without bias, with its standard error. What it is a reference for is the scene as it is given, not the surface that the points were taken from:
+    What solvers are judged by: without bias, with its standard error. What it is a reference for is the scene as it is
+    given, not the surface that the points were taken from:
 
     - The surfaces are the disks of the surfels, and the triangles of those that come from a mesh. Where disks overlap,
       the one that a ray meets first counts, with its reflectance and emission; the rims of disks that stand off a
