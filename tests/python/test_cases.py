@@ -31,6 +31,13 @@ SLOW = (
     "half sky over a ledge, patches",
     "cylinder, points, the side glows",
     "one bounce, patches",
+    "cylinder, patches, the side glows",
+    "plates, points",
+    "cylinder, patches, an end glows",
+    "half sky, points",
+    "equal disks, points",
+    "half sky on a slope, patches",
+    "half sky, patches",
 )
 
 

@@ -58,7 +58,13 @@ def test_docstrings_have_one_style(module):
         assert line.strip().strip("-") or not line.strip(), f"{module}: a heading underlined"
 
 
-@pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
+# Of pages that take seconds each.
+SLOW = ("choosing-a-solver", "final-images", "inspection")
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem in SLOW)) for page in GUIDE]
+)
 def test_guide(page, elsewhere):
     """The examples of one page go on from each other."""
     shared = {"__name__": "__main__"}

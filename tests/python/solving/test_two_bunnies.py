@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 
-pytestmark = pytest.mark.scans
+pytestmark = [pytest.mark.scans, pytest.mark.slow]
 WALLS, BUNNY = 2400, 4000  # 6 walls of 20 x 20 patches; thinned to 4000
 
 
