@@ -46,7 +46,7 @@ struct Rooms {
             out.area.push_back(1.0);
             out.met.push_back(met);
             out.rays.push_back(static_cast<std::uint32_t>(rays));
-            out.spread.push_back(0.0);
+            out.excess_variance.push_back(0.0);
             out.sender.push_back({1.0, 1.0, 1.0, variance_of_share(met, rays), static_cast<float>(met), 0.0f,
                                   static_cast<std::uint32_t>(k / places)});
         }
@@ -110,10 +110,31 @@ TEST(ReciprocalScaling, WhereSendersRaysSayLittleTheReceiversAreBelieved) {
     const int rays = 64;
     const Rooms open(400, 1, rays, 13, 0.995);
     RayExchange exchange = open.exchange(rays);
-    for (RayExchange::Sender& sender : exchange.sender) sender.spread = 0.01f;
+    for (RayExchange::Sender& sender : exchange.sender) sender.excess_variance = 1e-4f;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     for (const double scale : found.senders) EXPECT_NEAR(scale, 1.0, 0.01);
     for (const double lost : found.lost) EXPECT_NEAR(lost, 1.0, 0.01);
+}
+
+TEST(ReciprocalScaling, RowsMeetWhatSendersKnowThatTheySend) {
+    // Nine of ten rays escape. Senders know without variance that a tenth more meets fronts than rows found.
+    const int rays = 64;
+    const Rooms open(400, 1, rays, 17, 0.9);
+    RayExchange exchange = open.exchange(rays);
+    const float met = 0.11f;
+    for (RayExchange::Sender& sender : exchange.sender) sender.met = met, sender.variance = 0.0;
+    const ReciprocalScaling found = scale_by_reciprocity(exchange);
+    EXPECT_GT(found.before, 0.05);
+    EXPECT_LT(found.after, 1e-6);
+    std::vector<double> arrived;
+    exchange.gather(found.senders, arrived);
+    double received = 0.0;
+    for (std::size_t k = 0; k < open.size(); ++k) {
+        received += found.rows[k] * arrived[k];
+        // With what it loses each row still makes 1.
+        EXPECT_NEAR(found.rows[k] * (arrived[k] + 1.0 - exchange.met[k]), 1.0, 1e-12);
+    }
+    EXPECT_NEAR(received / static_cast<double>(open.size()), static_cast<double>(met), 1e-6);
 }
 
 TEST(DisjointSets, AreNumberedByTheirLeastMembers) {

@@ -1,5 +1,6 @@
 // What HemisphereGather does about energy: what surfels send with their factors, and the factors of rows that follow.
 
+#include <algorithm>
 #include <utility>
 
 #include "surflux/core/parallel.h"
@@ -52,6 +53,8 @@ void HemisphereGather::scale(Gathered& of) const {
     for (const std::uint32_t i : of.senders) add(i);
     for (const std::uint32_t i : of.linked) linked.add(1.0, add(i));
     Row& row = of.row;
+    // Rays that met nothing which sends make a row complete, as in scale_by_reciprocity.
+    all.add(std::max(0.0, 1.0 / row.share - static_cast<double>(of.senders.size() + of.linked.size())), 1.0);
     row.scale = 1.0 / all.value();
     row.linked_scale = row.scale * linked.value();
     row.first_scale = row.scale * lit.value();

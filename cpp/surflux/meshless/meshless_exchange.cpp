@@ -85,13 +85,12 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     const Rgb mean = means_.mean(surfel, found_) / outside;
     out.escape = std::clamp(mean.x, 0.0, 1.0);
     out.into_backs = std::clamp(mean.y, 0.0, 1.0 - out.escape);
-    double squared = 0.0;
     for_finest_rows(surfel, [&](std::uint32_t row, double weight) {
         const double met = gather_[row].met(), off = met - out.met();
-        squared += weight * off * off;
-        out.variance += weight * std::max(0.0, areas_[row]) * variance_of_share(met, 1.0 / gather_[row].share);
+        const double variance = variance_of_share(met, 1.0 / gather_[row].share);
+        out.excess_variance += weight * (off * off - (1.0 - weight) * variance);
+        out.variance += weight * std::max(0.0, areas_[row]) * variance;
     });
-    out.spread = std::sqrt(squared);
     return out;
 }
 
@@ -101,7 +100,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     RayExchange exchange;
     exchange.area = areas_;
     const std::size_t rows = gather_.size();
-    exchange.spread.assign(rows, 0.0);
+    exchange.excess_variance.assign(rows, 0.0);
     for (std::size_t k = 0; k < rows; ++k) {
         exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
@@ -113,11 +112,12 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
                                          gather_.sends(i) ? s.areas[i] * outside : 0.0,
                                          losses_[i].variance,
                                          static_cast<float>(losses_[i].met()),
-                                         static_cast<float>(losses_[i].spread),
+                                         static_cast<float>(losses_[i].excess_variance),
                                          part_of_surfel_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
             if (areas_[row] > 0.0)
-                exchange.spread[row] += weight * sender.area * static_cast<double>(sender.spread) / areas_[row];
+                exchange.excess_variance[row] +=
+                    weight * sender.area * static_cast<double>(sender.excess_variance) / areas_[row];
         });
         exchange.sender.push_back(sender);
     }

@@ -138,12 +138,11 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
         const double area = row_area_.empty() ? tree_.area(cut_->nodes[w.site]) : row_area_[w.site];
         out.variance += w.weight * area * variance_of_share(row.met(), row.rays);
     }
-    double squared = 0.0;
     for (const Interpolation::Weight& w : near) {
-        const double off = gathering_.row(cut_->rows[w.site]).met() - out.met();
-        squared += w.weight * off * off;
+        const Gathering::Row& row = gathering_.row(cut_->rows[w.site]);
+        const double off = row.met() - out.met();
+        out.excess_variance += w.weight * (off * off - (1.0 - w.weight) * variance_of_share(row.met(), row.rays));
     }
-    out.spread = std::sqrt(squared);
     return out;
 }
 
@@ -180,17 +179,17 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
                               tree_.area(p),
                               lost.variance,
                               static_cast<float>(lost.met()),
-                              static_cast<float>(lost.spread),
+                              static_cast<float>(lost.excess_variance),
                               part(p)};
     });
     exchange.place = [&](std::size_t j) {
         return RayExchange::Place{tree_.position(leaves[j]), tree_.normal(leaves[j])};
     };
-    exchange.spread.resize(places);
-    parallel_scatter(leaves.size(), exchange.spread, [&](std::size_t j, std::vector<double>& sums) {
+    exchange.excess_variance.resize(places);
+    parallel_scatter(leaves.size(), exchange.excess_variance, [&](std::size_t j, std::vector<double>& sums) {
         const RayExchange::Sender& sender = exchange.sender[j];
         for (const Interpolation::Weight& w : weights(leaves[j]))
-            sums[w.site] += w.weight * sender.area * static_cast<double>(sender.spread) / row_area_[w.site];
+            sums[w.site] += w.weight * sender.area * static_cast<double>(sender.excess_variance) / row_area_[w.site];
     });
     std::vector<double> nodes(tree_.size());
     exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {

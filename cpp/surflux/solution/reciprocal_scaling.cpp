@@ -117,10 +117,10 @@ struct Account {
 struct GroupOfSenders {
     std::uint32_t part = 0;
     Evidence received;
-    double receivers_spread = 0.0, spread = 0.0, variance = 0.0;
-    double power_met = 0.0;  // of all that it sends, what its own rays say meets fronts
-    Account area, power;     // of what rows carry
-    double squared = 0.0;    // what all receive, weighted by the square of what is carried
+    double receivers_excess = 0.0, excess = 0.0, variance = 0.0;
+    double all_power = 0.0, power_met = 0.0;  // what it sends, and what of that its own rays say meets fronts
+    Account area, power;                      // of what rows carry
+    double squared = 0.0;                     // what all receive, weighted by the square of what is carried
 
     double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
     // Inverse-variance weight of what is sent, beside what is received.
@@ -128,8 +128,9 @@ struct GroupOfSenders {
         if (!(received.sum > 0.0) || !(power_met > 0.0)) return 0.0;
         const double sent_squared = power_met * power_met, sum_squared = received.sum * received.sum;
         const double relative_variance = received.squares / sum_squared;
-        const double uncertain =
-            (variance + spread * spread) / sent_squared + receivers_spread * receivers_spread / sum_squared;
+        // Interpolation may be off by as much as nodes differ, and everywhere alike.
+        const double uncertain = (variance + std::max(0.0, excess) * all_power) / sent_squared +
+                                 std::max(0.0, receivers_excess) / received.sum;
         return relative_variance / (relative_variance + uncertain);
     }
     // The factor a + b B of senders of which rows carry B, with which both accounts are as wanted.
@@ -192,7 +193,7 @@ private:
         std::vector<double> filled;
         g_.gather(out.senders, filled);
         for (std::size_t k = 0; k < weights_.size(); ++k) {
-            out.rows[k] = filled[k] > 0.0 ? g_.met[k] / filled[k] : 0.0;
+            out.rows[k] = 1.0 / (filled[k] + std::max(0.0, 1.0 - g_.met[k]));
             weights_[k] = g_.area[k] * out.rows[k];
         }
         g_.scatter(weights_, received_);
@@ -234,7 +235,7 @@ private:
         g_.scatter(weights_, received_);
         for (std::size_t j = 0; j < senders; ++j) evidence[j].squares = std::max(0.0, received_[j]);
         for (std::size_t k = 0; k < rows; ++k)
-            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.spread[k] / g_.met[k] : 0.0;
+            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.excess_variance[k] / (g_.met[k] * g_.met[k]) : 0.0;
         g_.scatter(weights_, received_);
         Grouping grouping(g_, evidence);
         out.groups = grouping.count();
@@ -247,13 +248,14 @@ private:
             of.part = sender.part;
             of.received +=
                 {sender.radiosity * evidence[j].sum, sender.radiosity * sender.radiosity * evidence[j].squares};
-            of.receivers_spread += sender.radiosity * received_[j];
+            of.receivers_excess += sender.radiosity * received_[j];
             of.area.all += sender.area;
             of.area.sent += sender.area * static_cast<double>(sender.met);
             of.power.all += carried;
             of.power.sent += carried * static_cast<double>(sender.met);
+            of.all_power += power;
             of.power_met += power * static_cast<double>(sender.met);
-            of.spread += power * static_cast<double>(sender.spread);
+            of.excess += power * static_cast<double>(sender.excess_variance);
             of.variance += sender.radiosity * power * sender.variance;
             if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);
         }

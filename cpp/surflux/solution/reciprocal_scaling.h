@@ -13,7 +13,8 @@ namespace surflux {
 // Shares of a place's cosine-weighted hemisphere that meet no fronts, estimated by rays, with their variance.
 struct HemisphereLoss {
     double escape = 0.0, into_backs = 0.0;
-    double spread = 0.0;    // standard deviation among the nodes it is interpolated from
+    double excess_variance =
+        0.0;                // among the nodes it is interpolated from, beyond that of their rays; may be negative
     double variance = 0.0;  // by their rays, times the area that varies as one
     double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
 };
@@ -33,13 +34,13 @@ struct RayExchange {
     std::vector<double> area;  // that each row stands for: the integral of its weights
     std::vector<double> met;   // share of each row's hemisphere that meets fronts
     std::vector<std::uint32_t> rays;
-    std::vector<double> spread;  // standard deviation of `met` around each row
+    std::vector<double> excess_variance;  // of `met`, around each row
     struct Sender {
         double radiosity;  // about what it sends
         double carried;    // of that, what goes by these rows: its power is kept
         double area;
         double variance;  // as in HemisphereLoss, as are the next two
-        float met, spread;
+        float met, excess_variance;
         std::uint32_t part;  // connected part of the scene
     };
     std::vector<Sender> sender;
@@ -67,7 +68,10 @@ struct ReciprocalScaling {
 // more, by their variances: in a closed room `met` is 1 everywhere, without variance; where a ball rests on a wide
 // floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
 // the sky is what the ball does not receive (`lost`).
-//   Rows are scaled last: as surfaces reflect less than 1, the spectral radius is below 1, and a uniform furnace exact.
+//   Rows are scaled last, with what they lose: r (G s + escape + into backs) = 1. So a row that few of its rays left
+//   may
+// meet more than they say, as its senders have it; surfaces reflect less than 1, so the spectral radius is below 1, and
+// a closed uniform furnace is exact.
 ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {});
 
 }  // namespace surflux
