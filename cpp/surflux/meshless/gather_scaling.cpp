@@ -46,7 +46,7 @@ void HemisphereGather::scale(Gathered& of) const {
         const double factor = sender_scale_[i];
         all.add(1.0, factor);
         lit.add(exitance_[i], keeps_power ? factor * sender_power_.exitance[i] : factor);
-        emitted.add(emission(i), factor);
+        emitted.add(emission(i), keeps_power ? factor * sender_power_.emitted[i] : factor);
         if (keeps_power) reflected.add(factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
         return factor;
     };

@@ -82,9 +82,10 @@ public:
     // is then scaled so that of uniform light it gathers what it did before.
     void set_sender_scale(std::vector<double> scale);
     // Further factors of each surfel, which conserve the power that it sends: of the light that is not in the basis
-    // (`exitance`), and of the light in the basis (`reflected`), of which surfels send about `radiosity`.
+    // (`exitance`), of emission that rays find (`emitted`), and of the light in the basis (`reflected`), of which
+    // surfels send about `radiosity`.
     struct SenderPower {
-        std::vector<double> exitance, reflected, radiosity;
+        std::vector<double> exitance, emitted, reflected, radiosity;
     };
     void set_sender_power(SenderPower power);
     std::size_t links() const { return links_; }

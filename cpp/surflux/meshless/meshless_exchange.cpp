@@ -165,21 +165,26 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
                                                              const std::vector<Rgb>& coefficients) const {
     const std::size_t n = scene_.surfels.size(), rows = gather_.size();
     HemisphereGather::SenderPower out;
-    std::vector<double> exitance(n), first(rows), arrived(rows), by_means(rows, 0.0), met(scaling.groups, 0.0);
+    std::vector<double> exitance(n), emission(n), first(rows), emitted(rows), arrived(rows);
+    std::vector<double> exitance_met(scaling.groups, 0.0), emission_met(scaling.groups, 0.0),
+        reflected_met(scaling.groups, 0.0);
     for (std::uint32_t i = 0; i < n; ++i) {
         exitance[i] = gather_.exitance(i);
+        emission[i] = gather_.emission(i);
         out.radiosity.push_back(reflected(i, coefficients));
         const double lost = scaling.lost[i] * (losses_[i].escape + losses_[i].into_backs);
-        met[scaling.group[i]] += scene_.surfels.areas[i] * means_.outside(i) * std::max(0.0, 1.0 - lost) * exitance[i];
+        const double area_met = scene_.surfels.areas[i] * means_.outside(i) * std::max(0.0, 1.0 - lost);
+        exitance_met[scaling.group[i]] += area_met * exitance[i];
+        emission_met[scaling.group[i]] += area_met * emission[i];
+        reflected_met[scaling.group[i]] += area_met * out.radiosity[i];
     }
     std::vector<Rgb> sent;
     gather_.sent(coefficients, sent);
     parallel_for(rows, 64, [&](std::size_t k) {
         const HemisphereGather::Row& row = gather_[k];
         first[k] = row.first_scale * luminance(row.first_bounce);
+        emitted[k] = row.emitted_scale * luminance(row.emitted);
         arrived[k] = luminance(gather_.gather(k, coefficients, sent));
-        gather_.for_senders(k, [&](std::uint32_t i) { by_means[k] += scaling.senders[i] * out.radiosity[i]; });
-        by_means[k] *= row.share * row.scale;
     });
     const auto factors = [&](const std::vector<double>& wanted, const std::vector<double>& found) {
         std::vector<double> of(n, 1.0);
@@ -191,8 +196,9 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         }
         return of;
     };
-    out.exitance = factors(met, received(scaling, exitance, first));
-    out.reflected = factors(received(scaling, out.radiosity, by_means), received(scaling, out.radiosity, arrived));
+    out.exitance = factors(exitance_met, received(scaling, exitance, first));
+    out.emitted = factors(emission_met, received(scaling, emission, emitted));
+    out.reflected = factors(reflected_met, received(scaling, out.radiosity, arrived));
     return out;
 }
 

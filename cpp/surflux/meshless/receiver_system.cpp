@@ -64,27 +64,35 @@ LinearReport ReceiverSystem::solve(double tolerance, MeshlessField& field, const
     return linear;
 }
 
+// The constants of rows follow the factors that `set` gives to the gather.
+template <class Set>
+void ReceiverSystem::set_factors(const Set& set) {
+    const std::size_t rows = rows_.first_bounce.size();
+    for (std::size_t row = 0; row < rows; ++row)
+        rows_.unbounced[row] -= gather_[row].emitted_scale * gather_[row].emitted;
+    set();
+    for (std::size_t row = 0; row < rows; ++row) {
+        const HemisphereGather::Row& of = gather_[row];
+        rows_.unbounced[row] += of.emitted_scale * of.emitted;
+        rows_.first_bounce[row] = of.first_scale * of.first_bounce;
+    }
+}
+
 ReciprocalScaling ReceiverSystem::scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,
                                                        const Progress& progress) {
     ReciprocalScaling scaling = exchange.scale_by_reciprocity(field.coefficients, progress);
     parts_ = exchange.parts();
-    gather_.set_sender_scale(scaling.senders);
-    for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
-        const HemisphereGather::Row& of = gather_[row];
-        rows_.first_bounce[row] = of.first_scale * of.first_bounce;
-        rows_.unbounced[row] += (of.emitted_scale - 1.0) * of.emitted;
-    }
+    set_factors([&] { gather_.set_sender_scale(scaling.senders); });
     return scaling;
 }
 
 void ReceiverSystem::keep_power(const MeshlessExchange& exchange, const ReciprocalScaling& scaling,
                                 const MeshlessField& field) {
-    gather_.set_sender_power(exchange.sender_power(scaling, field.coefficients));
+    set_factors([&] { gather_.set_sender_power(exchange.sender_power(scaling, field.coefficients)); });
     gather_.sent(field.coefficients, sent_);
     correction_.resize(rows_.first_bounce.size());
     for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
         const HemisphereGather::Row& of = gather_[row];
-        rows_.first_bounce[row] = of.first_scale * of.first_bounce;
         correction_[row] = (of.power_scale - 1.0) * gather_.gather(row, field.coefficients, sent_);
     }
 }

@@ -31,8 +31,9 @@ public:
     // Factors by reciprocity, of rows and senders, for about the light of the field (MeshlessExchange).
     ReciprocalScaling scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,
                                            const Progress& progress);
-    // With these, the factors that keep the power of senders (MeshlessExchange::sender_power): the first bounce is
-    // scaled by them, and what they change in one bounce of the field as it is joins c as a constant, so that T stays.
+    // With these, the factors that keep the power of senders (MeshlessExchange::sender_power): emission and the first
+    // bounce are scaled by them, and what they change in one bounce of the field as it is joins c as a constant, so
+    // that T stays.
     void keep_power(const MeshlessExchange& exchange, const ReciprocalScaling& scaling, const MeshlessField& field);
 
     const Received& rows() const { return rows_; }
@@ -40,6 +41,8 @@ public:
     const std::vector<Rgb>& before() const { return before_; }
 
 private:
+    template <class Set>
+    void set_factors(const Set& set);
     std::vector<Rgb> bounce(const std::vector<Rgb>& x, MeshlessField& field);
 
     const Receivers& receivers_;
