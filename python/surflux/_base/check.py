@@ -31,6 +31,13 @@ def surfels(name, value):
     return value
 
 
+def some_surfels(name, value):
+    """value, if it is Surfels and not empty."""
+    if not len(surfels(name, value)):
+        raise ValueError(f"{name}: wanted at least one surfel, got none")
+    return value
+
+
 def _shape_text(shape):
     names = iter("nmk")
     sides = [str(side) if side is not None else next(names) for side in shape]
@@ -59,7 +66,7 @@ def finite_array(name, value, shape):
     )
     if not fits:
         raise ValueError(f"{name}: wanted shape {_shape_text(shape)}, got {array.shape}")
-    if array.size == 0:
+    if array.size == 0 and 0 not in shape:
         raise ValueError(f"{name}: wanted shape {_shape_text(shape)} with at least one entry, got {array.shape}")
     array = np.ascontiguousarray(array, dtype=np.float64)
     return all_finite(name, array)
@@ -227,7 +234,7 @@ def choice(name, value, choices):
 
 
 def selection(name, value, n):
-    """Indices (m,) uint32, m >= 1, of what a mask (n,), indices or a slice choose out of n surfels."""
+    """Indices (m,) uint32 of what a mask (n,), indices or a slice choose out of n surfels, which may be none."""
     if isinstance(value, slice):
         indices = np.arange(n)[value]
     else:
@@ -240,12 +247,10 @@ def selection(name, value, n):
             if outside.any():
                 raise IndexError(f"{name}: index {indices[outside][0]} is out of range for {counted(n, 'surfel')}")
             indices = indices % n
-        elif array.size:
+        elif array.shape == (0,) and array.dtype != bool:  # an empty list
+            indices = np.zeros(0)
+        else:
             raise ValueError(
                 f"{name}: wanted a mask ({n},) of booleans, indices (m,) or a slice, got {array.dtype} {array.shape}"
             )
-        else:
-            indices = np.zeros(0)
-    if not len(indices):
-        raise ValueError(f"{name}: chooses no surfel")
     return indices.astype(np.uint32)

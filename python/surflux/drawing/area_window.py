@@ -40,6 +40,7 @@ def plot_areas(
     'areas.png'
     """
     size = window_size(size)
+    check.some_surfels("surfels", s)
     check.choice("color", color, tuple(COLORS.values()))
     if method is not None:
         check.choice("method", method, METHODS)

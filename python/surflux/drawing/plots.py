@@ -33,10 +33,11 @@ def to_polydata(s, kind="points", values=None, units=None):
         units: dict of theirs, by name. The field array "units" has a line for each array that has one.
 
     Raises:
-        ValueError: kind, or "patches" of surfels without any.
+        ValueError: kind, or "patches" of surfels without any; no surfels.
     """
     import pyvista
 
+    check.some_surfels("surfels", s)
     check.choice("kind", kind, KINDS)
     if kind == "patches" and not len(s.triangles):
         raise ValueError('kind: wanted "points" or "disks", for none of these surfels is a patch of a mesh')
@@ -106,6 +107,7 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
         FileError: a picture that cannot be written.
     """
     width, height = window_size(size)
+    check.some_surfels("surfels", s)
     shown = surface_property(s, color, values)
     camera_or_none(camera)
     if screenshot is None and in_notebook():

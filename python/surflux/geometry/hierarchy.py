@@ -106,7 +106,7 @@ def build_hierarchy(
     >>> bool(abs(tree.areas[0].sum() - sf.effective_areas(grid).sum()) < 1e-9)
     True
     """
-    check.surfels("s", s)
+    check.some_surfels("s", s)
     epsilon = check.number("epsilon", epsilon, -1.0, 1.0, low_open=True, high_open=True)
     max_levels = 0 if max_levels is None else check.count("max_levels", max_levels)
     seed = check.seed("seed", seed)

@@ -132,7 +132,7 @@ def thinned(
 
 
 def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSurfels:
-    """One Surfels of several, one after another; its areas are those given, None where any has none.
+    """One Surfels of several, one after another; its areas are those given, None where they are open for any of them.
 
     Args:
         surfels: list of Surfels, at least one.
@@ -148,6 +148,7 @@ def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSur
     if not isinstance(surfels, (list, tuple)) or not surfels:
         raise ValueError("surfels: wanted a list of at least one Surfels")
     cores = [check.surfels("surfels", s)._core for s in surfels]
+    cores = [core for core in cores if len(core)] or cores[:1]
     if any(core.areas is None for core in cores):
         cores = [core.with_areas(np.zeros(0)) for core in cores]
     return surfels[0]._from_core(_core.Scene(cores, []).surfels if len(cores) > 1 else cores[0])

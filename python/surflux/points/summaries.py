@@ -27,6 +27,8 @@ def as_table(self) -> str:
 def rows(s):
     """(name, text) of all that a table says of surfels."""
     n, patches, area = facts(s)
+    if not n:
+        return [("surfels", "0")]
     found = [
         ("surfels", f"{n}, {patches} of them patches" if patches else str(n)),
         ("bounds", box_text(s.bounds)),

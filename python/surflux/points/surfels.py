@@ -245,7 +245,7 @@ class Surfels:
 
         Can be set, to (n,), one number or None.
         """
-        return self._array("areas", lambda: self._core.areas)
+        return self._array("areas", lambda: self._core.areas if len(self) else np.zeros(0))
 
     @areas.setter
     def areas(self, values: ArrayLike | None) -> None:
@@ -280,9 +280,9 @@ class Surfels:
 
     @property
     def bounds(self) -> Floats:
-        """(2, 3): the least and the largest coordinates of points and corners of triangles; disks reach beyond."""
+        """(2, 3): least and largest coordinates of points and corners of triangles, inf and -inf of none."""
         places = np.concatenate([self.points, self.triangles.reshape(-1, 3)])
-        return np.stack([places.min(axis=0), places.max(axis=0)])
+        return np.stack([places.min(axis=0, initial=np.inf), places.max(axis=0, initial=-np.inf)])
 
     def _array(self, name, get):
         if name not in self._arrays:
@@ -308,9 +308,9 @@ class Surfels:
     __repr__, _repr_html_ = summaries.as_text, summaries.as_table
 
     def __getitem__(self, selection: slice | ArrayLike) -> Surfels:
-        """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index.
+        """The surfels chosen by a boolean mask (n,), an array or list of indices, a slice or one index; may be none.
 
-        Triangles and areas go with them. Raises ValueError where nothing is chosen, IndexError past the end.
+        Triangles and areas go with them. Raises ValueError for anything else, IndexError past the end.
         """
         selected = check.selection("selection", selection, len(self))
         faces = None if self._faces is None else self._faces._replace(of=self._faces.of[selected])
@@ -332,10 +332,10 @@ class Surfels:
             The Path written.
 
         Raises:
-            ValueError: a path with another suffix.
+            ValueError: a path with another suffix; no surfels.
             FileError: a path that cannot be written.
         """
-        return save_surfels(ply_path(path), self._core)
+        return save_surfels(ply_path(path), check.some_surfels("surfels", self)._core)
 
     def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
         """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.

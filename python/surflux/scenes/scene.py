@@ -22,8 +22,8 @@ class Scene:
     """Surfels and lights that are solved together.
 
     Args:
-        objects: list of Surfels, at least one; each entry is one object, whose surfels interpolate among themselves
-            alone (a reconstruction group, L07 section 6.1).
+        objects: list of Surfels, at least one, none of them empty; each entry is one object, whose surfels interpolate
+            among themselves alone (a reconstruction group, L07 section 6.1).
         lights: list of PointLight, SpotLight, AreaLight, DirectionalLight and Environment; may be empty where
             surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.
@@ -61,6 +61,9 @@ class Scene:
         self._objects = _entries("objects", objects, (Surfels,), "Surfels")
         if not self._objects:
             raise ValueError("objects: wanted at least one Surfels, got an empty list")
+        for index, surfels in enumerate(self._objects):
+            if not len(surfels):
+                raise ValueError(f"objects: wanted at least one surfel in each, got none at index {index}")
         self._lights = _entries("lights", lights, LIGHTS, "lights")
         self.camera = camera
         if not isinstance(name, str):

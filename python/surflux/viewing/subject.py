@@ -40,7 +40,7 @@ class Subject:
         self.scene = thing if isinstance(thing, Scene) else None if self.solution is None else thing._scene
         self.surfels = thing if isinstance(thing, Surfels) else thing.surfels
         self._tree = None
-        n = len(self.surfels)
+        n = len(check.some_surfels("thing", self.surfels))
         if self.solution is not None:
             self.objects = self.solution.objects.astype(np.int64)
         elif self.scene is not None:

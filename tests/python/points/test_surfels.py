@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -84,6 +86,54 @@ def test_selections_agree_with_numpy():
     assert (s[5].points == s.points[5]).all()
     assert [len(one) for one in s] == [1] * 16  # iteration ends
     assert len(s) == 16
+
+
+@pytest.mark.parametrize("chosen", [np.zeros(16, bool), [], np.zeros(0, int), slice(5, 5)], ids=repr)
+def test_what_chooses_none_gives_none(chosen):
+    """So that s[mask] needs no case of its own where nothing is chosen."""
+    square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    for s in (flat(areas=2.0), sf.Surfels.from_mesh(square, patch_area=1 / 16)):
+        assert len(s) == 16
+        none = s[chosen]
+        assert len(none) == 0
+        for name in ("points", "normals", "radii", "areas", "reflectance", "emission", "triangles", "triangle_surfel"):
+            assert getattr(none, name).shape == (0, *getattr(s, name).shape[1:]), name
+        assert list(none) == []
+        assert repr(none) == "Surfels(0 surfels, area 0)"
+        assert "<td" in none._repr_html_()
+        assert none.bounds.tolist() == [[np.inf] * 3, [-np.inf] * 3]
+        for other in (
+            none[[]],
+            none[np.zeros(0, bool)],
+            pickle.loads(pickle.dumps(none)),
+            none.flipped(),
+            none.transformed(np.diag([2.0, 2, 2, 1])),
+            none.replace(reflectance=0.2, emission=np.zeros((0, 3)), radii=np.zeros(0), areas=1.0),
+            sf.concatenate([none, none]),
+            *sf.divide_patches([none]),
+        ):
+            assert len(other) == 0
+        for both in (sf.concatenate([none, s]), sf.concatenate([s, none])):
+            assert (both.points == s.points).all()
+            assert (both.areas == s.areas).all()
+        assert sf.effective_areas(none).shape == sf.inward_patches(none).shape == (0,)
+
+
+def test_none_cannot_be_solved_drawn_or_saved(tmp_path):
+    none = flat()[[]]
+    for call in (
+        lambda: sf.Scene([flat(), none]),
+        lambda: sf.build_hierarchy(none),
+        lambda: sf.view(none),
+        lambda: sf.Page(none),
+        lambda: none.plot(),
+        lambda: none.plot_areas(),
+        lambda: none.to_pyvista(),
+        lambda: none.save(tmp_path / "none.ply"),
+    ):
+        with pytest.raises(ValueError, match=r"^(objects|s|thing|surfels): wanted at least one surfel.*, got none"):
+            call()
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_selection_is_a_copy():
