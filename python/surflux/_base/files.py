@@ -12,10 +12,20 @@ def file_error(path, reason):
     return FileError(f"{os.fsdecode(path)}: {reason}")
 
 
-def require_folder(path, folder):
-    """Refuses a path whose folder is not there."""
-    if not folder.is_dir():
-        raise FileError(f"{path}: cannot be written: there is no folder {folder}")
+def require_place(path, place=None):
+    """Refuses a path where no file can be written, so that nobody works for hours before it is told.
+
+    place: Path that it leads to; None for the path itself.
+    """
+    place = Path(path) if place is None else place
+    folder = place.parent
+    if not os.path.isdir(folder):
+        raise file_error(path, f"cannot be written: there is no folder {folder}")
+    if os.path.isdir(place):
+        raise file_error(path, "is a folder, not a file")
+    device = os.path.exists(place) and not os.path.isfile(place)  # such as /dev/stdout, whose folder takes no files
+    if not os.access(place if device else folder, os.W_OK):
+        raise file_error(path, f"cannot be written: no permission to write {'there' if device else f'in {folder}'}")
 
 
 @contextmanager
@@ -26,7 +36,7 @@ def whole_file(path):
     Raises FileError.
     """
     real = Path(os.path.realpath(path))
-    require_folder(path, real.parent)
+    require_place(path, real)
     beside = real.with_name(unfinished_name(real))
     try:
         with open(beside, "xb") as file:

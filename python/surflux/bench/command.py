@@ -16,7 +16,7 @@ from pathlib import Path
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.files import require_folder
+from surflux._base.files import require_place
 from surflux.bench import cases, factors, scenes
 
 
@@ -91,7 +91,9 @@ def _check_options(options, kind):
             raise ValueError("--paths: goes with --quick, --full, --scale or --reference")
         check.count("--paths", options.paths, 1024)
     for name in filter(None, (options.markdown, options.json, options.plot)):
-        require_folder(name, Path(name).parent)
+        require_place(name)
+    if options.plot:
+        _check_plot(options.plot)
     if options.cache and kind != "scale":
         raise ValueError("--cache: goes with --scale")
     if options.scene and not _scenes(kind):
@@ -100,6 +102,17 @@ def _check_options(options, kind):
         for name in getattr(options, option) or ():
             if name not in names:
                 raise ValueError(f"--{option}: there is no {name!r}; --list names them all")
+
+
+def _check_plot(path):
+    """Refuses what cannot be drawn, before hours of measuring."""
+    try:
+        from matplotlib.backend_bases import FigureCanvasBase
+    except ImportError as error:
+        raise ImportError(f"--plot: needs `pip install surflux[bench]` ({error})") from error
+    suffix = Path(path).suffix.lower().lstrip(".")
+    if suffix not in FigureCanvasBase.get_supported_filetypes():
+        raise ValueError(f"--plot: wanted a name ending in .png, got {path!r}")
 
 
 def _scenes(kind):

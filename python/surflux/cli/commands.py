@@ -14,7 +14,7 @@ import numpy as np
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.files import require_folder
+from surflux._base.files import require_place
 from surflux._base.passes import LOG
 from surflux.cli import checking
 from surflux.cli.options import command_line
@@ -117,7 +117,7 @@ def _check_options(options):
         output = Path(given["output"])
         if output.suffix.lower() != ".ply":
             raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
-        require_folder(output, output.parent)
+        require_place(output)
 
 
 def _solve(options):
@@ -130,6 +130,7 @@ def _solve(options):
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
     images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
+    require_place(_solve_output(options))
     _check_images(images)
     scene = _scene_to_solve(options)
     given = {name: getattr(options, name) for name in ("tolerance", "zeta", "rays", "transport", "seed", "threads")}
@@ -302,7 +303,7 @@ def _check_images(images):
     for image in map(Path, images):
         if image.suffix.lower() not in (".exr", ".png", ".hdr"):
             raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
-        require_folder(image, image.parent)
+        require_place(image)
 
 
 def _write_images(solution, camera, options, images, **settings):

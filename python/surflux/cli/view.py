@@ -5,7 +5,8 @@ from pathlib import Path
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.files import require_folder
+from surflux._base.files import require_place
+from surflux.drawing.plots import picture_path
 from surflux.solutions.solution_file import NO_SOLUTION
 from surflux.viewing.page import page_path
 
@@ -42,7 +43,9 @@ def refuse_options(options):
     if options.export is not None:
         if options.screenshot is not None:
             raise ValueError("--export: wanted without --screenshot")
-        require_folder(options.export, page_path("--export", options.export).parent)
+        require_place(page_path("--export", options.export))
+    if options.screenshot is not None:
+        picture_path("--screenshot", options.screenshot)
 
 
 def run(options, camera_of):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from surflux._base import check
-from surflux._base.files import require_folder
+from surflux._base.files import require_place
 from surflux._base.passes import LOG
 from surflux.drawing.colors import screen_bytes, surface_property
 from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
@@ -182,7 +182,7 @@ def destination(screenshot):
     if screenshot is None and not has_display():
         screenshot = Path(tempfile.mkdtemp(prefix="surflux-")) / "surflux_view.png"
         LOG.warning("there is no display, so the picture goes to %s", screenshot)
-    return None if screenshot is None else _picture(screenshot)
+    return None if screenshot is None else picture_path("screenshot", screenshot)
 
 
 def has_display():
@@ -230,9 +230,10 @@ def window_size(size):
     return tuple(check.count("size", side, 1, 16384) for side in size)
 
 
-def _picture(path):
-    path = Path(check.path("screenshot", path))
+def picture_path(name, path):
+    """The path of a picture to write, as a Path; refused by `name` where it has another suffix."""
+    path = Path(check.path(name, path))
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
-        raise ValueError(f"screenshot: wanted a name ending in .png or .jpg, got {str(path)!r}")
-    require_folder(path, path.parent)
+        raise ValueError(f"{name}: wanted a name ending in .png or .jpg, got {str(path)!r}")
+    require_place(path)
     return path

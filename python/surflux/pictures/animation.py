@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surflux._base import check
-from surflux._base.files import file_error, require_folder, unfinished_name
+from surflux._base.files import file_error, require_place, unfinished_name
 from surflux._base.passes import progress_callback, report
 from surflux.pictures.camera import Camera
 from surflux.pictures.gif import GifWriter
@@ -160,7 +160,7 @@ def check_target(path, argument="path"):
         raise ValueError(f"{argument}: wanted a name ending in {', '.join((*FILMS, *PICTURES))}, got {name!r}")
     elif len(NUMBER.findall(name)) != 1 or name.count("%") != 1:
         raise ValueError(f"{argument}: wanted a pattern for numbered pictures, such as 'frames/%04d.png', got {name!r}")
-    require_folder(name, Path(name).parent)
+    require_place(name)
     return name
 
 

@@ -1,6 +1,7 @@
 """`surflux bench`: the table says what was run, and its errors are those of the closed forms."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -96,6 +97,8 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--scale", "--scene", "statues"], "--scene: there is no 'statues'; --list names them all"),
         (["--json", "no/a.json"], "no/a.json: cannot be written: there is no folder no"),
         (["--quick", "--plot", "no/a.png"], "no/a.png: cannot be written: there is no folder no"),
+        (["--markdown", "/"], "/: is a folder, not a file"),
+        (["--areas", "--plot", "knobs.doc"], "--plot: wanted a name ending in .png, got 'knobs.doc'"),
         (["--scale", "--quick"], "--scale: does not go with --quick"),
         (["--full", "--quick"], "--full: does not go with --quick"),
     ],
@@ -103,6 +106,12 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
 def test_wrong_arguments(capsys, arguments, message):
     assert commands.main(["bench", *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_plot_that_cannot_be_drawn_is_told_before_anything_is_measured(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib.backend_bases", None)
+    assert commands.main(["bench", "--quick", "--plot", "a.png"]) == 1
+    assert "--plot: needs `pip install surflux[bench]`" in capsys.readouterr().err
 
 
 def test_cases_of_scene_files_that_are_not_there_are_left_out_aloud(monkeypatch, capsys):

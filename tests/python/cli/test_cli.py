@@ -135,6 +135,11 @@ WRONG = [
     (["solve", "room.toml", "--image", "a.jpeg"], "--image: wanted a name ending in .exr, .png or .hdr, got 'a.jpeg'"),
     (["solve", "room.toml", "--image", "no/a.png"], "no/a.png: cannot be written: there is no folder no"),
     (["solve", "room.toml", "-o", "no/a.ply", "--image", "a.png", "--size", "8x6"], "no/a.ply"),
+    # Before anything is solved: see test_where_nothing_can_be_written_nothing_is_solved.
+    (["solve", "room.toml", "-o", "folder.ply"], "folder.ply: is a folder, not a file"),
+    (["solve", "room.toml", "--image", "folder.png"], "folder.png: is a folder, not a file"),
+    (["view", "room.toml", "--export", "folder.html"], "folder.html: is a folder, not a file"),
+    (["view", "room.toml", "--screenshot", "folder.png"], "folder.png: is a folder, not a file"),
     (["solve", "room.toml", "--fov", "0"], "fov: wanted"),
     (["solve", "room.toml", "--eye", "0.5,0.5,0.5"], "target: wanted"),
     # What is wrong with the options is told before the file is looked at.
@@ -157,7 +162,7 @@ WRONG = [
     (["render", "ball.ply"], "ball.ply"),
     (["render", "none.ply"], "none.ply"),
     (["view", "none.ply"], "none.ply"),
-    (["view", "ball.ply", "--screenshot", "a.gif"], "screenshot: wanted a name ending in .png or .jpg, got 'a.gif'"),
+    (["view", "ball.ply", "--screenshot", "a.gif"], "--screenshot: wanted a name ending in .png or .jpg, got 'a.gif'"),
 ]
 
 
@@ -165,6 +170,8 @@ WRONG = [
 def test_errors_are_one_line_and_status_2(ball, run, arguments, message):
     Path("broken.ply").write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nend_header\n1\n")
     Path("broken.toml").write_text('[[object]]\nshape = "cone"\n')
+    for suffix in ("ply", "png", "html"):
+        Path(f"folder.{suffix}").mkdir()
     status, out, err = run(*arguments)
     assert status == 2
     assert out == ""
@@ -173,6 +180,27 @@ def test_errors_are_one_line_and_status_2(ball, run, arguments, message):
     assert message in last
     assert "Traceback" not in err
     assert not Path("room_solved.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "written"),
+    [
+        (["solve", "room.toml"], "room_solved.ply"),
+        (["solve", "room.toml", "-o", "a.ply"], "a.ply"),
+        (["view", "room.toml", "--export", "a.html"], "a.html"),
+        (["view", "room.toml", "--screenshot", "a.png"], "a.png"),
+    ],
+    ids=" ".join,
+)
+def test_where_nothing_can_be_written_nothing_is_solved(ball, run, monkeypatch, arguments, written):
+    def solve(*_, **__):
+        raise AssertionError("solved in vain")
+
+    monkeypatch.setattr(sf, "solve", solve)
+    monkeypatch.setattr("os.access", lambda path, mode: False)  # as of a folder of somebody else
+    status, _, err = run(*arguments)
+    assert status == 2
+    assert err.endswith(f"error: {written}: cannot be written: no permission to write in .\n")
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ WRONG = [
     (["ball.ply", "--areas", "--pick", "162"], "pick: wanted a whole number from 0 to 161, got 162"),
     (["ball.ply", "--areas", "--color", "level"], "color: wanted one of 'coverage', 'area', 'radius', 'normal', got"),
     (["ball.ply", "--areas", "--method", "best"], "method: wanted one of 'paper', 'curved', got 'best'"),
-    (["ball.ply", "--areas", "--screenshot", "a.gif"], "screenshot: wanted a name ending in .png or .jpg"),
+    (["ball.ply", "--areas", "--screenshot", "a.gif"], "--screenshot: wanted a name ending in .png or .jpg"),
 ]
 
 
