@@ -102,6 +102,7 @@ def test_every_figure_of_the_history_is_explained():
         for key in {key for entry in solution.history for key in entry}:
             written.setdefault(key, set()).add(name)
     assert written == explained
+    assert [key for key in written if not re.search(rf"\b{key}\b", inspect.getdoc(sf.Solution))] == []
     for solution in found.values():
         assert [entry["iteration"] for entry in solution.history] == list(range(1, len(solution.history) + 1))
     assert "| `iteration` | all | number of the iteration, from 1 |" in page

@@ -50,8 +50,8 @@ class Solution:
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
             (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
-            that max_surfels kept from being split), surfels (solve_meshless: those that light was gathered at by
-            themselves), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
+            that max_surfels kept from being split), of solve_meshless level (the finest of the basis), points (its
+            functions) and surfels_gathered (surfels finer than the basis, with rays of their own), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
             each ray), rays, channels (1 where all is grey), applications of the operator, residual, imbalance (of what
             neighbourhoods send and what all receive from them, before reciprocity mended it) and imbalance_left (of
             that, afterwards, in the part that balances worst), error (an estimate from the variance of the rays and the
