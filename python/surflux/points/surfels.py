@@ -338,7 +338,7 @@ class Surfels:
         return save_surfels(ply_path(path), check.some_surfels("surfels", self)._core)
 
     def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
-        """pyvista.PolyData with normals, radius, area (where known), reflectance and emission.
+        """pyvista.PolyData with normals, radius, area (where known), reflectance, emission and face (of from_mesh).
 
         Args:
             kind: "points" with point arrays; "disks" as they are drawn, polygons for disks and triangles for patches of
@@ -353,7 +353,7 @@ class Surfels:
         >>> s.to_pyvista("patches").n_cells
         8
         """
-        return to_polydata(self, kind)
+        return to_polydata(self, kind, {} if self.faces is None else {"face": self.faces})
 
     def plot(self, color: str = "reflectance", **options: Any) -> Path | Picture | None:
         """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.

@@ -96,7 +96,7 @@ def plot(self, color: str = "radiosity", *, receivers: bool = False, **options: 
 
 
 def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
-    """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent and object.
+    """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent, object and cut.
 
     Light is in W/m2, the unit of the lights; the field array "units" says so.
 
@@ -107,6 +107,7 @@ def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> 
     3.1416
     """
     values = self.values() | {"parent": self.parents, "object": self.objects}
+    values |= {} if self.cut is None else {"cut": self.cut}
     units = dict.fromkeys(("radiosity", "irradiance", "direct"), "W/m2")
     return to_polydata(self.surfels, kind, values, units)
 

@@ -51,18 +51,19 @@ class Solution:
         history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
             (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
             that max_surfels kept from being split), of solve_meshless level (the finest of the basis), points (its
-            functions) and surfels_gathered (surfels finer than the basis, with rays of their own), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless one for
-            each ray), rays, channels (1 where all is grey), applications of the operator, residual, imbalance (of what
-            neighbourhoods send and what all receive from them, before reciprocity mended it) and imbalance_left (of
-            that, afterwards, in the part that balances worst), error (an estimate from the variance of the rays and the
-            error of interpolation; at the end that of `error`), error_uncertainty (the standard error of `error`),
-            power_in and where it ends (all channels added up; a grey scene has its one three times): power_absorbed,
-            power_escaped and power_into_backs, both by the senders' own rays, and power_lost, the residual, of either
-            sign, with its standard error by these rays, power_lost_error; parts (of the scene that see nothing of each
-            other), largest_part_lost (of the part and channel that balance worst, what is lost or made of what
-            enters), seconds up to then. With all pairs also largest_correction (of the diagonal that closes the
-            exchange, max |d_i - 1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces
-            are taken to absorb it), short_rows and closure_applications.
+            functions) and surfels_gathered (surfels finer than the basis, with rays of their own), links (pairs of a
+            node and what it gathers from, or of surfels; with solve_meshless one for each ray), rays, channels (1 where
+            all is grey), applications of the operator, residual, imbalance (of what neighbourhoods send and what all
+            receive from them, before reciprocity mended it) and imbalance_left (of that, afterwards, in the part that
+            balances worst), error (an estimate from the variance of the rays and the error of interpolation; at the end
+            that of `error`), error_uncertainty (the standard error of `error`), power_in and where it ends (all
+            channels added up; a grey scene has its one three times): power_absorbed, power_escaped and
+            power_into_backs, both by the senders' own rays, and power_lost, the residual, of either sign, with its
+            standard error by these rays, power_lost_error; parts (of the scene that see nothing of each other),
+            largest_part_lost (of the part and channel that balance worst, what is lost or made of what enters), seconds
+            up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max |d_i -
+            1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb
+            it), short_rows and closure_applications.
         camera: Camera from which the scene wants to be seen, or None.
     """
 

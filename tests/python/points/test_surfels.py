@@ -251,6 +251,15 @@ def test_to_pyvista_draws_every_kind(kind):
     assert list(found.field_data["units"]) == ["radius: length", "emission: W/m2", "area: length^2"]
 
 
+@pytest.mark.parametrize("kind", ["points", "disks", "patches"])
+def test_to_pyvista_says_which_face_a_patch_came_from(kind):
+    square, wall = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 0, 1], [0, 1, 1]]
+    found = sf.Surfels.from_mesh((square + wall, [[0, 1, 2, 3], [0, 4, 5, 3]]), patch_area=0.25).to_pyvista(kind)
+    data, at = (found.point_data, found.points) if kind == "points" else (found.cell_data, found.cell_centers().points)
+    np.testing.assert_array_equal(data["face"], (at[:, 0] == 0).astype(int))
+    assert "face" not in flat().to_pyvista().point_data
+
+
 def test_what_to_pyvista_cannot_draw():
     with pytest.raises(ValueError, match="kind: wanted one of"):
         flat().to_pyvista("splats")

@@ -50,6 +50,19 @@ def test_all_of_it_comes_back(solved, tmp_path):
     assert np.mean(np.abs(here - there) > 1e-4 * here.max()) < 0.01
 
 
+@pytest.mark.parametrize("kind", ["points", "disks", "patches"])
+def test_to_pyvista_carries_all_that_was_found(solved, kind):
+    found = solved.to_pyvista(kind)
+    data = found.point_data if kind == "points" else found.cell_data
+    owner = np.arange(len(solved.surfels)) if kind == "points" else data["surfel"]
+    for name in (*ARRAYS, "levels", "parents", "objects", "cut"):
+        there = {"levels": "level", "parents": "parent", "objects": "object"}.get(name, name)
+        np.testing.assert_array_equal(data[there], getattr(solved, name)[owner], err_msg=name)
+    np.testing.assert_array_equal(data["area"], solved.surfels.areas[owner])
+    units = dict(line.split(": ") for line in found.field_data["units"])
+    assert units == {"radius": "length", "area": "length^2", "emission": "W/m2"} | dict.fromkeys(ARRAYS, "W/m2")
+
+
 def test_an_error_that_was_not_estimated_comes_back(solved, tmp_path):
     s = solved.surfels
     indices = {"parents": solved.parents, "objects": solved.objects}
