@@ -15,7 +15,7 @@ import numpy as np
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
-from surflux._base.passes import LOG
+from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
 from surflux.cli.options import command_line
 from surflux.pictures.animation import check_target
@@ -38,7 +38,8 @@ def main(arguments=None):
         with warnings.catch_warnings(), _log_said():
             warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
             _check_options(options)
-            status = options.run(options) or 0
+            with thread_limit(getattr(options, "threads", None)):  # of all that the command does
+                status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
         return status
     except BrokenPipeError:
@@ -191,8 +192,7 @@ def _scene_to_solve(options):
     if _is_scene(options.input):
         if options.thin is not None:
             raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
-        scene = sf.load_scene(options.input, progress=True)
-        return scene
+        return _load_scene(options)
     cloud = _cloud(options)
     if holds_solution(options.input):
         raise sf.FileError(
@@ -206,6 +206,10 @@ def _scene_to_solve(options):
     return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
 
 
+def _load_scene(options):
+    return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
+
+
 def _cloud(options):
     return sf.read(options.input, viewpoint=options.viewpoint, progress=True)
 
@@ -215,7 +219,7 @@ def _is_scene(path):
 
 
 def _area(options):
-    cloud = sf.load_scene(options.input, progress=True).surfels if _is_scene(options.input) else _cloud(options)
+    cloud = _load_scene(options).surfels if _is_scene(options.input) else _cloud(options)
     knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
     areas = sf.effective_areas(
         cloud,
@@ -250,7 +254,7 @@ def _check_cloud(options):
     if _is_scene(options.input):
         if options.output:
             raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
-        scene = sf.load_scene(options.input, progress=True)
+        scene = _load_scene(options)
     else:
         scene = sf.Scene([_cloud(options)])
     result, lines = checking.checked(options, scene)

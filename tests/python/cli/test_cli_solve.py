@@ -57,6 +57,37 @@ def test_options_reach_the_solver(here, run, monkeypatch):
     assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "progress": True}
 
 
+@pytest.mark.parametrize("command", ["solve", "area", "check"])
+def test_threads_are_a_limit_of_reading_too(ball, run, monkeypatch, command):
+    alive, seen = [], {}
+
+    class Limit:
+        def __init__(self, count):
+            self.count = count
+            alive.append(count)
+
+        def __del__(self):
+            alive.remove(self.count)
+
+    def recorded(name):
+        call = getattr(sf, name)
+
+        def recording(*arguments, **options):
+            seen[name] = (list(alive), options.get("threads"))
+            return call(*arguments, **options)
+
+        monkeypatch.setattr(sf, name, recording)
+
+    monkeypatch.setattr(_core, "ThreadLimit", Limit)
+    recorded("read")
+    recorded("load_scene")
+    more = ["--no-image"] if command == "solve" else []
+    assert run(command, "ball.ply", "--threads", 1, *more)[0] == 0
+    assert seen["read"][0] == [1]
+    assert run(command, "room.toml", "--threads", 1, *more)[0] == 0
+    assert seen["load_scene"] == ([1], 1)  # what it does in threads of its own has to be told
+
+
 @pytest.mark.parametrize("solver", ["radiosity", "meshless"])
 def test_rays_are_those_of_either_solver(here, run, solver):
     """Each ray of a meshless receiver is a link, and pairs shoot from every surfel: fewer are fewer."""
