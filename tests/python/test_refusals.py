@@ -288,6 +288,7 @@ def test_what_does_not_go_together_in_a_solve():
 
 PATHS = {
     "read": sf.read,
+    "load_operator": sf.load_operator,
     "load_scene": sf.load_scene,
     "load_solution": sf.load_solution,
     "read_image": sf.read_image,
@@ -304,15 +305,17 @@ def test_what_is_no_path(name, value):
         PATHS[name](value)
 
 
-SUFFIXES = {"read": "ply", "load_scene": "toml", "load_solution": "ply", "read_image": "exr"}
+MISSING = [("read", "none.ply"), ("read", "none.las"), ("read", "none"), ("load_scene", "none.toml")]
+MISSING += [("load_solution", "none.ply"), ("load_solution", "none"), ("read_image", "none.exr")]
+MISSING += [("load_operator", "none.npz"), ("Surfels.from_mesh", "none.obj"), ("Surfels.from_mesh", "none")]
 
 
-@pytest.mark.parametrize(("name", "suffix"), SUFFIXES.items())
-def test_a_missing_file_has_the_same_words_everywhere(name, suffix, tmp_path):
-    path = tmp_path / f"none.{suffix}"
+@pytest.mark.parametrize(("name", "file"), MISSING)
+def test_a_missing_file_has_the_same_words_everywhere(name, file, tmp_path):
+    path = tmp_path / file
     for given in (path, str(path), bytes(path)):
         with pytest.raises(sf.FileError) as caught:
-            PATHS[name](given)
+            (PATHS | {"Surfels.from_mesh": sf.Surfels.from_mesh})[name](given)
         assert str(caught.value) == f"{path}: no such file"
 
 

@@ -8,8 +8,16 @@ from surflux._core import FileError
 
 
 def file_error(path, reason):
-    """The FileError of a whole file."""
-    return FileError(f"{os.fsdecode(path)}: {reason}")
+    """The FileError of a whole file; bytes of its name that are no text are shown as the core shows them."""
+    return FileError(f"{os.fsencode(path).decode('utf-8', 'backslashreplace')}: {reason}")
+
+
+def require_file(path):
+    """Refuses a path where no file is, before its suffix is looked at."""
+    if os.path.isdir(path):
+        raise file_error(path, "is a folder, not a file")
+    if not os.path.exists(path):
+        raise file_error(path, "no such file")
 
 
 def require_place(path, place=None):

@@ -9,6 +9,7 @@ import numpy as np
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 
@@ -58,8 +59,7 @@ TRIMESH_SUFFIXES = (".stl", ".off", ".glb", ".gltf")  # those it needs no furthe
 
 def _read_file(path):
     suffix = Path(path).suffix.lower()
-    if Path(path).is_dir():
-        raise _core.FileError(f"{path}: is a folder, not a file")
+    require_file(path)
     if suffix == ".ply":
         mesh = _read_ply(path)
     elif suffix == ".obj":
@@ -119,8 +119,6 @@ def _reflectance(path, colors, type_name):
 
 def _read_outside(path, library, reader):
     """What an outside reader makes of a file; whatever it raises becomes a FileError."""
-    if not Path(path).is_file():
-        raise _core.FileError(f"{path}: no such file")
     try:
         return reader(path)
     except ImportError as error:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import reflectance_of_colors, white_of_colors
-from surflux._base.files import file_error
+from surflux._base.files import file_error, require_file
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
@@ -22,6 +22,7 @@ from surflux.points.surfels import Surfels
 from surflux.points.writing import COLOR_NAMES, CORNER_NAMES
 
 FORMATS = ("ply",)
+OPEN3D = ("pcd", "pts", "xyz", "xyzn", "xyzrgb")  # formats of points that it reads
 MESHES = ("obj", "stl", "off", "glb", "gltf", "vtp", "vtk")
 COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 
@@ -159,13 +160,16 @@ def load_arrays(path, format=None):
 
 def _check_format(path, format):
     shown = os.fsdecode(path)
-    if os.path.isdir(path):
-        raise file_error(path, "is a folder, not a file")
+    require_file(path)
     name = Path(shown).suffix.lstrip(".") if format is None else str(format)
     if name.lower() not in FORMATS:
         what = f"format {name!r}" if name else "a name without a suffix, and no format,"
         if name.lower() in MESHES:
             hint = 'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file)'
+        elif name.lower() == "toml":
+            hint = "surflux.load_scene reads it as a scene"
+        elif name.lower() in OPEN3D:
+            hint = "surflux.Surfels takes what Open3D reads of it (open3d.io.read_point_cloud); CloudCompare makes PLY"
         else:
             hint = f"PDAL (pdal translate {shown} {Path(shown).stem}.ply) and CloudCompare turn most scans into PLY"
         raise file_error(path, f"{what} cannot be read as points; supported now: {', '.join(FORMATS)}. {hint}")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.files import file_error, whole_file
+from surflux._base.files import file_error, require_file, whole_file
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.summary import html_table, range_text
 from surflux._base.types import FilePath, Floats, Progress
@@ -271,6 +271,7 @@ def load_operator(path: FilePath) -> FormFactorOperator:
     array([1., 1., 1., 1.])
     """
     path = check.path("path", path)
+    require_file(path)
     try:
         if Path(path).is_file() and not zipfile.is_zipfile(path):
             raise file_error(path, "holds no form factor operator, or no whole one")

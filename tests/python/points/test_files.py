@@ -138,6 +138,7 @@ def test_formats_go_by_suffix_or_by_name(tmp_path):
         load_arrays(other)
     with pytest.raises(FileError, match="format 'las' cannot be read"):
         load_arrays(other, format="las")
+    (tmp_path / "scan").touch()
     with pytest.raises(FileError, match="a name without a suffix, and no format, cannot be read"):
         load_arrays(tmp_path / "scan")
 

@@ -135,7 +135,8 @@ def test_faces_are_not_left_out_without_a_word(tmp_path):
     [
         ("a.obj", r"Surfels\.from_mesh reads it as a mesh \(kind = \"mesh\" in a scene file\)"),
         ("a.glb", r"Surfels\.from_mesh reads it as a mesh"),
-        ("a.pcd", r"PDAL \(pdal translate .*a\.pcd a\.ply\) and CloudCompare"),
+        ("a.toml", r"surflux\.load_scene reads it as a scene"),
+        ("a.pcd", r"surflux\.Surfels takes what Open3D reads of it \(open3d\.io\.read_point_cloud\); Cloud"),
         ("a.LAZ", r"PDAL \(pdal translate .*a\.LAZ a\.ply\) and CloudCompare"),
         ("a.e57", "CloudCompare turn most scans into PLY"),
     ],
