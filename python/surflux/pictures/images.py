@@ -137,7 +137,8 @@ def tone_map(
         image: (h, w, 3); NaN and negative values come out 0, infinity 1.
         exposure: the factor on radiance; None or "auto" for the one that brings the log-average luminance to 0.22,
             taken without black, without one and the same value in more than 1 % of the pixels (background, lamps), and
-            without the darkest and brightest 2 % of the rest.
+            without the darkest and brightest 2 % of the rest. (Views, pages and colours in PLY files make the brightest
+            percent of the surfels white.)
         stops: so many times twice as bright, below 0 darker.
         filmic: False cuts off at 1 instead.
 

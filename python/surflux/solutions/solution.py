@@ -320,7 +320,8 @@ class Solution:
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
         radiosity, irradiance and direct to the precision of float32, about 7 digits. The basis of a meshless solution
-        is left out; pickles and copies keep it.
+        is left out; pickles and copies keep it. For other programs `red green blue` show the radiosity, the brightest
+        percent of the surfels as white.
 
         Args:
             path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
