@@ -35,7 +35,7 @@ class Scene:
         objects, lights: as handed in, as tuples.
         surfels: all surfels in one.
         camera, name: as handed in. Both can be set: a solution takes the scene's camera along for its pictures.
-        solve_options: a dict of its own, empty where none were given.
+        solve_options: a dict of its own, empty where none were given; can be set.
 
     Raises:
         ValueError: names the argument and the entry; an option that solve() does not have or would not take.
@@ -45,9 +45,6 @@ class Scene:
     >>> sf.Scene([floor], lights=[sf.PointLight([0.5, 0.5, 1], 10)])
     Scene(1 object, 4 surfels, 1 light)
     """
-
-    name: str
-    solve_options: dict[str, Any]
 
     def __init__(
         self,
@@ -65,24 +62,12 @@ class Scene:
             if not len(surfels):
                 raise ValueError(f"objects: wanted at least one surfel in each, got none at index {index}")
         self._lights = _entries("lights", lights, LIGHTS, "lights")
-        self.camera = camera
-        if not isinstance(name, str):
-            raise ValueError(f"name: wanted text, got {type(name).__name__}")
-        if solve_options is not None and not (
-            isinstance(solve_options, dict) and all(isinstance(key, str) for key in solve_options)
-        ):
-            raise ValueError(f"solve_options: wanted a dict with names as keys, got {solve_options!r}")
-        try:
-            check_options(solve_options or {})
-        except ValueError as error:
-            raise ValueError(f"solve_options: {error}") from None
-        self.name = name
-        self.solve_options = dict(solve_options or {})
+        self.camera, self.name, self.solve_options = camera, name, solve_options
         self._core = self._made_of = self._divided = None
 
     def __getstate__(self) -> dict[str, Any]:
         """What the scene was made of; what was computed from that is computed again."""
-        made_of = ("_objects", "_lights", "_camera", "name", "solve_options")
+        made_of = ("_objects", "_lights", "_camera", "_name", "_solve_options")
         computed = dict.fromkeys(("_core", "_made_of", "_divided"))
         return {name: self.__dict__[name] for name in made_of} | computed
 
@@ -106,6 +91,33 @@ class Scene:
         if not isinstance(camera, (Camera, type(None))):
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         self._camera = camera
+
+    @property
+    def name(self) -> str:
+        """Text for titles and messages; can be set."""
+        return self._name
+
+    @name.setter
+    def name(self, name: str) -> None:
+        if not isinstance(name, str):
+            raise ValueError(f"name: wanted text, got {type(name).__name__}")
+        self._name = name
+
+    @property
+    def solve_options(self) -> dict[str, Any]:
+        """Options for solve() by name, a dict of the scene's own; can be set, None for no options."""
+        return self._solve_options
+
+    @solve_options.setter
+    def solve_options(self, options: dict[str, Any] | None) -> None:
+        options = {} if options is None else options
+        if not (isinstance(options, dict) and all(isinstance(key, str) for key in options)):
+            raise ValueError(f"solve_options: wanted a dict with names as keys, got {options!r}")
+        try:
+            check_options(options)
+        except ValueError as error:
+            raise ValueError(f"solve_options: {error}") from None
+        self._solve_options = dict(options)
 
     @property
     def surfels(self) -> Surfels:

@@ -120,6 +120,19 @@ def test_a_camera_that_is_set_is_checked():
     scene.camera = None
 
 
+def test_a_name_and_options_that_are_set_are_checked():
+    scene = sf.Scene([floor()], name="a floor", solve_options={"zeta": 0.1})
+    for wrong in (3, None):
+        with pytest.raises(ValueError, match="name: wanted text, got "):
+            scene.name = wrong
+    for wrong in (3, {"speed": 1}, {"zeta": -1}, {1: 2}):
+        with pytest.raises(ValueError, match=r"^solve_options: "):
+            scene.solve_options = wrong
+    assert (scene.name, scene.solve_options) == ("a floor", {"zeta": 0.1})
+    scene.name, scene.solve_options = "", None
+    assert (scene.name, scene.solve_options) == ("", {})
+
+
 def test_solve_options_are_a_copy():
     options = {"tolerance": 1e-3}
     scene = sf.Scene([floor()], solve_options=options)
