@@ -8,7 +8,15 @@ from surflux.drawing.area_panel import MAIN, Panel, closed_line
 from surflux.drawing.clicks import sight_ray, take_mouse
 from surflux.drawing.colors import screen_bytes, surface_property, trimmed_range
 from surflux.drawing.glyphs import cones, disk_corners, polygons, rings
-from surflux.drawing.plots import camera_or_none, destination, look_through, quiet_vtk, window_size
+from surflux.drawing.plots import (
+    camera_or_none,
+    destination,
+    in_a_cell,
+    in_notebook,
+    look_through,
+    quiet_vtk,
+    window_size,
+)
 from surflux.geometry.areas import METHODS, effective_areas
 from surflux.pictures.camera import facing
 
@@ -47,6 +55,9 @@ def plot_areas(
     if pick is not None:
         pick = check.count("pick", pick, 0, len(s) - 1)
     camera_or_none(camera)
+    if screenshot is None and in_notebook():
+        more = {"threads": threads, "progress": progress, "camera": camera, "up": up, "size": size}
+        return in_a_cell(plot_areas, s, pick, color=color, method=method, **more)
     path = destination(screenshot)
     areas = s.areas if method is None else None
     method = method or "curved"

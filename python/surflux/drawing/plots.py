@@ -111,10 +111,7 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
     shown = surface_property(s, color, values)
     camera_or_none(camera)
     if screenshot is None and in_notebook():
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "plot.png"
-            plot(s, color=color, values=values, marks=marks, screenshot=file, camera=camera, size=size, **options)
-            return Picture(file.read_bytes())
+        return in_a_cell(plot, s, color=color, values=values, marks=marks, camera=camera, size=size, **options)
     path = destination(screenshot)
 
     import pyvista
@@ -207,6 +204,14 @@ class Picture:
 
     def _repr_png_(self):
         return self.png
+
+
+def in_a_cell(draw, *arguments, **options):
+    """The Picture that draw(..., screenshot=path) writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "plot.png"
+        draw(*arguments, screenshot=file, **options)
+        return Picture(file.read_bytes())
 
 
 @contextlib.contextmanager

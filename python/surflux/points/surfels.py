@@ -382,7 +382,7 @@ class Surfels:
         """
         return plot(self, color=color, **options)
 
-    def plot_areas(self, pick: Integer | None = None, **options: Any) -> Path | None:
+    def plot_areas(self, pick: Integer | None = None, **options: Any) -> Path | Picture | None:
         """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
 
         Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its

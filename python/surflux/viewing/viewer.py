@@ -54,8 +54,8 @@ def view(
             are. None for radiosity, or reflectance where nothing is solved.
         style: "disks", "splats" (colours run into each other) or "points".
         light: "all", "direct" or "indirect": what radiosity and irradiance show.
-        stops: of exposure; 0 shows the brightest percent of all surfels as white, where write_image exposes a picture by
-            what it shows (see tone_map).
+        stops: of exposure; 0 shows the brightest percent of all surfels as white. (write_image exposes a picture by
+            what it shows: see tone_map.)
         level: of the hierarchy, 0 the finest.
         inserted: True marks inserted surfels.
         pick: index of a surfel to pick, or None.

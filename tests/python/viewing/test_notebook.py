@@ -20,6 +20,7 @@ sf.view(red, camera=camera)
 """,
     "sf.Page(red, camera=camera)",
     "red.plot(camera=camera, size=(200, 200))",
+    "red.plot_areas(size=(200, 200))",
 ]
 
 
@@ -76,6 +77,14 @@ def test_a_plot_is_a_picture(outputs):
     image = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")).astype(int)
     assert image.shape == (200, 200, 3)
     assert image[100, 100].tolist() == pytest.approx([231, 0, 0], abs=1)
+
+
+def test_a_plot_of_areas_is_a_picture(outputs):
+    from PIL import Image
+
+    image = Image.open(io.BytesIO(base64.b64decode(outputs[3]["image/png"])))
+    assert image.size == (200, 200)
+    assert len(image.getcolors(200 * 200)) > 10
 
 
 def test_elsewhere_it_is_no_notebook(tmp_path, monkeypatch):
