@@ -1,4 +1,4 @@
-"""What the viewer draws, judged by the pixels."""
+"""What a plot of surfels draws, judged by the pixels."""
 
 import numpy as np
 import pytest
