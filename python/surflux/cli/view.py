@@ -6,7 +6,9 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
+from surflux._base.warn import warn
 from surflux.drawing.plots import picture_path
+from surflux.points.reading import read_with_faces
 from surflux.solutions.solution_file import NO_SOLUTION
 from surflux.viewing.page import page_path
 
@@ -30,7 +32,10 @@ def thing_of(options):
     except sf.FileError as error:
         if NO_SOLUTION not in str(error):
             raise
-    return sf.read(path, viewpoint=options.viewpoint, progress=True), False
+    surfels, faces = read_with_faces(path, viewpoint=options.viewpoint, progress=True)
+    if faces:
+        warn(f"{path}: has {check.counted(faces, 'face')}, left out, as its points are shown: --mesh shows the faces")
+    return surfels, False
 
 
 def refuse_options(options):

@@ -71,6 +71,8 @@ def test_meshes_and_the_faces_of_ply(run):
         )
     assert run("quad.ply", "--mesh", "--screenshot", "b.png", "--size", "200x160", *LOOK)[0] == 0
     assert (picture("b.png") == gray).all()
+    _, _, err = run("quad.ply", "--screenshot", "c.png", "--size", "200x160", *LOOK)
+    assert "warning: quad.ply: has 1 face, left out, as its points are shown: --mesh shows the faces\n" in err
 
 
 @pytest.mark.slow
