@@ -13,14 +13,14 @@
 
 namespace surflux {
 
-// Adjacency of the basis by visibility: the field at a place is made of the functions whose points it sees (Sight). L07
-// takes all whose supports reach it, and names the leaks through walls as its limit. A shadow ray for each place and
-// function would cost more than all else. So a place looks for its anchor, the heaviest of a level that it sees, most
-// often the first; what that one sees is asked once for each pair of functions, and the place itself only about what it
-// does not. Disks of a cloud stand off the surface that they stand for, so that many hide each other: there all
-// functions speak.
-//   A nook is a part of the surface that sees no function of the coarsest level, behind walls or narrower than its
-// Poisson disks. It gets a function of its own.
+// Evaluation of a MultilevelBasis without light leaks: at a point on a surface only those basis functions have a weight
+// whose own points it sees, by short shadow rays over the surface (Sight). L07 takes all whose supports reach it, and
+// names leaks through walls as its limit. A shadow ray for each point and function would cost more than all else. So on
+// each level a point looks for its anchor, the heaviest function that it sees, most often the first. Functions that see
+// the anchor (adjacency, asked once for each pair and cached) are kept; about the others the point asks itself. Disks
+// of a cloud stand off the surface that they stand for, so that many hide each other: there all functions are kept.
+//   A nook is a part of the surface that sees no function of the coarsest level: behind walls, or narrower than the
+// Poisson disks by which its points were placed. It gets a function of its own.
 class BasisSight {
 public:
     BasisSight(const Scene& scene, const Tracer& tracer, const MultilevelBasis& basis);
@@ -30,7 +30,7 @@ public:
     void extend(const std::vector<std::uint32_t>& surfels, const Progress& progress);
     void clear();
 
-    // MultilevelBasis::at_level of the functions that the place sees. If the surfel that it lies on (Hit::none: not
+    // MultilevelBasis::at_level of the functions that the point sees. If the surfel that it lies on (Hit::none: not
     // known) is in a nook, the nook's function alone.
     void at_level(std::size_t level, const Vec3& point, const Vec3& normal, std::uint32_t object, std::uint32_t surfel,
                   std::vector<BasisWeight>& out) const;
@@ -45,7 +45,7 @@ public:
                                                   const Progress& progress) const;
     // Makes a function the only one on a nook's surfels.
     void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
-    // Are two functions of one level joined?
+    // Do the points of two functions of one level see each other?
     bool joined(std::uint32_t a, std::uint32_t b) const;
 
 private:

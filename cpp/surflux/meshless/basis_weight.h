@@ -4,7 +4,8 @@
 
 namespace surflux {
 
-// What a function counts for at a place: w_j(p) of L07 eq. 12, or its share B_j(p) of eq. 8.
+// A basis function and its value at a point p: the weight w_j(p) of L07 eq. 12 or, normalized to a partition of unity,
+// its share B_j(p) of eq. 8.
 struct BasisWeight {
     std::uint32_t function;
     double weight;

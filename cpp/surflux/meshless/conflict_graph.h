@@ -9,19 +9,20 @@
 
 namespace surflux {
 
-// The conflict graph of a window of proposals: pairs closer than their Poisson disks allow, and the order in which they
-// came, by which the first of a pair wins (parallel dart throwing).
+// For parallel dart throwing: which darts (proposals) of a batch are closer to each other than their Poisson disks
+// allow, and the order of their random priorities. A dart is accepted if none of those in earlier() was: darts may be
+// proposed in parallel, and the outcome is that of throwing them one by one in that order.
 struct ConflictGraph {
-    // `grid` is one that suits the radius.
+    // `grid`: whose cells suit the radius of `fill`.
     ConflictGraph(const std::vector<Proposal>& proposals, const Fill& fill, const PointGrid& grid);
 
-    // Those that came before it and stand in its way.
+    // Darts in conflict with dart k that come before it.
     Span<std::uint32_t> earlier(std::uint32_t k) const {
         const std::uint32_t* list = lists_[k / block].data();
         return {list + begin_[k], list + end_[k]};
     }
 
-    std::vector<std::uint32_t> order;
+    std::vector<std::uint32_t> order;  // of all darts, by priority
 
 private:
     static constexpr std::size_t block = 512;

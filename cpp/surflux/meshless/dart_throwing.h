@@ -9,8 +9,11 @@
 
 namespace surflux {
 
-// Stratified dart throwing, one window of disk_fill.h: parts of the surface are bisected until at most one dart is
-// expected on each, which is thrown with that probability. The surface to sample, and the options:
+// Stratified dart throwing: parts of the surface are bisected until at most one dart (a point that may be accepted) is
+// expected on each, which is thrown with that probability. disk_fill.h throws darts in batches of ever higher density,
+// its windows; this is one of them.
+
+// The surface to sample, and the options.
 struct Fill {
     const Scene& scene;
     const Tracer& tracer;

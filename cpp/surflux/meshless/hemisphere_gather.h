@@ -17,11 +17,14 @@ struct GatherOptions {
     std::uint64_t seed = 0;
 };
 
-// GATHER of L07 6.3, as rows of the transport operator (L07 eq. 14): the irradiance of a point from what its rays meet,
-// and what needs no solving. Surfels send by their means, but wide patches that are near by the basis functions where
-// rays end, down to the level on which these are small as seen from there. Rays are shot once and kept as such rows:
-// every bounce is one sparse product, where L07 shoots anew. The first bounce of light that is not in the basis is
-// found by next event estimation towards lit patches, too, by multiple importance sampling (Veach and Guibas 1995).
+// Final gathering at points (GATHER of L07 6.3), kept as the rows of a sparse transport operator (L07 eq. 14): the rays
+// of a point, cosine-distributed over its hemisphere, are shot once, and its row has what they met. Every bounce is
+// then one sparse product, where L07 shoots anew. What a ray meets sends light in one of two ways. A surfel sends the
+// mean of the field over it (surfel_means.h): the row has it as a sender. A wide patch that is near sends what the
+// basis functions are at the ray's end, down to the level on which these are small as seen from there: the row has
+// links to functions. Light that is not in the basis, of lamps or small emissive surfels (surface_light.h), needs no
+// solving: rows have its first bounce as a number. It is found where these rays end and by next event estimation
+// towards lit patches, combined by multiple importance sampling (Veach and Guibas 1995).
 class HemisphereGather {
 public:
     struct Link {
@@ -105,7 +108,7 @@ public:
     std::vector<Once> once(const std::vector<Place>& places, const std::vector<int>& counts,
                            const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent,
                            const Progress& progress);
-    // Forgets all rows.
+    // Drops all rows.
     void clear();
 
 private:

@@ -15,9 +15,10 @@
 namespace surflux {
 
 // Energy conservation of solve_meshless. Receivers' rows (HemisphereGather), interpolated to surfels by the basis, are
-// a transport operator between surfels, whose rows conserve energy and whose columns need not (RayExchange). This finds
-// what scaling its columns takes - connected components, the area that each row stands for, what each surfel loses -
-// and the factors; HemisphereGather applies them.
+// a transport operator between surfels. Its rows conserve energy, as rays are counted; its columns, what a surfel sends
+// to all others, need not: they have the rays' variance, and the bias of interpolation at edges (RayExchange). This
+// finds the factors that scale its columns, and what they are made from: connected components, the area that each row
+// stands for, what each surfel loses out of the scene and to backs. HemisphereGather applies them.
 class MeshlessExchange {
 public:
     MeshlessExchange(const Scene& scene, const MultilevelBasis& basis, const SurfelMeans& means,

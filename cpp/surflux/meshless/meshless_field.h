@@ -8,7 +8,8 @@
 
 namespace surflux {
 
-// Light on surfaces in a multilevel basis (L07 eq. 9).
+// Irradiance on surfaces as a sum of basis functions (L07 eq. 9): a multilevel basis and a coefficient for each
+// function.
 struct MeshlessField {
     MultilevelBasis basis;
     std::vector<Rgb> coefficients;  // of all that the basis holds

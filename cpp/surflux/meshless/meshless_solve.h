@@ -48,6 +48,9 @@ struct MeshlessSolution {
 //   of residuals (placed_basis.h) with the rows that they have;
 //   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
 //   is given.
+// Words of this room: a function is one of the basis, and its point the place around which it is; a receiver is a
+// function at whose point light is gathered, its row what its rays met, and senders the surfels among that; a place is
+// where light is asked for, on any surfel; an object is one of the scene's, within which alone light is interpolated.
 MeshlessSolution solve_meshless(const CompiledScene& compiled, const MeshlessOptions& options,
                                 const StageProgress& progress);
 

@@ -18,10 +18,10 @@ struct Received {
     std::vector<Rgb> first_bounce;  // of the light that is not in the basis
 };
 
-// RECEIVER-ORACLE of L07 6.3, the refinement criterion: which receivers give way to finer ones. References only, made
-// for one question. On the coarsest level those that differ from others around, on finer ones those whose coefficient
-// is large. What surfaces send is measured by its own RMS, beside all that is in the basis: a bright sky on the outside
-// hides no room.
+// RECEIVER-ORACLE of L07 6.3, the refinement criterion: around which receivers the next level gets points. On the
+// coarsest level around those that differ from others nearby; on finer ones, where a coefficient is the correction of
+// coarser levels, around those whose coefficient is large. What surfaces send is measured by its own RMS, beside all
+// that is in the basis: a bright sky on the outside hides no room. Holds references alone, made for one question.
 struct Oracle {
     const MultilevelBasis& basis;
     const Receivers& receivers;

@@ -32,9 +32,9 @@ public:
     void add_first(const Progress& progress);
     // The next, around functions of the last.
     void add_around(const std::vector<std::uint32_t>& refined, const Progress& progress);
-    // Appends a level at the same points, of the receivers on disks that are spaced by 3 disk radii or less: Shepard
-    // functions do not interpolate, and this level holds the residual at the points. The function that each of its own
-    // repeats; none if there are none such.
+    // Appends a level at the same points, of the receivers on disks that are spaced by 3 disk radii or less: a sum of
+    // Shepard functions does not go through the values at its points, and this level holds the residual there. Returns
+    // of each new function the one that it repeats; empty if there are none such.
     std::vector<std::uint32_t> repeat(const Receivers& receivers, const Progress& progress);
 
     const BasisSight& sight() const { return sight_; }

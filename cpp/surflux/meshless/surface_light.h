@@ -12,9 +12,10 @@
 namespace surflux {
 
 // Irradiance that needs no solving: from lights, and by next event estimation towards small emissive surfels and images
-// of the sky, of the latter the light-sampling part alone (LightSampler::found has the other). What emissive surfels
-// bring rises steeply towards them and makes all other light: a basis that was as fine as that light asks for would not
-// carry their power, so it is had at each surfel: beside the basis, as is what lights bring if it is not in the basis.
+// of the sky (of the latter the light samples' part of the MIS estimate; LightSampler::found has that of hemisphere
+// rays). What emissive surfels bring rises steeply towards them and makes all other light. However finely it is
+// refined, the basis would not carry the power of that, so it is kept at each surfel, "beside the basis"; what lights
+// bring is kept there, too, unless `lights_in_basis`.
 class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.

@@ -115,12 +115,12 @@ bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::A
            farther(all - direct, luminance(found.all - found.direct), wanted_.of_sent);
 }
 
-// Of those that are `left` and not inside geometry.
-std::vector<std::uint32_t> SurfelRefinement::largest(const std::vector<char>& left, std::size_t count) const {
+// Of the candidates that are not inside geometry.
+std::vector<std::uint32_t> SurfelRefinement::largest(const std::vector<char>& candidates, std::size_t count) const {
     const std::vector<double>& areas = scene_.surfels.areas;
     std::vector<std::uint32_t> out;
     for (std::uint32_t i = 0; i < areas.size(); ++i)
-        if (left[i] && means_.outside(i) > 0.0 && areas[i] > 0.0) out.push_back(i);
+        if (candidates[i] && means_.outside(i) > 0.0 && areas[i] > 0.0) out.push_back(i);
     if (out.size() > count) {
         std::nth_element(
             out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(),
@@ -133,15 +133,15 @@ std::vector<std::uint32_t> SurfelRefinement::largest(const std::vector<char>& le
 
 void SurfelRefinement::run(const Progress& progress) {
     const auto n = static_cast<std::uint32_t>(scene_.surfels.size());
-    std::vector<char> off(n), bright_ones(n), left(n);
+    std::vector<char> off(n), bright_ones(n), neither(n);
     parallel_for(n, 256, [&](std::size_t k) {
         const auto i = static_cast<std::uint32_t>(k);
         off[i] = is_off(i);
         bright_ones[i] = !off[i] && is_bright(i);
-        left[i] = !off[i] && !bright_ones[i];
+        neither[i] = !off[i] && !bright_ones[i];
     });
     const std::size_t rays = gather_.rays() / share_of_rays;
-    const std::vector<std::uint32_t> tried = largest(left, rays / trying_rays);
+    const std::vector<std::uint32_t> tried = largest(neither, rays / trying_rays);
     const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
     for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k], trying_rays);
     for (std::uint32_t i = 0; i < n; ++i)

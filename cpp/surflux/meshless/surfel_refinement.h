@@ -44,7 +44,7 @@ private:
     bool is_off(std::uint32_t surfel) const;
     bool is_bright(std::uint32_t surfel) const;
     bool contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const;
-    std::vector<std::uint32_t> largest(const std::vector<char>& left, std::size_t count) const;
+    std::vector<std::uint32_t> largest(const std::vector<char>& candidates, std::size_t count) const;
 
     const Scene& scene_;
     const SurfaceLight& light_;
