@@ -26,6 +26,7 @@ SIGNATURES = [
     sf.build_hierarchy,
     sf.divide_patches,
     sf.effective_areas,
+    sf.form_factor_operator,
     sf.form_factors,
     sf.inward_patches,
     sf.load_scene,
