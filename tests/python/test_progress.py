@@ -78,12 +78,12 @@ def test_every_long_call_tells_how_far_it_is_and_stops_for_false(calls, name, mo
     monkeypatch.setattr(passes, "_POLL", 1e-4)  # what threads do is looked at more often than a test takes
     told = []
     found = calls[name](progress=lambda *at: told.append(at))  # None goes on
-    assert told
+    assert told or name == "load_scene"  # which may be done before it is looked at, and has a test of its own
     assert all(0 <= done <= total for done, total in told)
     np.testing.assert_array_equal(calls[name](threads=1), found)
     np.testing.assert_array_equal(calls[name](threads=3, progress=lambda *_: 0), found)
     if name == "load_scene":
-        return  # has a test of its own: it may be done before it is looked at
+        return
     asked = []
     with pytest.raises(sf.Cancelled):
         calls[name](progress=lambda *at: bool(asked.append(at)))
