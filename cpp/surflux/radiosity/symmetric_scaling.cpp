@@ -47,8 +47,8 @@ public:
             set_scale(i, out_.rows[i] > 0.0 ? out_.scale[i] / std::sqrt(out_.rows[i]) : largest_);
     }
 
-    // In log scale: (DGD + diag(slope)) step = totals - row sums over the rows that are not held, with unit diagonal.
-    // What comes of it is measured.
+    // In log scale: (DGD + diag(slope)) step = totals - row sums over the rows that are not held, preconditioned by
+    // diag(slope) on both sides (Jacobi). What comes of it is measured.
     //   As precise as the residual is small, which keeps the convergence quadratic (Eisenstat and Walker 1996), and no
     // more than `tolerance` asks for.
     void newton_round(double tolerance) {
@@ -66,7 +66,7 @@ public:
             for (std::size_t i = 0; i < size_; ++i) out[i] = x[i] + weight[i] * out[i];
         };
         conjugate_gradients(hessian, right, 1, precision, newton_applications, step);
-        // The bound cuts a step short for some rows and not for others: without a search along it, what is left may
+        // The bound cuts a step short for some rows and not for others: without a line search the projected step may
         // lead uphill, and two rows take turns for ever (Bertsekas 1982).
         const std::vector<double> start = out_.scale, slack = out_.rows;
         const double value = value_;
@@ -85,7 +85,7 @@ public:
         }
     }
 
-    // What is left when Newton's method has not settled: symmetric still, and rows at most 1, as yields are.
+    // The way out when Newton's method has not converged: symmetric still, and rows at most 1, as yields are.
     void shrink_rows_above_one() {
         for (std::size_t i = 0; i < size_; ++i)
             if (out_.rows[i] > 1.0) out_.scale[i] *= std::pow(out_.rows[i], -1.0 / problem_.yields[i]);

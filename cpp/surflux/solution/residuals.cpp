@@ -178,10 +178,10 @@ private:
     std::vector<Rgb> solved(const std::vector<Rgb>& b, const Entry& entry) const {
         const auto apply = [&](const std::vector<double>& x, std::vector<double>& out) {
             const std::vector<Rgb> all = unpacked(x);
-            std::vector<Rgb> left = all;
+            std::vector<Rgb> product = all;
             for (std::size_t k = 0; k < regions_; ++k)
-                for (std::size_t g = 0; g < regions_; ++g) left[k] -= entry(k, g) * all[g];
-            out = packed(left);
+                for (std::size_t g = 0; g < regions_; ++g) product[k] -= entry(k, g) * all[g];
+            out = packed(product);
         };
         std::vector<double> x(3 * regions_, 0.0);
         gmres(apply, packed(b), LinearSystems(3), coarse_tolerance, most_applications, x);
