@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
+#include "surflux/lights/hemisphere_row.h"
 #include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
@@ -33,15 +34,14 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
-            std::vector<Ray> cosine;
-            std::vector<Hit> hits;
+            HemisphereRow row;
             for (std::size_t k = begin; k < end; ++k) {
                 const Place& place = places[k];
-                cosine_rays(points_of, place, rays, seed + sky_stream, cosine);
-                tracer.closest(cosine, hits);
+                gather_row(points_of, tracer, place, rays, seed + sky_stream, row);
                 Rgb found;
-                for (std::size_t r = 0; r < cosine.size(); ++r)
-                    if (!hits[r]) found += skies.found(place.position, place.normal, cosine[r].direction, hits[r]);
+                for (std::size_t r = 0; r < row.rays.size(); ++r)
+                    if (!row.hits[r])
+                        found += skies.found(place.position, place.normal, row.rays[r].direction, row.hits[r]);
                 out[k] += light_sampled[k] + found / rays;
             }
         },

@@ -109,15 +109,4 @@ Vec3 SurfelPoints::at(std::uint32_t i, double s, double t) const {
     return inset(i, w.x * triangle.a + w.y * triangle.b + w.z * triangle.c);
 }
 
-void cosine_rays(const SurfelPoints& points, const Place& place, int count, std::uint64_t seed, std::vector<Ray>& out) {
-    const Frame frame = frame_around(place.normal);
-    EvenPoints even(points.extends(place) ? 4 : 2, seed, stream_of(place));
-    out.clear();
-    for (int k = 0; k < count; ++k) {
-        const double* u = even.next();
-        out.push_back({{points.at(place, u[2], u[3]), place.normal, place.surfel},
-                       frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
-    }
-}
-
 }  // namespace surflux

@@ -5,7 +5,6 @@
 
 #include "surflux/core/vec.h"
 #include "surflux/scene/surfels.h"
-#include "surflux/trace/tracer.h"
 
 namespace surflux {
 
@@ -73,8 +72,5 @@ private:
     std::vector<float> inset_;
     std::vector<float> reach_;  // radius of the disk of its area, where it stands alone; else 0, empty where none does
 };
-
-// Rays from all of a place over its hemisphere, cosine-distributed, evenest by powers of 2: the same for the same seed.
-void cosine_rays(const SurfelPoints& points, const Place& place, int count, std::uint64_t seed, std::vector<Ray>& out);
 
 }  // namespace surflux

@@ -5,6 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/lights/hemisphere_row.h"
 #include "surflux/lights/light_rays.h"
 
 namespace surflux {
@@ -54,8 +55,8 @@ public:
     }
 
     std::vector<BasisWeight> weights;
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
+    HemisphereRow row;
+    std::vector<Hit> hits;  // of rays that are not over the hemisphere of the place
     LightRays towards;
     std::vector<Rgb> gain;
     std::vector<char> second_half;
@@ -132,7 +133,7 @@ double HemisphereGather::mis_weight(const Ray& ray, const Hit& hit, int light_sa
     if (!(by_light > 0.0)) return 1.0;
     const double cosines =
         dot(ray.direction, ray.from.normal) * -dot(ray.direction, scene_.surfels.normals[hit.surfel]);
-    const double over = static_cast<double>(sums.rays.size()) * std::max(cosines, 1e-30);
+    const double over = static_cast<double>(sums.row.rays.size()) * std::max(cosines, 1e-30);
     return 1.0 / (1.0 + by_light * pi * hit.distance * hit.distance / over);
 }
 
@@ -143,14 +144,14 @@ void HemisphereGather::sample_lit_patches(const Place& place, int count, Random&
     for (int k = 0; k < count; ++k) {
         const double choice = (k + random.uniform()) / count, u = random.uniform(), v = random.uniform();
         const LitPatches::Target to = lit_.sample(sums.aim, choice, u, v);
-        const Departure& from = sums.rays[static_cast<std::size_t>(k)].from;
+        const Departure& from = sums.row.rays[static_cast<std::size_t>(k)].from;
         const Vec3 d = to.point - from.position;
         const double distance = length(d), here = dot(d, place.normal),
                      there = -dot(d, scene_.surfels.normals[to.surfel]);
         if (!(here > 0.0 && there > 0.0)) continue;
         const double squared = distance * distance, irradiance = here * there / (pi * squared * squared);
         const double densities =
-            static_cast<double>(sums.rays.size()) * irradiance + count * lit_.density(sums.aim, to.surfel);
+            static_cast<double>(sums.row.rays.size()) * irradiance + count * lit_.density(sums.aim, to.surfel);
         sums.lit_samples.push_back(
             {to, distance, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
         sums.lit_rays.push_back({from, d / distance});  // what it meets first decides, not how far it was meant to go
@@ -164,7 +165,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     const Surfels& s = scene_.surfels;
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
-        radius * radius * static_cast<double>(sums.rays.size()) <= rays_on_a_patch * distance * distance) {
+        radius * radius * static_cast<double>(sums.row.rays.size()) <= rays_on_a_patch * distance * distance) {
         sums.add_first(gain * light_.beside_basis(i), second_half);
         return;
     }
@@ -191,17 +192,16 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         light_samples = static_cast<int>(light_samples_for_each * lit_.share() * count);
     }
     const double each = 1.0 / over;
-    cosine_rays(light_.points(), place, over, options_.seed + gather_stream, sums.rays);
-    tracer_.closest(sums.rays, sums.hits);
+    gather_row(light_.points(), tracer_, place, over, options_.seed + gather_stream, sums.row);
     sums.towards.clear(), sums.gain.clear(), sums.second_half.clear();
     sums.ahead.clear(), sums.ahead_gain.clear(), sums.ahead_second_half.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
     out.row.share = each;
     Random random(options_.seed + light_stream, stream_of(place));
-    for (std::size_t k = 0; k < sums.rays.size(); ++k) {
-        const Ray& ray = sums.rays[k];
-        const Hit& hit = sums.hits[k];
-        const bool second_half = 2 * k >= sums.rays.size();
+    for (std::size_t k = 0; k < sums.row.rays.size(); ++k) {
+        const Ray& ray = sums.row.rays[k];
+        const Hit& hit = sums.row.hits[k];
+        const bool second_half = 2 * k >= sums.row.rays.size();
         const auto take = [&](Rgb& to, const Rgb& light) {
             to += light;
             sums.halves[second_half] += light;

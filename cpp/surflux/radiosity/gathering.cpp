@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/lights/hemisphere_row.h"
 
 namespace surflux {
 
@@ -26,8 +27,7 @@ struct Gathering::Shot {
     std::vector<Link> links;
     Row row{};
     TiltedRgb sky;
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
+    HemisphereRow found;
 };
 
 Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree,
@@ -40,17 +40,15 @@ bool Gathering::has_sky() const {
 
 void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
-    cosine_rays(points_, receiver, count, seed_ + ray_stream, out.rays);
-    tracer_.closest(out.rays, out.hits);
-
+    gather_row(points_, tracer_, receiver, count, seed_ + ray_stream, out.found);
     out.links.clear();
     out.sky = {};
     out.row = {};
     int escaped = 0, absorbed = 0;
     double closeness = 0.0;
     for (int k = 0; k < count; ++k) {
-        const Ray& ray = out.rays[static_cast<std::size_t>(k)];
-        const Hit& hit = out.hits[static_cast<std::size_t>(k)];
+        const Ray& ray = out.found.rays[static_cast<std::size_t>(k)];
+        const Hit& hit = out.found.hits[static_cast<std::size_t>(k)];
         const double cosine = dot(ray.direction, frame.n), steep = std::min(steepest, 1.0 / cosine) / count;
         const double u = steep * dot(ray.direction, frame.u), v = steep * dot(ray.direction, frame.v);
         out.row.u += static_cast<float>(u);

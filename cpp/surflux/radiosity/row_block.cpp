@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "surflux/core/parallel.h"
+#include "surflux/lights/hemisphere_row.h"
 
 namespace surflux {
 
@@ -22,18 +23,13 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
     std::vector<std::size_t> room(places.size() + 1, 0), found(places.size(), 0);
     for (std::size_t row = 0; row < places.size(); ++row) room[row + 1] = room[row] + out.rays[row];
     out.met.resize(room.back());
-    struct Shot {
-        std::vector<Ray> rays;
-        std::vector<Hit> hits;
-    };
-    Scratch<Shot> scratch;
+    Scratch<HemisphereRow> scratch;
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t first, std::size_t last) {
-            const Scratch<Shot>::Lent shot(scratch);
+            const Scratch<HemisphereRow>::Lent shot(scratch);
             for (std::size_t row = first; row < last; ++row) {
-                cosine_rays(points, places[row], counts[row], seed + row_stream, (*shot).rays);
-                tracer.closest((*shot).rays, (*shot).hits);
+                gather_row(points, tracer, places[row], counts[row], seed + row_stream, *shot);
                 std::uint32_t* met = out.met.data() + room[row];
                 for (const Hit& hit : (*shot).hits) {
                     if (!hit) continue;
