@@ -29,17 +29,17 @@ constexpr double little = 1e-3;              // of the surface: not worth anothe
 
 class GlobalRefinement {
 public:
-    GlobalRefinement(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
-                     const StageProgress& progress, Solution& out)
+    GlobalRefinement(const Scene& scene, const Tracer& tracer, const Sight& sight, SurfelTree& tree,
+                     const RefinementOptions& options, const StageProgress& progress, Stopwatch& watch, Solution& out)
         : scene_(scene),
           options_(options),
           progress_(progress),
           out_(out),
-          watch_(out.timings),
+          watch_(watch),
           emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
-          sight_(tracer, scene),
-          tree_(scene, hierarchy(), leaves_allowed(scene, options.insert, options.max_surfels)),
+          sight_(sight),
+          tree_(tree),
           points_(scene.surfels),
           gathering_(points_, tracer, tree_, skies_, options.seed),
           probes_(points_, tracer, tree_, skies_, options.seed + probe_stream),
@@ -48,7 +48,6 @@ public:
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = usual_share * squared / total;
-        watch_.lap("hierarchy");
         sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey =
@@ -86,19 +85,13 @@ public:
             if (insert_for_indirect()) balance();
         }
         solve_smoothly({});
-        write();
+        write_light();
     }
 
 private:
     static constexpr std::uint32_t none = SurfelTree::none;
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
-    // No group spans a wall: what one side has is not sent on the other, nor given to it.
-    Hierarchy hierarchy() const {
-        const std::vector<Sight::Place> places = sight_.places(stage("hierarchy"));
-        return build_hierarchy(scene_.surfels, scene_.object, {options_.epsilon, 0, options_.seed}, stage("hierarchy"),
-                               [&](std::uint32_t i, std::uint32_t j) { return sight_.joined(places[i], places[j]); });
-    }
     InsertionOptions insertion_options() const { return {smallest_radius(scene_.surfels)}; }
     // The error of all is least for given rays where they go by the root of the area.
     int rays_of(std::uint32_t node) const {
@@ -268,16 +261,16 @@ private:
         out_.history.back().emplace_back("error", error_);  // or less
     }
 
-    void write();
+    void write_light();
 
     const Scene& scene_;
     const RefinementOptions& options_;
     const StageProgress& progress_;
     Solution& out_;
-    Stopwatch watch_;
+    Stopwatch& watch_;
     const LightSampler emitters_, skies_;
-    const Sight sight_;
-    SurfelTree tree_;
+    const Sight& sight_;
+    SurfelTree& tree_;
     const SurfelPoints points_;
     Gathering gathering_, probes_;
     CutTest test_;
@@ -296,7 +289,8 @@ private:
     std::unique_ptr<NodalField> field_;
 };
 
-void GlobalRefinement::write() {
+// Irradiance of the leaves, and the cut that it comes from.
+void GlobalRefinement::write_light() {
     const std::vector<std::uint32_t> leaves = tree_.all_leaves();
     const auto leaf_at = [&](std::size_t k) {
         const std::uint32_t p = leaves[k];
@@ -322,21 +316,36 @@ void GlobalRefinement::write() {
     field_.reset();
     system_.reset();
     out_.direct.resize(leaves.size());
+    out_.levels.resize(leaves.size());
+    out_.cut.resize(leaves.size());
     parallel_for(leaves.size(), 1024, [&](std::size_t k) {
         out_.direct[k] += sources_.from_lights(leaves[k]);
         out_.irradiance[k] += out_.direct[k] + sources_.from_emitters(leaves[k]);
+        out_.cut[k] = cut_.place_of[leaves[k]];
+        out_.levels[k] = tree_.level(cut_.nodes[out_.cut[k]]);
     });
-    write_leaves(tree_, leaves, out_, [&](std::uint32_t p) { return tree_.level(cut_.nodes[cut_.place_of[p]]); });
-    out_.cut.resize(leaves.size());
-    for (std::size_t k = 0; k < leaves.size(); ++k) out_.cut[k] = cut_.place_of[leaves[k]];
-    watch_.lap("interpolation");
+}
+
+// No group spans a wall: what one side has is not sent on the other, nor given to it.
+Hierarchy hierarchy_of(const Scene& scene, const Sight& sight, const RefinementOptions& options,
+                       const Progress& progress) {
+    const std::vector<Sight::Place> places = sight.places(progress);
+    return build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, progress,
+                           [&](std::uint32_t i, std::uint32_t j) { return sight.joined(places[i], places[j]); });
 }
 
 }  // namespace
 
 void solve_by_gathering(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
                         const StageProgress& progress, Solution& out) {
-    GlobalRefinement(scene, tracer, options, progress, out).run();
+    Stopwatch watch(out.timings);
+    const Sight sight(tracer, scene);
+    SurfelTree tree(scene, hierarchy_of(scene, sight, options, progress ? progress("hierarchy") : Progress{}),
+                    leaves_allowed(scene, options.insert, options.max_surfels));
+    watch.lap("hierarchy");
+    GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();
+    write_leaves(tree, tree.all_leaves(), out);
+    watch.lap("interpolation");
 }
 
 }  // namespace surflux

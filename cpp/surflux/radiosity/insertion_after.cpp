@@ -64,11 +64,13 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
         const std::vector<std::uint32_t> leaves = tree.all_leaves();
         solution.direct.resize(leaves.size());
         solution.irradiance.resize(leaves.size());
+        solution.levels.resize(leaves.size());
         for (std::size_t k = 0; k < leaves.size(); ++k) {
             solution.direct[k] = lit.from_lights(leaves[k]) + sky[leaves[k]];
             solution.irradiance[k] = solution.direct[k] + others[leaves[k]];
+            solution.levels[k] = tree.level(leaves[k]);
         }
-        write_leaves(tree, leaves, solution, [&](std::uint32_t p) { return tree.level(p); });
+        write_leaves(tree, leaves, solution);
         for (auto& [name, figure] : solution.history.back()) {
             if (name == "surfels") figure = static_cast<double>(tree.leaves());
             if (name == "inserted") figure = static_cast<double>(tree.points() - n);

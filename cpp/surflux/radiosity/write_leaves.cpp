@@ -4,17 +4,14 @@
 
 namespace surflux {
 
-void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out,
-                  const std::function<std::int32_t(std::uint32_t)>& level_of) {
+void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out) {
     out.surfels = tree.surfels_at(leaves);
     const std::size_t n = leaves.size();
     out.parents.resize(n);
-    out.levels.resize(n);
     out.radiosity.resize(n);
     parallel_for(n, 256, [&](std::size_t k) {
         const std::uint32_t p = leaves[k];
         out.parents[k] = tree.surfel(p);
-        out.levels[k] = level_of(p);
         out.radiosity[k] = tree.emission(p) + tree.reflectance(p) * out.irradiance[k];
     });
 }

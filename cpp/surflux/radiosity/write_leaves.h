@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "surflux/radiosity/surfel_tree.h"
@@ -9,9 +8,7 @@
 
 namespace surflux {
 
-// Fills in surfels, parents, levels and radiosity of `out`, whose irradiance is there: those of the leaves, in their
-// order. `level_of`: SurfelTree::level of the node that light was gathered for; asked on many threads at once.
-void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out,
-                  const std::function<std::int32_t(std::uint32_t leaf)>& level_of);
+// Fills in surfels, parents and radiosity of `out`, whose irradiance is there: those of the leaves, in their order.
+void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out);
 
 }  // namespace surflux
