@@ -1,9 +1,10 @@
 """`surflux bench --scale`: seconds, memory and errors from 2500 surfels to ten millions, one setting for all rows of a
 solver.
 
-Each row is measured in a process of its own, so that its peak of memory is its own: the scene is loaded, normals and
-radii included, and solved; once to warm up, then `repeats` times. Errors are those of DESIGN sections 3 and 5, at 2000
-area-sampled surfels, and of Solution.irradiance_at at 2000 random points of the surface.
+Each row is measured in a process of its own, so that its peaks of memory are its own: the scene is loaded, normals and
+radii included, and then solved; once to warm up, then `repeats` times, and from surfels and lights each time. Errors
+are those of DESIGN sections 3 and 5, at 2000 area-sampled surfels, and of Solution.irradiance_at at 2000 random points
+of the surface.
 
 What share of the time Embree takes, perf tells (here for the gallery; libembree* against _core* in the list):
 
@@ -11,6 +12,8 @@ What share of the time Embree takes, perf tells (here for the gallery; libembree
     perf report -i scale.data --sort dso --stdio
 """
 
+import contextlib
+import gc
 import math
 import os
 import re
@@ -60,8 +63,8 @@ class Row:
     scene: str
     surfels: int
     leaves: int  # of the solution, after insertion
-    seconds: float  # loading and all stages
-    gigabytes: float | None  # the most memory its process had
+    seconds: float  # of all stages of the solver, compiling included
+    gigabytes: float | None  # the most memory its process had while it solved
     error: float = 0.0
     indirect: float = 0.0
     percentile_99: float = 0.0
@@ -73,6 +76,8 @@ class Row:
     at_points_99: float | None = None
     reference_at_points: float = 0.0
     own: float = math.nan  # Solution.error
+    loading: float = 0.0  # seconds of reading or sampling the scene
+    loading_gigabytes: float | None = None
     paths: int = 0  # of the reference for each surfel
     stages: dict = field(default_factory=dict)
     figures: dict = field(default_factory=dict)
@@ -126,6 +131,7 @@ def of_scene(name, truth, repeats, threads, paths):
         found = fresh.submit(solved, path, count, repeats, threads, places, name in MESHLESS).result()
     row = Row(name, len(truth.place_of), found["leaves"], found["seconds"], found["gigabytes"], own=found["error"])
     row.stages, row.figures, row.repeats = found["stages"], found["figures"], repeats
+    row.loading, row.loading_gigabytes = found["loading"]
     while True:
         index = truth.surfels.index
         for key, value in errors_against(truth.surfels, found["total"][index], found["indirect"][index]).items():
@@ -142,13 +148,17 @@ def of_scene(name, truth, repeats, threads, paths):
 
 def solved(path, count, repeats, threads, places, meshless=False):
     """What a process of its own measures: medians of seconds, its peak, and values by the surfels of the scene."""
+    start = perf_counter()
+    loaded = sf.load_scene(path, surfels=count)
+    loading = perf_counter() - start, peak_gigabytes()
+    forget_peak()
     runs = []
     for turn in range(repeats + 1):
+        solution = None  # two at once are nobody's memory
+        scene = sf.Scene(loaded.objects, loaded.lights, solve_options=loaded.solve_options)  # not compiled yet
         start = perf_counter()
-        scene = sf.load_scene(path, surfels=count)
-        loading = perf_counter() - start
         solution = (sf.solve_meshless if meshless else sf.solve)(scene, threads=threads)
-        runs.append({"seconds": perf_counter() - start, "loading": loading, **solution.timings})
+        runs.append({"seconds": perf_counter() - start, **solution.timings})
         if turn == 0:  # later ones take what this one has left
             gigabytes = peak_gigabytes()
     runs = runs[1:]
@@ -163,6 +173,7 @@ def solved(path, count, repeats, threads, places, meshless=False):
     last = solution.history[-1]
     return {
         "leaves": len(solution.surfels),
+        "loading": loading,
         "seconds": middle.pop("seconds"),
         "stages": middle,
         "gigabytes": gigabytes,
@@ -174,8 +185,15 @@ def solved(path, count, repeats, threads, places, meshless=False):
     }
 
 
+def forget_peak():
+    """Has peak_gigabytes() begin anew, where Linux can."""
+    gc.collect()
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+
+
 def peak_gigabytes():
-    """The most memory this process has had; None where Linux does not tell."""
+    """The most memory this process has had since forget_peak(); None where Linux does not tell."""
     try:
         return int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())[1]) * 1024 / 1e9
     except (OSError, TypeError):
@@ -229,7 +247,10 @@ def seconds_until(error, curve):
 
 def table(rows):
     """The rows as Markdown: what they took, how far they are off, and where the seconds went."""
-    took = ["| scene | surfels | leaves | seconds | GB | links | rays | cut | iterations |", "|---|" + "--:|" * 8]
+    took = [
+        "| scene | surfels | leaves | seconds | GB | loading: seconds | GB | links | rays | cut | iterations |",
+        "|---|" + "--:|" * 10,
+    ]
     off = [
         "| scene | error of H, % | of its indirect part, % | 99th percentile, % | of the indirect part, % "
         "| irradiance_at, % | its 99th percentile, % | own estimate, % | reference's own: H, indirect, points, % |",
@@ -238,8 +259,11 @@ def table(rows):
     stages = ["| scene | seconds of each stage |", "|---|---|"]
     for r in rows:
         figures = [_figure(r.figures.get(name)) for name in ("links", "rays", "cut", "iterations")]
-        size = "" if r.gigabytes is None else f"{r.gigabytes:.2f}"
-        took.append(f"| {r.scene} | {r.surfels} | {r.leaves} | {r.seconds:.2f} | {size} | {' | '.join(figures)} |")
+        solving, loading = ("" if size is None else f"{size:.2f}" for size in (r.gigabytes, r.loading_gigabytes))
+        took.append(
+            f"| {r.scene} | {r.surfels} | {r.leaves} | {r.seconds:.2f} | {solving} | {r.loading:.2f} | {loading} "
+            f"| {' | '.join(figures)} |"
+        )
         errors = [f"{_claimed(r, 0)} ± {_percent(r.uncertainty)}", _claimed(r, 1)]
         errors += [_percent(v) for v in (r.percentile_99, r.percentile_99_indirect)]
         errors += ["" if r.at_points is None else _claimed(r, 2)]

@@ -10,6 +10,7 @@ from surflux._base.passes import stage
 from surflux.points.surfels import Surfels
 
 MOST_SURFELS = 20_000_000
+SAMPLES_AT_ONCE = 1 << 18  # of shapes that are made from formulas, whose evaluation takes some hundred bytes each
 SIDES = ("left", "right", "front", "back", "floor", "ceiling")
 
 
@@ -181,9 +182,17 @@ def _sampled(evaluate, triangles, points, seed):
     corners = evaluate(triangles.reshape(-1, triangles.shape[2]))[0].reshape(-1, 3, 3)
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     flat, index = _core.sample_triangles(corners, 5 * points, seed)
-    position, normal = evaluate(_parameters(flat, corners[index], triangles[index]))
+
+    def at(samples):
+        return evaluate(_parameters(flat[samples], corners[index[samples]], triangles[index[samples]]))
+
+    position = np.empty_like(flat)
+    for first in range(0, len(flat), SAMPLES_AT_ONCE):
+        block = slice(first, first + SAMPLES_AT_ONCE)
+        position[block] = at(block)[0]
     kept = _core.eliminate_samples(position, points, float(area), seed, progress=stage("samples"))
-    return Surfels(position[kept], normal[kept])
+    del position
+    return Surfels(*at(kept))
 
 
 def _parameters(points, corners, parameters):
