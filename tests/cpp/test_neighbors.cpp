@@ -68,6 +68,39 @@ TEST(PointIndex, AgreesWithBruteForce) {
     }
 }
 
+TEST(PointIndex, OfManyPointsAgreesWithBruteForceWhereDistancesAreEqual) {
+    // A grid in random order, every point thrice: of all that are as far, the least numbers are nearest.
+    std::vector<Vec3> points;
+    for (int k = 0; k < 3 * 40 * 40 * 40; ++k) {
+        const int at = k / 3;
+        points.push_back({at % 40 * 0.25, at / 40 % 40 * 0.25, at / 1600 * 0.25});
+    }
+    Random random(5);
+    for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[random.below(k)]);
+    const PointIndex index(points);
+    std::vector<Neighbor> found;
+    for (std::size_t q = 0; q < 20; ++q) {
+        const Vec3& at = points[q * 9000];
+        std::vector<std::pair<double, std::uint32_t>> all;
+        for (std::uint32_t i = 0; i < points.size(); ++i)
+            if (const double d = length(points[i] - at); d <= 0.75) all.emplace_back(d, i);
+        std::sort(all.begin(), all.end());
+        index.nearest(at, 24, found);  // some of those next to it, and of those across edges
+        ASSERT_EQ(found.size(), 24u);
+        for (std::size_t k = 0; k < found.size(); ++k) EXPECT_EQ(found[k].index, all[k].second) << q << ' ' << k;
+        found.clear();
+        index.within(at, 0.75, found);
+        EXPECT_EQ(found.size(), all.size());
+    }
+}
+
+TEST(PointIndex, IsCancelledWhileItIsBuilt) {
+    const std::vector<Vec3> points = random_points(200000, 3);
+    int reports = 0;
+    EXPECT_THROW(PointIndex(points, [&](std::size_t, std::size_t) { return ++reports < 3; }), Cancelled);
+    EXPECT_EQ(reports, 3);
+}
+
 TEST(PointIndex, GivesAllPointsWhenAskedForMore) {
     const PointIndex index(random_points(5, 2));
     std::vector<Neighbor> found;

@@ -41,7 +41,7 @@ public:
           out_(out.solution),
           watch_(out_.timings),
           field_(std::make_shared<MeshlessField>()),
-          tracer_(compiled.tracer()),
+          tracer_(compiled.tracer(stage("trace"))),
           light_(scene_, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct")),
           placed_(
               scene_, tracer_, light_.points(), field_->basis,

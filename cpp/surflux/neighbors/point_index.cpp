@@ -13,12 +13,15 @@
 #pragma GCC diagnostic pop
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
 namespace {
 
 using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
+
+constexpr double almost = 1.0 - 1e-14;  // of a squared distance, as rounding may have it
 
 // worstDist is compared strictly: the next number up lets a point at exactly `radius` in.
 double strict_bound(double radius) { return std::nextafter(radius * radius, std::numeric_limits<double>::infinity()); }
@@ -33,7 +36,7 @@ public:
     bool full() const override { return count_ == k_; }
     double worstDist() const override { return worst_; }
     void addPoint(double squared, std::size_t index) override {
-        const Neighbor found{static_cast<std::uint32_t>(index), squared};
+        const Neighbor found{numbers[index], squared};
         const auto before = [](const Neighbor& a, const Neighbor& b) {
             return a.distance < b.distance || (a.distance == b.distance && a.index < b.index);
         };
@@ -42,13 +45,16 @@ public:
         std::size_t place = full() ? k_ - 1 : count_++;
         for (; place > 0 && before(found, out_[place - 1]); --place) out_[place] = out_[place - 1];
         out_[place] = found;
-        if (full()) worst_ = out_.back().distance;
+        // FLANN asks for less than the worst: of what is as far, the least numbers count, wherever it finds them.
+        if (full()) worst_ = out_.back().distance / almost + std::numeric_limits<double>::denorm_min();
     }
     // Actual distances, of as many as there are.
     void finish() {
         out_.resize(count_);
         for (Neighbor& n : out_) n.distance = std::sqrt(n.distance);
     }
+
+    const std::uint32_t* numbers = nullptr;  // of the points of the tree that is searched
 
 private:
     std::size_t k_, count_ = 0;
@@ -62,8 +68,10 @@ public:
     bool full() const override { return true; }
     double worstDist() const override { return bound_; }
     void addPoint(double squared, std::size_t index) override {
-        if (squared < bound_) out_.push_back({static_cast<std::uint32_t>(index), std::sqrt(squared)});
+        if (squared < bound_) out_.push_back({numbers[index], std::sqrt(squared)});
     }
+
+    const std::uint32_t* numbers = nullptr;
 
 private:
     double bound_;
@@ -73,34 +81,127 @@ private:
 }  // namespace
 
 struct PointIndex::Impl {
-    std::vector<double> coordinates;  // recentred
+    struct Point {
+        double at[3];  // recentred
+        std::uint32_t number;
+    };
+    // Of neighbouring points: two of its kind, one after the other, or a tree of FLANN's.
+    struct Node {
+        double low[3], high[3];
+        std::uint32_t begin, end;  // in `numbers`
+        std::uint32_t first_child = 0;
+        std::unique_ptr<Tree> tree;
+
+        double squared_distance(const double (&q)[3]) const {
+            double sum = 0.0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double off = std::max({low[axis] - q[axis], q[axis] - high[axis], 0.0});
+                sum += off * off;
+            }
+            return sum;
+        }
+    };
+    static constexpr std::uint32_t most_points = 1 << 15;  // of one of FLANN's trees
+
     Vec3 origin;
-    std::unique_ptr<Tree> tree;
+    std::vector<std::uint32_t> numbers;
+    std::vector<Node> nodes;
 
     void query(const Vec3& p, double (&q)[3]) const {
         for (int axis = 0; axis < 3; ++axis) q[axis] = p[axis] - origin[axis];
     }
+
+    void find_box(Node& node, const std::vector<Point>& points) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            node.low[axis] = std::numeric_limits<double>::infinity();
+            node.high[axis] = -node.low[axis];
+            for (std::uint32_t k = node.begin; k < node.end; ++k) {
+                node.low[axis] = std::min(node.low[axis], points[k].at[axis]);
+                node.high[axis] = std::max(node.high[axis], points[k].at[axis]);
+            }
+        }
+    }
+
+    // Halves, along the longest side of their boxes, until one of FLANN's trees can take them.
+    void divide(std::vector<Point>& points, const Progress& progress) {
+        nodes.emplace_back();
+        nodes[0].begin = 0, nodes[0].end = static_cast<std::uint32_t>(points.size());
+        for (std::size_t first = 0, last = 1; first < last; first = last, last = nodes.size()) {
+            for (std::size_t k = first; k < last; ++k)
+                if (nodes[k].end - nodes[k].begin > most_points) {
+                    nodes[k].first_child = static_cast<std::uint32_t>(nodes.size());
+                    const std::uint32_t begin = nodes[k].begin, end = nodes[k].end, middle = begin + (end - begin) / 2;
+                    nodes.emplace_back(), nodes.emplace_back();
+                    nodes[nodes.size() - 2].begin = begin, nodes[nodes.size() - 2].end = middle;
+                    nodes.back().begin = middle, nodes.back().end = end;
+                }
+            parallel_for(last - first, 1, [&](std::size_t k) {
+                Node& node = nodes[first + k];
+                find_box(node, points);
+                if (node.first_child == 0) return;
+                int widest = 0;
+                for (int axis = 1; axis < 3; ++axis)
+                    if (node.high[axis] - node.low[axis] > node.high[widest] - node.low[widest]) widest = axis;
+                const auto from = points.begin();
+                std::nth_element(from + node.begin, from + nodes[node.first_child].end, from + node.end,
+                                 [widest](const Point& a, const Point& b) {
+                                     return a.at[widest] < b.at[widest] ||
+                                            (a.at[widest] == b.at[widest] && a.number < b.number);
+                                 });
+            });
+            report(progress, 0, points.size());
+        }
+    }
+
+    template <class Set>
+    void search(std::size_t at, const double (&q)[3], Set& set) const {
+        const Node& node = nodes[at];
+        if (node.first_child == 0) {
+            set.numbers = numbers.data() + node.begin;
+            node.tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+            return;
+        }
+        const double a = nodes[node.first_child].squared_distance(q),
+                     b = nodes[node.first_child + 1].squared_distance(q);
+        const std::size_t near = node.first_child + (b < a), far = node.first_child + !(b < a);
+        // As far as the worst is no reason to leave one out: of equals the least number counts.
+        if (std::min(a, b) * almost <= set.worstDist()) search(near, q, set);
+        if (std::max(a, b) * almost <= set.worstDist()) search(far, q, set);
+    }
 };
 
-PointIndex::PointIndex(const std::vector<Vec3>& points) : impl_(std::make_unique<Impl>()) {
+PointIndex::PointIndex(const std::vector<Vec3>& points, const Progress& progress) : impl_(std::make_unique<Impl>()) {
     require(!points.empty(), "points: there are none to search");
     // The median, not the centre of the bounding box: one outlier must not cost the other points their last digits.
-    std::vector<double> values(points.size());
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-    for (int axis = 0; axis < 3; ++axis) {
-        std::transform(points.begin(), points.end(), values.begin(), [axis](const Vec3& p) { return p[axis]; });
-        std::nth_element(values.begin(), middle, values.end());
-        impl_->origin[axis] = *middle;
+    {
+        std::vector<double> values(points.size());
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+        for (int axis = 0; axis < 3; ++axis) {
+            std::transform(points.begin(), points.end(), values.begin(), [axis](const Vec3& p) { return p[axis]; });
+            std::nth_element(values.begin(), middle, values.end());
+            impl_->origin[axis] = *middle;
+        }
     }
-    impl_->coordinates.reserve(3 * points.size());
-    for (const Vec3& p : points) {
-        double q[3];
-        impl_->query(p, q);
-        impl_->coordinates.insert(impl_->coordinates.end(), q, q + 3);
-    }
-    const flann::Matrix<double> matrix(impl_->coordinates.data(), points.size(), 3);
-    impl_->tree = std::make_unique<Tree>(matrix, flann::KDTreeSingleIndexParams(12));
-    impl_->tree->buildIndex();
+    std::vector<Impl::Point> recentred(points.size());
+    parallel_for(points.size(), 4096, [&](std::size_t k) {
+        impl_->query(points[k], recentred[k].at);
+        recentred[k].number = static_cast<std::uint32_t>(k);
+    });
+    impl_->divide(recentred, progress);
+    impl_->numbers.resize(points.size());
+    parallel_for(points.size(), 4096, [&](std::size_t k) { impl_->numbers[k] = recentred[k].number; });
+    parallel_blocks(
+        impl_->nodes.size(), 1,
+        [&](std::size_t k, std::size_t) {
+            Impl::Node& node = impl_->nodes[k];
+            if (node.first_child != 0) return;
+            // Points are copied into the tree, in its order.
+            node.tree = std::make_unique<Tree>(
+                flann::Matrix<double>(recentred[node.begin].at, node.end - node.begin, 3, sizeof(Impl::Point)),
+                flann::KDTreeSingleIndexParams(12));
+            node.tree->buildIndex();
+        },
+        progress);
 }
 
 PointIndex::~PointIndex() = default;
@@ -111,7 +212,7 @@ void PointIndex::nearest(const Vec3& query, std::size_t k, std::vector<Neighbor>
     double q[3];
     impl_->query(query, q);
     NearestSet set(std::min(k, size()), radius, out);
-    impl_->tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+    impl_->search(0, q, set);
     set.finish();
 }
 
@@ -119,10 +220,10 @@ void PointIndex::within(const Vec3& query, double radius, std::vector<Neighbor>&
     double q[3];
     impl_->query(query, q);
     WithinSet set(radius, out);
-    impl_->tree->findNeighbors(set, q, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+    impl_->search(0, q, set);
 }
 
-std::size_t PointIndex::size() const { return impl_->coordinates.size() / 3; }
+std::size_t PointIndex::size() const { return impl_->numbers.size(); }
 
 std::string flann_version() { return FLANN_VERSION_; }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -17,9 +18,12 @@ struct Neighbor {
 };
 
 // Exact nearest neighbours among fixed points. Queries are const and may run on many threads at once.
+//   A k-d tree over FLANN's: these are of some ten thousand neighbouring points each, so that they are built side by
+//   side
+// and a cancelled pass waits for no more than one of them.
 class PointIndex {
 public:
-    explicit PointIndex(const std::vector<Vec3>& points);
+    explicit PointIndex(const std::vector<Vec3>& points, const Progress& progress = {});
     ~PointIndex();
     PointIndex(PointIndex&&) noexcept;
     PointIndex& operator=(PointIndex&&) noexcept;

@@ -162,8 +162,9 @@ FormFactorOperator form_factor_operator(const CompiledScene& compiled, const For
             wanted / 1e9, " GB, and there are ", 0.75 * available_memory() / 1e9, " GB for it");
     FormFactorOperator::State state;
     state.areas = s.areas;
-    state.rows = gather_rows(compiled.scene(), compiled.tracer(), places_of(s),
-                             std::vector<int>(s.size(), options.rays), options.seed, progress("rays"));
+    const Tracer& tracer = compiled.tracer(progress("trace"));
+    state.rows = gather_rows(compiled.scene(), tracer, places_of(s), std::vector<int>(s.size(), options.rays),
+                             options.seed, progress("rays"));
     const std::vector<double> density = densities(state.rows, state.areas);
     ScalingProblem problem;
     problem.totals = s.areas;

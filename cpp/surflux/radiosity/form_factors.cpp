@@ -62,7 +62,7 @@ FormFactors form_factors(const CompiledScene& compiled, const FormFactorOptions&
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
     require_areas(s);
-    const Tracer& tracer = compiled.tracer();
+    const Tracer& tracer = compiled.tracer(progress ? progress("trace") : Progress{});
     const PairExchange pairs(scene, options.epsilon, options.visibility);
     const Shafts shafts(scene);
     const VisibleShare share(tracer, pairs, shafts, options.error, options.seed);

@@ -340,8 +340,9 @@ void solve_by_gathering(const Scene& scene, const Tracer& tracer, const Refineme
                         const StageProgress& progress, Solution& out) {
     Stopwatch watch(out.timings);
     const Sight sight(tracer, scene);
-    SurfelTree tree(scene, hierarchy_of(scene, sight, options, progress ? progress("hierarchy") : Progress{}),
-                    leaves_allowed(scene, options.insert, options.max_surfels));
+    const Progress of_tree = progress ? progress("hierarchy") : Progress{};
+    SurfelTree tree(scene, hierarchy_of(scene, sight, options, of_tree),
+                    leaves_allowed(scene, options.insert, options.max_surfels), of_tree);
     watch.lap("hierarchy");
     GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();
     write_leaves(tree, tree.all_leaves(), out);

@@ -23,7 +23,7 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
 
     Solution out;
     Stopwatch watch(out.timings);
-    const Tracer& tracer = compiled.tracer();
+    const Tracer& tracer = compiled.tracer(progress ? progress("trace") : Progress{});
     watch.lap("trace");
     if (by_pairs) {
         solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},

@@ -16,7 +16,8 @@ constexpr double own_share = 0.16;  // squared distance over area: .4 of the spa
 
 }  // namespace
 
-SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves)
+SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves,
+                       const Progress& progress)
     : scene_(scene), surfels_(scene.surfels.size()), leaves_(surfels_), most_leaves_(std::max(most_leaves, surfels_)) {
     // A split adds four points and three leaves.
     const std::size_t room = surfels_ + (most_leaves_ - surfels_) / (children - 1) * children;
@@ -45,7 +46,7 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
         here += static_cast<std::uint32_t>(level.size());
         levels_.push_back(here - first_group_);
     }
-    if (!hierarchy.levels.empty()) find_neighbors();
+    if (!hierarchy.levels.empty()) find_neighbors(progress);
 }
 
 std::int32_t SurfelTree::level(std::uint32_t node) const {
@@ -63,12 +64,12 @@ std::pair<std::uint32_t, std::uint32_t> SurfelTree::level_of_at_least(std::size_
     return {0, static_cast<std::uint32_t>(surfels_)};
 }
 
-void SurfelTree::find_neighbors() {
+void SurfelTree::find_neighbors(const Progress& progress) {
     const Surfels& s = scene_.surfels;
     if (s.triangles.size() > 0 && std::adjacent_find(triangles_.begin(), triangles_.end()) == triangles_.end()) return;
-    const PointIndex index(s.positions);
+    const PointIndex index(s.positions, progress);
     beside_.resize(surfels_ * beside);
-    parallel_blocks(surfels_, 256, [&](std::size_t begin, std::size_t end) {
+    const auto find = [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         for (std::size_t k = begin; k < end; ++k) {
             const auto i = static_cast<std::uint32_t>(k);
@@ -83,7 +84,8 @@ void SurfelTree::find_neighbors() {
                     dot(s.normals[other.index], s.normals[i]) > 0.5)
                     out[count++] = other.index;
         }
-    });
+    };
+    parallel_blocks(surfels_, 256, find, progress);
 }
 
 std::uint32_t SurfelTree::sender(std::uint32_t surfel, const Vec3& at, double reach) const {

@@ -20,7 +20,7 @@ public:
     static constexpr std::uint32_t children = 4;
 
     // `most_leaves`: the room for insertion.
-    SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves);
+    SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size_t most_leaves, const Progress& progress = {});
 
     std::size_t size() const { return first_group_ + groups_.size(); }  // of arrays by node; some stay unused
     std::size_t points() const { return surfels_ + inserted_.size(); }  // surfels and inserted ones
@@ -109,7 +109,7 @@ private:
         if (first_child(p) == none) return visit(p);
         for (std::uint32_t k = 0; k < children; ++k) visit_leaves(first_child(p) + k, visit);
     }
-    void find_neighbors();
+    void find_neighbors(const Progress& progress);
     template <class Values>
     auto of(const Values& given, const Values& added, std::uint32_t p) const -> decltype(given[p]) {
         return p < surfels_ ? given[p] : added[p - surfels_];

@@ -59,9 +59,9 @@ struct Plan {
 
 class PathTracer {
 public:
-    PathTracer(const CompiledScene& compiled, const ReferenceOptions& options)
+    PathTracer(const CompiledScene& compiled, const ReferenceOptions& options, const Progress& progress)
         : surfels_(compiled.scene().surfels),
-          tracer_(compiled.tracer()),
+          tracer_(compiled.tracer(progress)),
           lights_(compiled.scene(), options.small_emitters),
           seed_(options.seed) {}
 
@@ -189,7 +189,7 @@ Reference reference_irradiance(const CompiledScene& compiled, const std::vector<
             normals.size());
     require(options.samples >= least_batches, "samples: wanted at least ", least_batches, ", got ", options.samples);
     const Plan plan(options.samples);
-    const PathTracer tracer(compiled, options);
+    const PathTracer tracer(compiled, options, progress);
     tracer.require_near(points);
     const std::vector<std::uint32_t> order = morton_order(points);
     std::vector<Moments> parts(points.size() * plan.chunks);

@@ -16,8 +16,9 @@ public:
     CompiledScene(Scene scene) : scene_(std::move(scene)) {}  // NOLINT: a scene that is handed to a solver compiles
 
     const Scene& scene() const { return scene_; }
-    const Tracer& tracer() const {
-        std::call_once(traced_, [this] { tracer_ = std::make_unique<Tracer>(scene_); });
+    // Where it is built, `progress` is told of that, and may cancel it: the next that asks builds it anew.
+    const Tracer& tracer(const Progress& progress = {}) const {
+        std::call_once(traced_, [&] { tracer_ = std::make_unique<Tracer>(scene_, progress); });
         return *tracer_;
     }
 

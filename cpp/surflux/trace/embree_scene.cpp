@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <numeric>
+#include <thread>
 
 #include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
@@ -22,7 +24,31 @@ DeviceError no_device(RTCError why) {
 
 }  // namespace
 
-void Tracer::Impl::build(const Surfels& surfels) {
+namespace {
+
+// Embree tells of its build from any of its threads; reports are made on the thread that called, and what they throw
+// must not pass through Embree.
+struct Monitor {
+    const Progress& progress;
+    std::thread::id caller;
+    std::exception_ptr thrown;
+
+    static bool told(void* of, double done) {
+        auto& self = *static_cast<Monitor*>(of);
+        if (std::this_thread::get_id() != self.caller) return true;
+        constexpr std::size_t steps = 1000;
+        try {
+            report(self.progress, static_cast<std::size_t>(steps * std::clamp(done, 0.0, 1.0)), steps);
+        } catch (...) {
+            self.thrown = std::current_exception();
+        }
+        return !self.thrown;
+    }
+};
+
+}  // namespace
+
+void Tracer::Impl::build(const Surfels& surfels, const Progress& progress) {
     device.reset(rtcNewDevice(nullptr));
     if (!device) throw no_device(rtcGetDeviceError(nullptr));
     rtcSetDeviceErrorFunction(device.get(), Errors::keep, &errors);
@@ -30,7 +56,11 @@ void Tracer::Impl::build(const Surfels& surfels) {
     rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between adjacent triangles
     add_disks();
     add_triangles(surfels);
+    Monitor monitor{progress, std::this_thread::get_id(), nullptr};
+    if (progress) rtcSetSceneProgressMonitorFunction(scene.get(), Monitor::told, &monitor);
     within_limit([&] { rtcCommitScene(scene.get()); });
+    if (monitor.thrown) std::rethrow_exception(monitor.thrown);
+    rtcSetSceneProgressMonitorFunction(scene.get(), nullptr, nullptr);
     errors.raise();
 }
 
@@ -76,7 +106,7 @@ void Tracer::Impl::add_triangles(const Surfels& s) {
     attach(geometry, triangle_geometry);
 }
 
-void Tracer::Impl::drop_joints() {
+void Tracer::Impl::drop_joints(const Progress& progress) {
     const auto meets_another = [this](std::uint32_t i, const Vec3& from, const Vec3& direction, double length) {
         Query query{{}, this};
         query.but = disks[i].object;
@@ -86,8 +116,7 @@ void Tracer::Impl::drop_joints() {
         return ray.tfar < 0.0f;
     };
     const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
-    parallel_for(disks.size(), 1024, [&](std::size_t k) {
-        const auto i = static_cast<std::uint32_t>(k);
+    const auto drop = [&](std::uint32_t i) {
         const Disk& disk = disks[i];
         if (!disk.is_disk()) return;
         for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
@@ -102,7 +131,13 @@ void Tracer::Impl::drop_joints() {
                 meets_another(i, beyond + high * normal, -normal, 2.0 * high))
                 ends[e].limit = infinite;
         }
-    });
+    };
+    parallel_blocks(
+        disks.size(), 1024,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) drop(static_cast<std::uint32_t>(i));
+        },
+        progress);
 }
 
 }  // namespace surflux

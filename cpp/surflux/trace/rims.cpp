@@ -31,7 +31,7 @@ struct Places {
     std::unique_ptr<PointIndex> index;
 };
 
-Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels) {
+Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels, const Progress& progress) {
     std::vector<Vec3> positions;
     positions.reserve(surfels.size());
     for (const std::uint32_t i : surfels) positions.push_back(s.positions[i]);
@@ -39,7 +39,7 @@ Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels) {
     Places out;
     for (std::size_t k = 0; k < surfels.size(); ++k)
         if (distinct.of_point[k] == out.surfel.size()) out.surfel.push_back(surfels[k]);
-    out.index = std::make_unique<PointIndex>(distinct.places);
+    out.index = std::make_unique<PointIndex>(distinct.places, progress);
     return out;
 }
 
@@ -47,7 +47,7 @@ Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels) {
 
 // Each disk among those of its own object, so that copies of that do not stand in for what is around; scans that stand
 // for one surface together (Scene::spread) also among all.
-void Tracer::Impl::find_lower(const Scene& of) {
+void Tracer::Impl::find_lower(const Scene& of, const Progress& progress) {
     const Surfels& s = of.surfels;
     lower_begin.assign(s.size() + 1, 0);
     std::vector<std::uint32_t> surfels;
@@ -58,13 +58,13 @@ void Tracer::Impl::find_lower(const Scene& of) {
     for (const std::uint32_t i : surfels) of_object[of.object[i]].push_back(i);
     std::vector<Places> own(of_object.size());
     for (std::size_t o = 0; o < own.size(); ++o)
-        if (!of_object[o].empty()) own[o] = places_of(s, of_object[o]);
+        if (!of_object[o].empty()) own[o] = places_of(s, of_object[o], progress);
     Places all;
-    if (!of.spread.empty()) all = places_of(s, surfels);
+    if (!of.spread.empty()) all = places_of(s, surfels, progress);
 
     constexpr std::size_t grain = 256;
     std::vector<std::vector<std::uint32_t>> found((surfels.size() + grain - 1) / grain);
-    parallel_blocks(surfels.size(), grain, [&](std::size_t begin, std::size_t end) {
+    const auto find = [&](std::size_t begin, std::size_t end) {
         std::vector<Neighbor> near;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t i = surfels[k];
@@ -81,7 +81,8 @@ void Tracer::Impl::find_lower(const Scene& of) {
             look(own[of.object[i]], false);
             if (disks[i].spread > 0.0f) look(all, true);
         }
-    });
+    };
+    parallel_blocks(surfels.size(), grain, find, progress);
     std::partial_sum(lower_begin.begin(), lower_begin.end(), lower_begin.begin());
     lower.reserve(lower_begin.back());
     for (const auto& some : found) lower.insert(lower.end(), some.begin(), some.end());

@@ -34,7 +34,7 @@ Tracer::Impl::Impl(const Surfels& surfels)
     for (double reach : extent.reach) diameter = std::max(diameter, 2.0 * reach);
 }
 
-Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)) {
+Tracer::Tracer(const Scene& scene, const Progress& progress) : impl_(std::make_unique<Impl>(scene.surfels)) {
     const Surfels& s = scene.surfels;
     const Coincident coincident = find_coincident(scene);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
@@ -59,10 +59,10 @@ Tracer::Tracer(const Scene& scene) : impl_(std::make_unique<Impl>(scene.surfels)
     for (const Triangle& t : s.triangles) impl_->triangle_surfel.push_back(t.surfel);
     std::vector<double>().swap(impl_->extent.reach);
     impl_->add_coplanar(scene);
-    impl_->find_lower(scene);
+    impl_->find_lower(scene, progress);
 
-    impl_->build(s);
-    impl_->drop_joints();
+    impl_->build(s, progress);
+    impl_->drop_joints(progress);
 }
 
 Tracer::~Tracer() = default;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/scene/scene.h"
 
 namespace surflux {
@@ -55,7 +56,7 @@ Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel = Hit::n
 // Queries are const and may run on many threads at once.
 class Tracer {
 public:
-    explicit Tracer(const Scene& scene);
+    explicit Tracer(const Scene& scene, const Progress& progress = {});
     ~Tracer();
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;

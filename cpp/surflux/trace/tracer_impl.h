@@ -311,7 +311,7 @@ struct Tracer::Impl {
 
     double contact_of(std::uint32_t surfel) const { return unit * static_cast<double>(disks[surfel].contact); }
 
-    void find_lower(const Scene& of);
+    void find_lower(const Scene& of, const Progress& progress);
     bool rises_over(const Surfels& s, std::uint32_t i, std::uint32_t j, double distance) const;
     void add_coplanar(const Scene& scene);
     // Where a ray ends, in `unit` from the origin.
@@ -323,7 +323,7 @@ struct Tracer::Impl {
     }
 
     // A border that runs into another object is where the two adjoin: there is no end there.
-    void drop_joints();
+    void drop_joints(const Progress& progress);
 
     void to_local(const Vec3& p, float (&out)[3]) const {
         for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>((p[axis] - origin[axis]) / unit);
@@ -349,7 +349,7 @@ struct Tracer::Impl {
     template <class Bool>
     void free(const Ray* rays, std::size_t count, Bool* free) const;
 
-    void build(const Surfels& surfels);
+    void build(const Surfels& surfels, const Progress& progress);
     void add_disks();
     void add_triangles(const Surfels& s);
     void attach(RTCGeometry geometry, unsigned id);
