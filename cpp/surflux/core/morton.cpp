@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <utility>
+
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
@@ -32,13 +35,13 @@ std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points) {
     const Vec3 span = high - low;
     const double side = std::max({span.x, span.y, span.z, 1e-300});
     std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(points.size());
-    for (std::uint32_t i = 0; i < points.size(); ++i) {
+    parallel_for(points.size(), 4096, [&](std::size_t i) {
         std::uint64_t key = 0;
         for (int axis = 0; axis < 3; ++axis)
             key |= spread(static_cast<std::uint64_t>((points[i][axis] - low[axis]) / side * 2097151.0)) << axis;
-        keys[i] = {key, i};
-    }
-    std::sort(keys.begin(), keys.end());
+        keys[i] = {key, static_cast<std::uint32_t>(i)};
+    });
+    parallel_sort(keys, std::less<>());
     for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
     return order;
 }

@@ -297,8 +297,9 @@ void GlobalRefinement::write_light() {
         return NodalField::Place{tree_.position(p), tree_.normal(p), tree_.area(p), system_->weights(p)};
     };
     const auto at_leaves = [&](std::vector<TiltedRgb> values) {
-        return field_->at_conservatively(field_->fit(std::move(values), &sight_, stage("interpolation")), leaves.size(),
-                                         leaf_at);
+        const Progress progress = stage("interpolation");
+        return field_->at_conservatively(field_->fit(std::move(values), &sight_, progress), leaves.size(), leaf_at,
+                                         progress);
     };
     std::vector<TiltedRgb> at_nodes(cut_.rows.size());
     // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.

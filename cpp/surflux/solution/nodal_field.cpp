@@ -106,7 +106,14 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
 }
 
 std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t places,
-                                               const std::function<Place(std::size_t)>& place) const {
+                                               const std::function<Place(std::size_t)>& place,
+                                               const Progress& progress) const {
+    const auto for_places = [&](const auto& visit) {
+        const auto of_block = [&](std::size_t begin, std::size_t end) {
+            for (std::size_t p = begin; p < end; ++p) visit(p);
+        };
+        parallel_blocks(places, 256, of_block, progress);
+    };
     const auto constant = [&](const Place& of) {
         Rgb sum;
         for (const Interpolation::Weight& w : of.weights) sum += w.weight * field.values[w.site].value;
@@ -114,7 +121,7 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
         return sum;
     };
     std::vector<Rgb> out(places);
-    parallel_for(places, 256, [&](std::size_t p) {
+    for_places([&](std::size_t p) {
         const Place of = place(p);
         const Rgb level = constant(of);
         out[p] = at(field, of.position, of.normal, of.weights);
@@ -143,7 +150,7 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
         for (const std::vector<Sums>& block : sums) of.wanted += block[k].wanted, of.found += block[k].found;
         for (int c = 0; c < 3; ++c) scale[k][c] = of.found[c] > 0.0 ? of.wanted[c] / of.found[c] : 1.0;
     }
-    parallel_for(places, 256, [&](std::size_t p) {
+    for_places([&](std::size_t p) {
         const Place of = place(p);
         Rgb all;
         for (const Interpolation::Weight& w : of.weights) all += w.weight * scale[w.site];

@@ -60,7 +60,8 @@ public:
     // factors of nodes are between 1/2 and 2, too. By the limits of at() alone, which may be nothing all around a node
     // in the dark, those would have no bound. `place` is asked on many threads at once.
     std::vector<Rgb> at_conservatively(const Values& field, std::size_t places,
-                                       const std::function<Place(std::size_t)>& place) const;
+                                       const std::function<Place(std::size_t)>& place,
+                                       const Progress& progress = {}) const;
 
 private:
     void fit_slopes(Values& field, const Sight* sight, const Progress& progress) const;

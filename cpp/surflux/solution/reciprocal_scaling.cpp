@@ -28,8 +28,12 @@ struct Evidence {
 // Recursive bisection of senders by position and normal.
 class Grouping {
 public:
-    Grouping(const RayExchange& exchange, const std::vector<Evidence>& evidence)
-        : exchange_(exchange), evidence_(evidence), group(exchange.sender.size(), 0), order_(exchange.sender.size()) {
+    Grouping(const RayExchange& exchange, const std::vector<Evidence>& evidence, const Progress& progress)
+        : exchange_(exchange),
+          evidence_(evidence),
+          progress_(progress),
+          group(exchange.sender.size(), 0),
+          order_(exchange.sender.size()) {
         std::iota(order_.begin(), order_.end(), 0u);
         std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
             return exchange.sender[a].part < exchange.sender[b].part;
@@ -46,6 +50,7 @@ public:
 
 private:
     void divide(std::size_t first, std::size_t last) {
+        report(progress_, first, order_.size());
         Evidence all;
         for (std::size_t k = first; k < last; ++k) all += evidence_[order_[k]];
         if (all.effective_rays() >= 2.0 * least_rays && last - first > 1) {
@@ -99,6 +104,7 @@ private:
 
     const RayExchange& exchange_;
     const std::vector<Evidence>& evidence_;
+    const Progress& progress_;
 
 public:
     std::vector<std::uint32_t> group;  // of each sender
@@ -154,11 +160,11 @@ struct Part {
 
 class Balancing {
 public:
-    explicit Balancing(const RayExchange& exchange)
+    Balancing(const RayExchange& exchange, const Progress& progress)
         : g_(exchange), weights_(exchange.area.size()), received_(exchange.sender.size()) {
         out.rows.assign(exchange.area.size(), 1.0);
         out.senders.assign(exchange.sender.size(), 1.0);
-        make_groups();
+        make_groups(progress);
         receive();
         for (GroupOfSenders& of : groups_) {
             const double weight = of.sender_weight();
@@ -226,7 +232,7 @@ private:
         return done;
     }
 
-    void make_groups() {
+    void make_groups(const Progress& progress) {
         const std::size_t rows = g_.area.size(), senders = g_.sender.size();
         std::vector<Evidence> evidence(senders);
         g_.scatter(g_.area, received_);
@@ -237,7 +243,7 @@ private:
         for (std::size_t k = 0; k < rows; ++k)
             weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.excess_variance[k] / (g_.met[k] * g_.met[k]) : 0.0;
         g_.scatter(weights_, received_);
-        Grouping grouping(g_, evidence);
+        Grouping grouping(g_, evidence, progress);
         out.groups = grouping.count();
         out.group = std::move(grouping.group);
         groups_.resize(out.groups);
@@ -271,7 +277,7 @@ private:
 }  // namespace
 
 ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress) {
-    Balancing balancing(exchange);
+    Balancing balancing(exchange, progress);
     balancing.run(progress);
     return std::move(balancing.out);
 }

@@ -212,19 +212,17 @@ private:
 }  // namespace
 
 Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()) {
-    std::vector<std::uint32_t> order = morton_order(surfels.positions);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return main_direction(surfels.normals[a]) < main_direction(surfels.normals[b]);
-    });
+    std::vector<std::uint32_t> along_curve[6];
+    for (const std::uint32_t i : morton_order(surfels.positions))
+        along_curve[main_direction(surfels.normals[i])].push_back(i);
     double total = 0.0, area = 0.0;
     for (const double a : surfels.areas) total += a;
-    int direction = -1;
-    for (const std::uint32_t i : order) {
-        const int own = main_direction(surfels.normals[i]);
-        if (own != direction || area * static_cast<double>(wanted) >= total) ++count, area = 0.0, direction = own;
-        area += surfels.areas[i];
-        of[i] = static_cast<std::uint32_t>(count - 1);
-    }
+    for (const std::vector<std::uint32_t>& order : along_curve)
+        for (const std::uint32_t i : order) {
+            if (i == order.front() || area * static_cast<double>(wanted) >= total) ++count, area = 0.0;
+            area += surfels.areas[i];
+            of[i] = static_cast<std::uint32_t>(count - 1);
+        }
     share.resize(count), reflectance.resize(count);
     for (std::size_t i = 0; i < of.size(); ++i) {
         share[of[i]] += surfels.areas[i];
