@@ -16,20 +16,20 @@ namespace surflux::bindings {
 
 namespace {
 
-// Of a scene whose `wanted` is a function of positions, normals and objects one by one, or None.
-py::dict place_points(const CompiledScene& compiled, int levels, double radius, std::uint64_t seed, int rejections,
-                      const py::object& wanted, const py::object& progress) {
-    Wanted ask;
-    if (!wanted.is_none())
-        ask = [&wanted](const Vec3& p, const Vec3& n, std::uint32_t object) {
+// The last level within a region: a signed distance as a function of a position, a normal and an object, or None.
+py::dict place_points(const CompiledScene& compiled, int levels, double radius, std::uint64_t seed,
+                      const py::object& region, const py::object& progress) {
+    SignedDistance distance;
+    if (!region.is_none())
+        distance = [&region](const Vec3& p, const Vec3& n, std::uint32_t object) {
             const py::gil_scoped_acquire gil;
-            return wanted(py::make_tuple(p.x, p.y, p.z), py::make_tuple(n.x, n.y, n.z), object).cast<bool>();
+            return region(py::make_tuple(p.x, p.y, p.z), py::make_tuple(n.x, n.y, n.z), object).cast<double>();
         };
     const Progress report = to_progress(progress);
     const PlacedPoints points = without_gil([&] {
-        PointPlacement placement(compiled.scene(), compiled.tracer(), {radius, rejections, seed});
-        // Only the last level is placed where it is wanted.
-        for (int level = 0; level < levels; ++level) placement.add_level(level + 1 == levels ? ask : Wanted(), report);
+        PointPlacement placement(compiled.scene(), compiled.tracer(), {radius, seed});
+        for (int level = 0; level < levels; ++level)
+            placement.add_level(level + 1 == levels ? distance : SignedDistance(), report);
         return placement.points();
     });
     py::dict out;
@@ -313,8 +313,7 @@ void bind_meshless(py::module_& module) {
                py::arg("indirect_only"), py::arg("tolerance"), py::arg("probes"), py::arg("shadow_rays"),
                py::arg("seed"), py::arg("progress") = py::none());
     module.def("place_points", &place_points, py::arg("scene"), py::arg("levels"), py::arg("radius") = 0.0,
-               py::arg("seed") = 0, py::arg("rejections") = PlacementOptions{}.rejections,
-               py::arg("wanted") = py::none(), py::arg("progress") = py::none());
+               py::arg("seed") = 0, py::arg("region") = py::none(), py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

@@ -18,7 +18,7 @@ struct Placed {
         : scene(of),
           tracer(scene),
           points(scene.surfels),
-          placement(scene, tracer, {radius, 1000, 5}),
+          placement(scene, tracer, {radius, 5}),
           sight(scene, tracer, basis) {
         means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, placement.points().first_radius, 3, 1.0,
                                               seed, Progress{});

@@ -1,174 +1,207 @@
 #include "surflux/meshless/dart_throwing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
+#include "surflux/meshless/inside.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr double usual_extent = 0.95;  // in R, of a part from its centre: two thirds of a median at most
-constexpr double even = 0.125;         // in R: what is smaller is wanted as its centre is
+constexpr std::size_t grain = 256;
+// Longest edge of a cell in R. After the last round a plane has as many points as after 1000 rejections in a row.
+constexpr double first_edge = 8.0, last_edge = 0.25;
+// Cells as long as this, or longer, are culled outside the region. Those as long are culled inside geometry, too.
+constexpr double culled_edge = 2.0;
+constexpr double darts_on_square = 8.0;  // of that edge: a cell of an eighth of it or more gets one
+constexpr double least_darts = 4000.0;   // on an object in the last round, however small it is
 
-// Looks at parts one after the other, in one window.
-class Proposer {
-public:
-    Proposer(const Fill& fill, const PointGrid& grid, double density, std::uint64_t seed, Proposed& out)
-        : fill_(fill),
-          grid_(grid),
-          near_(grid, fill.radius + usual_extent * fill.radius),
-          parts_(fill.pieces),
-          density_(density),
-          seed_(seed),
-          random_(seed),
-          out_(out) {}
-
-    // In the first window: cuts into parts no longer than 1.4 R.
-    void begin(const Part& part) {
-        if (part.path == 0) return again(part);
-        enter(part.piece);
-        cut(parts_.corners(part.piece, part.path), part.path, fill_.wanted != nullptr);
-    }
-
-    void again(const Part& part) {
-        enter(part.piece);
-        if (part.path == 0) return propose_center(part.piece);
-        search(parts_.corners(part.piece, part.path), part.path);
-    }
-
-private:
-    void enter(std::uint32_t piece) {
-        piece_ = piece;
-        surfel_ = fill_.pieces.surfel_of(piece);
-        normal_ = fill_.scene.surfels.normals[surfel_];
-    }
-
-    bool wanted(const Vec3& at) const {
-        return !fill_.wanted || fill_.wanted(at, normal_, static_cast<std::uint32_t>(fill_.object));
-    }
-
-    void cut(const Corners& t, std::uint32_t path, bool ask) {
-        const double extent = longest_edge_squared(t), r2 = fill_.radius * fill_.radius;
-        if (ask && extent <= 4.0 * r2) {
-            const bool any =
-                wanted(t.center()) || (extent > even * even * r2 && (wanted(t.a) || wanted(t.b) || wanted(t.c)));
-            if (!any) return;
-            ask = false;
-        }
-        if (extent <= 2.0 * r2 || path >> 31) return search(t, path);
-        Corners first, second;
-        bisect(t, first, second);
-        cut(first, 2 * path, ask);
-        cut(second, 2 * path + 1, ask);
-    }
-
-    void gather(const Vec3& center, double extent) {
-        disks_.clear();
-        const auto take = [&](const PointGrid::Point& p) {
-            const double squared = length_squared(p.position - center), most = fill_.radius + extent;
-            if (squared >= most * most) return;
-            const double r = fill_.radius * dot(normal_, p.normal);
-            if (r > 0.0 && squared < (r + extent) * (r + extent)) disks_.push_back({p.position, r});
-        };
-        if (extent <= usual_extent * fill_.radius) {
-            for (const PointGrid::Point& p : near_.of(center)) take(p);
-        } else {  // of a piece too large for the digits of a path
-            const double reach = fill_.radius + extent;
-            const Vec3 out{reach, reach, reach};
-            grid_.within(grid_.cell_of(center - out), grid_.cell_of(center + out), take);
-        }
-    }
-
-    void start_random(std::uint32_t path) { random_ = Random(seed_, (std::uint64_t{piece_} << 32) | path); }
-
-    void propose_center(std::uint32_t piece) {
-        const Vec3& at = fill_.scene.surfels.positions[surfel_];
-        gather(at, 0.0);
-        if (!disks_.empty() || !wanted(at)) return;
-        start_random(0);
-        if (comes(fill_.pieces.area(piece))) propose(at);
-        out_.parts.push_back({piece, 0});
-    }
-
-    void search(const Corners& t, std::uint32_t path) {
-        const Vec3 center = t.center();
-        gather(center, extent_from(t, center));
-        start_random(path);
-        const std::uint32_t open = walk(t, area_of({t.a, t.b, t.c}), path, 0, disks_.size());
-        if (open) out_.parts.push_back({piece_, open});
-    }
-
-    // Places on the part are rounded: far from the origin by more than a hair.
-    static double extent_from(const Corners& t, const Vec3& center) {
-        const double squared =
-            std::max({length_squared(t.a - center), length_squared(t.b - center), length_squared(t.c - center)});
-        return std::sqrt(squared) + 1e-15 * (std::abs(center.x) + std::abs(center.y) + std::abs(center.z));
-    }
-
-    // Proposes places on what no single disk covers. The path of the smallest part that contains it, 0 for nothing.
-    std::uint32_t walk(const Corners& t, double area, std::uint32_t path, std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            if (disks_[k].holds(t.a) && disks_[k].holds(t.b) && disks_[k].holds(t.c)) return 0;
-        if (area * density_ <= 1.0) {
-            if (!comes(area)) return path;
-            const double s = random_.uniform();
-            const Vec3 w = square_to_triangle(s, random_.uniform()), at = w.x * t.a + w.y * t.b + w.z * t.c;
-            bool free = true;
-            for (std::size_t k = begin; free && k < end; ++k) free = !disks_[k].holds(at);
-            if (free && wanted(at)) propose(at);
-            return path;
-        }
-        Corners half[2];
-        bisect(t, half[0], half[1]);
-        std::uint32_t open[2];
-        for (std::uint32_t h = 0; h < 2; ++h) {
-            const Vec3 center = half[h].center();
-            const double extent = extent_from(half[h], center);
-            for (std::size_t k = begin; k < end; ++k) {
-                const KeptDisk disk = disks_[k];
-                const double reach = disk.radius + extent;
-                if (length_squared(disk.center - center) < reach * reach) disks_.push_back(disk);
-            }
-            open[h] = walk(half[h], 0.5 * area, path >> 31 ? path : 2 * path + h, end, disks_.size());
-            disks_.resize(end);
-        }
-        return open[0] && open[1] ? path : open[0] | open[1];
-    }
-
-    // Does a proposal come to that area in this window?
-    bool comes(double area) { return random_.uniform() < area * density_; }
-
-    void propose(const Vec3& at) {
-        out_.proposals.push_back({at, random_.bits(), surfel_, static_cast<std::uint32_t>(out_.parts.size())});
-    }
-
-    const Fill& fill_;
-    const PointGrid& grid_;
-    Surroundings near_;
-    PartFinder parts_;
-    double density_;
-    std::uint64_t seed_;
-    Random random_;
-    Proposed& out_;
-    std::uint32_t piece_ = 0, surfel_ = 0;
-    Vec3 normal_;
-    std::vector<KeptDisk> disks_;
+struct Round {
+    const Scene& scene;
+    const PointGrid& grid;              // of the points so far
+    const std::vector<double>& radius;  // of each object
+    std::vector<double> edge;           // of the cells of each object
+    double shortest_edge;               // that can be halved: positions are rounded
+    const SignedDistance& region;
+    bool culls;  // cells outside the region
 };
+
+Vec3 center_of(const Triangle& t) { return (t.a + t.b + t.c) / 3.0; }
+
+double longest_edge_squared(const Triangle& t) {
+    return std::max({length_squared(t.b - t.a), length_squared(t.c - t.b), length_squared(t.a - t.c)});
+}
+
+// The halves on both sides of the middle of the longest edge: slivers, too, come into pieces about as long as wide.
+std::array<Triangle, 2> bisect(const Triangle& t) {
+    const double ab = length_squared(t.b - t.a), bc = length_squared(t.c - t.b), ca = length_squared(t.a - t.c);
+    if (ab < std::max(bc, ca)) return bisect({t.b, t.c, t.a, t.surfel});
+    const Vec3 middle = 0.5 * (t.a + t.b);
+    return {{{t.c, t.a, middle, t.surfel}, {t.b, t.c, middle, t.surfel}}};
+}
+
+// Is a place on a surface with that normal in the exclusion disk of a point?
+bool holds(const PointGrid::Point& p, double radius, const Vec3& place, const Vec3& normal) {
+    const double r = radius * std::max(0.0, dot(p.normal, normal));
+    return length_squared(p.position - place) < r * r;
+}
+
+// What a round makes of some of the cells.
+struct Thrown {
+    const Round* round;
+    std::vector<Triangle> cells;          // that are not covered
+    std::vector<PointGrid::Point> darts;  // that are free
+
+    void on(const Triangle& t, Random& random) {
+        const std::uint32_t object = round->scene.object[t.surfel];
+        const Vec3& normal = round->scene.surfels.normals[t.surfel];
+        const double r = round->radius[object], edge = round->edge[object],
+                     longest = std::sqrt(longest_edge_squared(t));
+        const auto covers = [&](const PointGrid::Point& p) {
+            return holds(p, r, t.a, normal) && holds(p, r, t.b, normal) && holds(p, r, t.c, normal);
+        };
+        if (longest < 2.0 * r && round->grid.any_near(t.a, object, covers)) return;
+        if (round->culls && is_outside(t)) return;
+        if (longest > std::max(edge, round->shortest_edge)) {
+            for (const Triangle& half : bisect(t)) on(half, random);
+            return;
+        }
+        cells.push_back(t);
+        if (random.uniform() * edge * edge >= darts_on_square * surface_area(round->scene, t)) return;
+        const double s = random.uniform();
+        const Vec3 w = square_to_triangle(s, random.uniform()), at = t.a + w.y * (t.b - t.a) + w.z * (t.c - t.a);
+        const auto holds_dart = [&](const PointGrid::Point& p) { return holds(p, r, at, normal); };
+        if (!round->grid.any_near(at, object, holds_dart) && distance(at, t.surfel) <= 0.0)
+            darts.push_back({at, normal, object, t.surfel, random.bits()});
+    }
+
+    double distance(const Vec3& place, std::uint32_t surfel) const {
+        if (!round->region) return 0.0;
+        return round->region(place, round->scene.surfels.normals[surfel], round->scene.object[surfel]);
+    }
+
+    bool is_outside(const Triangle& t) const {
+        const Vec3 center = center_of(t);
+        const double d = distance(center, t.surfel);
+        return d > 0.0 && d * d > std::max({length_squared(t.a - center), length_squared(t.b - center),
+                                            length_squared(t.c - center)});
+    }
+};
+
+// Throws darts; the cells become those of this round.
+std::vector<PointGrid::Point> throw_on(std::vector<Triangle>& cells, const Round& round, std::uint64_t seed,
+                                       const Progress& progress) {
+    std::vector<Thrown> thrown((cells.size() + grain - 1) / grain);
+    parallel_blocks(
+        cells.size(), grain,
+        [&](std::size_t begin, std::size_t end) {
+            Thrown t{&round, {}, {}};
+            for (std::size_t k = begin; k < end; ++k) {
+                Random random(seed, k);
+                t.on(cells[k], random);
+            }
+            thrown[begin / grain] = std::move(t);
+        },
+        progress);
+    std::size_t count = 0;
+    for (const Thrown& t : thrown) count += t.cells.size();
+    cells.clear();
+    cells.reserve(count);
+    std::vector<PointGrid::Point> darts;
+    for (Thrown& t : thrown) {
+        cells.insert(cells.end(), t.cells.begin(), t.cells.end());
+        darts.insert(darts.end(), t.darts.begin(), t.darts.end());
+        t = Thrown();
+    }
+    return darts;
+}
+
+// Those of least priority among the ones in conflict with each.
+std::vector<PointGrid::Point> without_conflicts(const std::vector<PointGrid::Point>& darts,
+                                                const std::vector<double>& radius) {
+    const PointGrid grid(darts, radius);
+    std::vector<char> is_first(darts.size());
+    parallel_for(darts.size(), grain, [&](std::size_t k) {
+        const PointGrid::Point& d = darts[k];
+        is_first[k] = !grid.any_near(d.position, d.object, [&](const PointGrid::Point& p) {
+            return p.priority < d.priority && holds(p, radius[d.object], d.position, d.normal);
+        });
+    });
+    std::vector<PointGrid::Point> out;
+    for (std::size_t k = 0; k < darts.size(); ++k)
+        if (is_first[k]) out.push_back(darts[k]);
+    return out;
+}
+
+// Removes what is inside geometry at all of `count` places: place_of(it, 0), place_of(it, 1), ...
+template <class T, class PlaceOf>
+void remove_inside(const Scene& scene, const Tracer& tracer, std::uint64_t seed, std::size_t count,
+                   const PlaceOf& place_of, std::vector<T>& of) {
+    std::vector<char> is_inside(of.size(), 1);
+    for (std::size_t c = 0; c < count; ++c) {
+        std::vector<std::size_t> tested;
+        std::vector<Departure> places;
+        for (std::size_t k = 0; k < of.size(); ++k)
+            if (is_inside[k]) tested.push_back(k), places.push_back(place_of(of[k], c));
+        const std::vector<char> found = inside_geometry(scene, tracer, places, seed);
+        for (std::size_t j = 0; j < tested.size(); ++j) is_inside[tested[j]] = found[j];
+    }
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < of.size(); ++k)
+        if (!is_inside[k]) of[left++] = of[k];
+    of.resize(left);
+}
 
 }  // namespace
 
-Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
-                 std::uint64_t seed, bool first) {
-    Proposed out;
-    Proposer proposer(fill, grid, density, seed, out);
-    for (const Part* part = begin; part < end; ++part)
-        if (first)
-            proposer.begin(*part);
-        else
-            proposer.again(*part);
-    return out;
+std::vector<PointGrid::Point> throw_darts(const Scene& scene, const Tracer& tracer, const Surface& surface,
+                                          const std::vector<PointGrid::Point>& there, const DartOptions& options,
+                                          const Progress& progress) {
+    const std::vector<double>& radius = options.radius;
+    std::vector<double> last;  // edges
+    int rounds = 0;
+    for (std::size_t o = 0; o < radius.size(); ++o) {
+        last.push_back(std::min(last_edge * radius[o], std::sqrt(surface.area[o] * darts_on_square / least_darts)));
+        if (last[o] > 0.0)
+            rounds = std::max(rounds, 1 + static_cast<int>(std::ceil(std::log2(first_edge * radius[o] / last[o]))));
+    }
+    const Box box = bounds_of(scene.surfels);
+    const double shortest_edge = 1e-14 * std::max(length(box.low), length(box.high));
+    std::vector<Triangle> cells = surface.triangles;
+    std::vector<PointGrid::Point> points = there;
+    for (int k = 0; k < rounds && !cells.empty(); ++k) {
+        const double in_radii = std::ldexp(first_edge, -k);
+        std::vector<double> edge;
+        for (std::size_t o = 0; o < radius.size(); ++o) edge.push_back(std::max(last[o], in_radii * radius[o]));
+        const PointGrid grid(points, radius);
+        const bool culls = options.region && in_radii >= culled_edge;
+        const Progress in_round = [&](std::size_t done, std::size_t of) {
+            const double all = (k + static_cast<double>(done) / static_cast<double>(of)) / rounds;
+            return progress(static_cast<std::size_t>(999.0 * all), 1000);
+        };
+        const std::uint64_t seed = Random(options.seed, static_cast<std::uint64_t>(k)).bits();
+        std::vector<PointGrid::Point> darts =
+            throw_on(cells, {scene, grid, radius, edge, shortest_edge, options.region, culls}, seed,
+                     progress ? in_round : progress);
+        const auto place_of_dart = [](const PointGrid::Point& p, std::size_t) {
+            return Departure{p.position, p.normal, p.surfel};
+        };
+        remove_inside(scene, tracer, seed, 1, place_of_dart, darts);
+        const auto place_on_cell = [&](const Triangle& t, std::size_t c) {
+            const Vec3 center = center_of(t), places[] = {center, t.a, t.b, t.c};
+            return Departure{places[c] + 0.01 * (center - places[c]), scene.surfels.normals[t.surfel], t.surfel};
+        };
+        if (in_radii == culled_edge) remove_inside(scene, tracer, seed, 4, place_on_cell, cells);
+        const std::vector<PointGrid::Point> chosen = without_conflicts(darts, radius);
+        points.insert(points.end(), chosen.begin(), chosen.end());
+    }
+    report(progress, 1000, 1000);
+    return {points.begin() + static_cast<std::ptrdiff_t>(there.size()), points.end()};
 }
 
 }  // namespace surflux

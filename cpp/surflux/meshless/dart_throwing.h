@@ -1,60 +1,31 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/meshless/point_grid.h"
-#include "surflux/meshless/point_placement.h"
+#include "surflux/meshless/surface.h"
+#include "surflux/trace/tracer.h"
 
 namespace surflux {
 
-// Stratified dart throwing: parts of the surface are bisected until at most one dart (a point that may be accepted) is
-// expected on each, which is thrown with that probability. disk_fill.h throws darts in batches of ever higher density,
-// its windows; this is one of them.
-
-// The surface to sample, and the options.
-struct Fill {
-    const Scene& scene;
-    const Tracer& tracer;
-    const SurfacePieces& pieces;
-    std::size_t object;
-    double radius;
-    int rejections;
-    std::uint64_t seed;  // of this object and level
-    const Wanted& wanted;
+struct DartOptions {
+    std::vector<double> radius;  // of the exclusion disks on each object; 0 where it has no area
+    std::uint64_t seed;
+    const SignedDistance& region;  // where darts are thrown; if it is empty, everywhere
 };
 
-// A cell of the surface that exclusion disks do not cover yet: a piece's part after some bisections (PartFinder), 31 at
-// most, as the path's leading 1 takes one of 32 bits. Path 0 is a disk, which stands for its centre: there alone it is
-// known to touch the surface, and rays that leave elsewhere may start below the next disk.
-struct Part {
-    std::uint32_t piece, path;
-};
-
-struct Proposal {
-    Vec3 position;
-    std::uint64_t priority;  // drawn at random; the lowest of those in conflict is accepted first
-    std::uint32_t surfel;
-    std::uint32_t part;  // its index among those that stay
-};
-
-// The exclusion disk around an accepted point.
-struct KeptDisk {
-    Vec3 center;
-    double radius;
-    bool holds(const Vec3& p) const { return length_squared(p - center) < radius * radius; }
-};
-
-struct Proposed {
-    std::vector<Part> parts;  // that stay: what disks cover is left out
-    std::vector<Proposal> proposals;
-};
-
-// Throws darts on the parts, `density` to a unit of area, and keeps those that are `wanted` and outside of the disks of
-// points in `grid`; drops the parts that a single disk covers. In the first window it first cuts the parts into such as
-// are no longer than 1.4 R.
-Proposed propose(const Fill& fill, const PointGrid& grid, const Part* begin, const Part* end, double density,
-                 std::uint64_t seed, bool first);
+// Near-maximal Poisson disk sampling of the surfaces: points outside of geometry, no closer to each other, and to those
+// `there` on the same object, than radius max(0, n . n').
+//
+// L07 throws darts one by one until 1000 in a row are rejected. Here they come in rounds, in parallel, and only where
+// the surface is still free (after Ebeida et al. 2012, with triangles for squares): each round bisects its cells until
+// they are half as long as in the one before, culls those that a single exclusion disk covers, and throws a dart on
+// each of the others. Of darts in conflict the one of least priority, a random number, is accepted; the others' cells
+// have new ones in the next round.
+std::vector<PointGrid::Point> throw_darts(const Scene& scene, const Tracer& tracer, const Surface& surface,
+                                          const std::vector<PointGrid::Point>& there, const DartOptions& options,
+                                          const Progress& progress);
 
 }  // namespace surflux

@@ -27,7 +27,7 @@ PlacedBasis::PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelP
       tracer_(tracer),
       points_(points),
       basis_(basis),
-      placement_(scene, tracer, {options.radius, PlacementOptions{}.rejections, options.seed}),
+      placement_(scene, tracer, {options.radius, options.seed}),
       sight_(scene, tracer, basis),
       means_(scene, tracer, points, basis, placement_.points().first_radius, options.levels, options.widest,
              options.seed, progress) {}
@@ -60,7 +60,7 @@ void PlacedBasis::add_first(const Progress& progress) {
 
 void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Progress& progress) {
     const std::size_t level = basis_.levels();
-    placement_.add_level(wanted_around(basis_, refined, first_radius()), progress);
+    placement_.add_level(refined_region(basis_, refined, first_radius()), progress);
     SupportOptions support;
     for (const double r : first_radius())
         support.largest_radii.push_back(std::max(1e-300, widest_support * at_level(r, level)));

@@ -9,78 +9,59 @@
 
 namespace surflux {
 
-// A spatial hash of points with normals: buckets of cubic cells, those along x one after the other. On a collision the
-// points of other cells come along, and may come twice: callers test distances anyway.
+// A spatial hash of points for searches within a radius that each object has of its own: in cubic cells of twice that.
 class PointGrid {
 public:
     struct Point {
         Vec3 position, normal;
-        std::uint32_t index;
-    };
-    struct Cell {
-        std::int64_t at[3];
-        bool operator==(const Cell& c) const { return at[0] == c.at[0] && at[1] == c.at[1] && at[2] == c.at[2]; }
+        std::uint32_t object, surfel = 0;
+        std::uint64_t priority = 0;
     };
 
-    PointGrid(const Vec3& low, double side, std::size_t expected);
+    // `radius`: of each object.
+    PointGrid(const std::vector<Point>& points, const std::vector<double>& radius);
 
-    // All in one go: what is there is moved.
-    void insert(const std::vector<Point>& points);
-
-    const Vec3& low() const { return low_; }
-    double side() const { return side_; }
-    Cell cell_of(const Vec3& p) const { return {{cell(p.x, 0), cell(p.y, 1), cell(p.z, 2)}}; }
-
-    // Calls visit(point) for all points of the cells from one corner to the opposite one, and for some others.
-    template <class Visit>
-    void within(const Cell& from, const Cell& to, const Visit& visit) const {
-        const auto scan = [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin_[begin]; k < begin_[end]; ++k) visit(points_[k]);
-        };
-        const std::size_t buckets = begin_.size() - 1;
-        const auto wide = static_cast<std::uint64_t>(to.at[0] - from.at[0]) + 1;
-        for (std::int64_t z = from.at[2]; z <= to.at[2]; ++z)
-            for (std::int64_t y = from.at[1]; y <= to.at[1]; ++y) {
-                if (wide >= buckets) return scan(0, buckets);
-                const std::size_t first = bucket(y, z, from.at[0]), last = first + static_cast<std::size_t>(wide);
-                scan(first, last < buckets ? last : buckets);
-                if (last > buckets) scan(0, last - buckets);
-            }
+    // Is there a point of the object closer than the object's radius for which test(point) holds?
+    template <class Test>
+    bool any_near(const Vec3& place, std::uint32_t object, const Test& test) const {
+        const double r = radius_[object];
+        const Vec3 reach = Vec3{r, r, r} * (1.0 + 1e-9);
+        const Cell from = cell_of(place - low_ - reach, object), to = cell_of(place - low_ + reach, object);
+        for (std::int64_t z = from.z; z <= to.z; ++z)
+            for (std::int64_t y = from.y; y <= to.y; ++y)
+                for (std::int64_t x = from.x; x <= to.x; ++x) {
+                    const std::size_t b = bucket({x, y, z}, object);
+                    for (std::size_t k = begin_[b]; k < begin_[b + 1]; ++k) {
+                        const Point& p = points_[k];
+                        if (p.object == object && length_squared(p.position - place) < r * r && test(p)) return true;
+                    }
+                }
+        return false;
     }
 
 private:
-    std::int64_t cell(double x, int axis) const {
-        return static_cast<std::int64_t>(std::floor((x - low_[axis]) * per_side_));
+    struct Cell {
+        std::int64_t x, y, z;
+    };
+    // Of a place from the grid's corner, where numbers are small: far from the origin they are coarse.
+    Cell cell_of(const Vec3& from_low, std::uint32_t object) const {
+        const Vec3 p = from_low * (0.5 / radius_[object]);
+        return {static_cast<std::int64_t>(std::floor(p.x)), static_cast<std::int64_t>(std::floor(p.y)),
+                static_cast<std::int64_t>(std::floor(p.z))};
     }
-    // Multiplicative hashing of y and z by odd 64-bit constants (2^64 over the golden ratio, and a prime), whose high
-    // bits are well mixed; x is added after that, so that cells along x stay adjacent. The mask is the number of
-    // buckets minus 1.
-    std::size_t bucket(std::int64_t y, std::int64_t z, std::int64_t x) const {
-        const std::uint64_t row = static_cast<std::uint64_t>(y) * 0x9e3779b97f4a7c15ull +
-                                  static_cast<std::uint64_t>(z) * 0xc2b2ae3d27d4eb4full;
-        return ((row >> 32) + static_cast<std::uint64_t>(x)) & (begin_.size() - 2);
+    // Multiplicative hashing by odd 64-bit constants (2^64 over the golden ratio, and primes), whose high bits are well
+    // mixed. The mask is the number of buckets minus 1.
+    std::size_t bucket(const Cell& c, std::uint32_t object) const {
+        const std::uint64_t key = static_cast<std::uint64_t>(c.x) * 0x9e3779b97f4a7c15ull +
+                                  static_cast<std::uint64_t>(c.y) * 0xc2b2ae3d27d4eb4full +
+                                  static_cast<std::uint64_t>(c.z) * 0x165667b19e3779f9ull + object;
+        return (key >> 32) & (begin_.size() - 2);
     }
 
+    std::vector<double> radius_;
     Vec3 low_;
-    double side_, per_side_;
     std::vector<std::uint32_t> begin_;  // of each bucket, a power of two of them, and the end
     std::vector<Point> points_;
-};
-
-// The points around places, for places that come mostly near the one before: those around a whole cell are kept.
-class Surroundings {
-public:
-    Surroundings(const PointGrid& grid, double reach) : grid_(grid), reach_(reach) {}
-
-    // All points within reach of the place, and some more.
-    const std::vector<PointGrid::Point>& of(const Vec3& place);
-
-private:
-    const PointGrid& grid_;
-    double reach_;
-    bool is_known_ = false;
-    PointGrid::Cell cell_{};
-    std::vector<PointGrid::Point> points_;
 };
 
 }  // namespace surflux

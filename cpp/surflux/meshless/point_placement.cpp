@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "surflux/core/error.h"
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
-#include "surflux/meshless/disk_fill.h"
-#include "surflux/meshless/point_grid.h"
+#include "surflux/core/span.h"
+#include "surflux/meshless/dart_throwing.h"
 
 namespace surflux {
 
@@ -17,23 +18,21 @@ namespace {
 constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
-constexpr double cell_side = 2.0;  // in R
 // Cubic cells of side R that the surface of an object may lie in, counted at so many places of it. A plane has up to
 // sqrt(3) of them for each R^2, with usual_points about 1000; a wire that has no more is up to 1600 R long.
 constexpr std::size_t most_cells = 1600, counted_places = 4096;
 constexpr double wider = 1.25;
 
 // Places spread over an object in proportion to area, from the first.
-std::vector<Vec3> spread_places(const SurfacePieces& pieces, std::size_t object) {
+std::vector<Vec3> spread_places(const Scene& scene, Span<Triangle> surface, double area) {
     std::vector<Vec3> out;
     out.reserve(counted_places);
-    const double step = pieces.area_of(object) / static_cast<double>(counted_places);
+    const double step = area / static_cast<double>(counted_places);
     double up_to = 0.0;
-    for (const std::uint32_t piece : pieces.of_object(object)) {
-        up_to += pieces.area(piece);
-        const Corners t = pieces.corners(piece);
+    for (const Triangle& t : surface) {
+        up_to += surface_area(scene, t);
         while (out.size() < counted_places && (static_cast<double>(out.size()) + 0.5) * step < up_to) {
-            Random random(out.size(), object);
+            Random random(out.size(), scene.object[t.surfel]);
             const double u = random.uniform();
             const Vec3 w = square_to_triangle(u, random.uniform());
             out.push_back(w.x * t.a + w.y * t.b + w.z * t.c);
@@ -54,94 +53,55 @@ std::size_t count_cells(const std::vector<Vec3>& places, double side) {
 
 // For so many points. On a wire, or on leaves that lie apart, as many would have to be closer together than they are
 // far from what is around: there it is wider. What counts is where the area is, not how far a stray piece reaches.
-double first_radius(const SurfacePieces& pieces, std::size_t object, double points) {
-    double radius = std::sqrt(packing * pieces.area_of(object) / points);
-    const std::vector<Vec3> places = spread_places(pieces, object);
+double first_radius(const std::vector<Vec3>& places, double area, double points) {
+    double radius = std::sqrt(packing * area / points);
     while (count_cells(places, radius) > most_cells) radius *= wider;
     return radius;
-}
-
-std::vector<double> first_radii(const SurfacePieces& pieces, double given) {
-    std::vector<double> out(pieces.objects(), 0.0);
-    double total = 0.0;
-    for (std::size_t o = 0; o < out.size(); ++o) total += pieces.area_of(o);
-    for (std::size_t o = 0; o < out.size(); ++o) {
-        const double area = pieces.area_of(o);
-        const double points = std::max(least_points, usual_points * area / total);
-        if (!(area > 0.0)) continue;
-        out[o] = given > 0.0 ? given : first_radius(pieces, o, points);
-    }
-    return out;
 }
 
 }  // namespace
 
 PointPlacement::PointPlacement(const Scene& scene, const Tracer& tracer, const PlacementOptions& options)
-    : scene_(scene), tracer_(tracer), options_(options), pieces_(scene) {
+    : scene_(scene), tracer_(tracer), options_(options), surface_(scene) {
     require(options.radius >= 0.0 && std::isfinite(options.radius), "radius: wanted a positive number, or 0, got ",
             options.radius);
-    require(options.rejections >= 1, "rejections: wanted at least 1, got ", options.rejections);
-    points_.first_radius = first_radii(pieces_, options.radius);
+    const double total = std::accumulate(surface_.area.begin(), surface_.area.end(), 0.0);
+    points_.first_radius.assign(surface_.area.size(), 0.0);
+    const Triangle *begin = surface_.triangles.data(), *const end = begin + surface_.triangles.size();
+    while (begin < end) {
+        const std::uint32_t o = scene.object[begin->surfel];
+        const Triangle* next = std::find_if(begin, end, [&](const Triangle& t) { return scene.object[t.surfel] != o; });
+        const double area = surface_.area[o], points = std::max(least_points, usual_points * area / total);
+        points_.first_radius[o] = options.radius > 0.0
+                                      ? options.radius
+                                      : first_radius(spread_places(scene, {begin, next}, area), area, points);
+        begin = next;
+    }
     points_.level_begin = {0};
 }
 
-void PointPlacement::add_level(const Wanted& wanted, const Progress& progress) {
-    const std::size_t level = points_.level_begin.size() - 1, objects = pieces_.objects(), before = points_.size();
-    const double shrunk = std::pow(0.5, static_cast<double>(level));
-    double total = 0.0, done = 0.0;
-    for (std::size_t o = 0; o < objects; ++o) {
-        const double r = points_.first_radius[o] * shrunk, area = pieces_.area_of(o);
-        require(area <= most_points * r * r / packing, "radius: ", r, " is too small for level ", level, " of object ",
-                o, ": its area ", area, " has room for more than ", most_points, " points");
-        total += area;
+void PointPlacement::add_level(const SignedDistance& region, const Progress& progress) {
+    const std::size_t level = points_.level_begin.size() - 1;
+    std::vector<double> radius;
+    for (std::size_t o = 0; o < surface_.area.size(); ++o) {
+        const double r = std::ldexp(points_.first_radius[o], -static_cast<int>(level));
+        require(surface_.area[o] <= most_points * r * r / packing, "radius: ", r, " is too small for level ", level,
+                " of object ", o, ": its area ", surface_.area[o], " has room for more than ", most_points, " points");
+        radius.push_back(r);
     }
-
-    std::vector<std::size_t> begin(objects + 1, 0);
-    for (const std::uint32_t o : points_.objects) ++begin[o + 1];
-    for (std::size_t o = 0; o < objects; ++o) begin[o + 1] += begin[o];
-    std::vector<std::uint32_t> of_object(before);
-    std::vector<std::size_t> to(begin.begin(), begin.end() - 1);
-    for (std::uint32_t i = 0; i < before; ++i) of_object[to[points_.objects[i]]++] = i;
-
-    const Vec3 low = bounds_of(scene_.surfels).low;
-    std::vector<std::vector<FilledPoint>> filled(objects);
-    for (std::size_t o = 0; o < objects; ++o) {
-        if (points_.first_radius[o] == 0.0) continue;
-        const double radius = points_.first_radius[o] * shrunk, area = pieces_.area_of(o);
-        PointGrid grid(low, cell_side * radius, static_cast<std::size_t>(packing * area / (radius * radius)));
-        std::vector<PointGrid::Point> there;
-        there.reserve(begin[o + 1] - begin[o]);
-        for (std::size_t k = begin[o]; k < begin[o + 1]; ++k) {
-            const std::uint32_t i = of_object[k];
-            there.push_back({points_.positions[i], points_.normals[i], i});
-        }
-        grid.insert(there);
-        there = {};
-        const std::uint64_t seed = Random(Random(options_.seed, level).bits(), o).bits();
-        const Fill fill{scene_, tracer_, pieces_, o, radius, options_.rejections, seed, wanted};
-        const Progress in_object = [&](std::size_t part, std::size_t of) {
-            const double all = (done + area * static_cast<double>(part) / static_cast<double>(of)) / total;
-            return progress(std::min<std::size_t>(999, static_cast<std::size_t>(all * 1000.0)), 1000);
-        };
-        filled[o] = fill_disks(fill, grid, progress ? in_object : progress);
-        done += area;
+    std::vector<PointGrid::Point> there;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+        there.push_back({points_.positions[i], points_.normals[i], points_.objects[i]});
+    std::vector<PointGrid::Point> added =
+        throw_darts(scene_, tracer_, surface_, there, {radius, Random(options_.seed, level).bits(), region}, progress);
+    std::stable_sort(added.begin(), added.end(), [](const auto& a, const auto& b) { return a.object < b.object; });
+    for (const PointGrid::Point& p : added) {
+        points_.positions.push_back(p.position);
+        points_.normals.push_back(p.normal);
+        points_.surfels.push_back(p.surfel);
+        points_.objects.push_back(p.object);
     }
-    report(progress, 1000, 1000);
-
-    std::size_t count = before;
-    for (const auto& points : filled) count += points.size();
-    points_.positions.reserve(count);
-    points_.normals.reserve(count);
-    points_.surfels.reserve(count);
-    points_.objects.reserve(count);
-    for (std::size_t o = 0; o < objects; ++o)
-        for (const FilledPoint& p : filled[o]) {
-            points_.positions.push_back(p.position);
-            points_.normals.push_back(scene_.surfels.normals[p.surfel]);
-            points_.surfels.push_back(p.surfel);
-            points_.objects.push_back(static_cast<std::uint32_t>(o));
-        }
-    points_.level_begin.push_back(count);
+    points_.level_begin.push_back(points_.size());
 }
 
 }  // namespace surflux

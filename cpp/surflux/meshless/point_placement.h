@@ -2,11 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "surflux/core/progress.h"
-#include "surflux/meshless/surface_pieces.h"
+#include "surflux/meshless/surface.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -16,7 +15,6 @@ struct PlacementOptions {
     // Least distance of two points of the first level on a plane. 0: each object has its own, such that all have about
     // 400 points there, in proportion to their areas, but each about 32 at least.
     double radius = 0.0;
-    int rejections = 1000;  // a level is at least as full as if proposals were made until so many fail in a row
     std::uint64_t seed = 0;
 };
 
@@ -30,9 +28,6 @@ struct PlacedPoints {
     std::size_t size() const { return positions.size(); }
 };
 
-// Is a place worth a point? Asked from many threads at once.
-using Wanted = std::function<bool(const Vec3& position, const Vec3& normal, std::uint32_t object)>;
-
 // Hierarchical Poisson disks on the surfaces of a scene, patches and disks alike (L07 6.1). Two points of an object,
 // whatever their levels, are at least R max(0, n . n') apart, R of the finer one's level: R halves from level to level.
 // Points inside geometry are left out. The scene and the tracer must outlive this.
@@ -40,15 +35,15 @@ class PointPlacement {
 public:
     PointPlacement(const Scene& scene, const Tracer& tracer, const PlacementOptions& options);
 
-    // Adds a level; without `wanted` everywhere. A wanted spot narrower than the level's radius may be overlooked.
-    void add_level(const Wanted& wanted = {}, const Progress& progress = {});
+    // Adds a level, in a region of the surfaces or, without one, everywhere.
+    void add_level(const SignedDistance& region = {}, const Progress& progress = {});
     const PlacedPoints& points() const { return points_; }
 
 private:
     const Scene& scene_;
     const Tracer& tracer_;
     PlacementOptions options_;
-    SurfacePieces pieces_;
+    Surface surface_;
     PlacedPoints points_;
 };
 

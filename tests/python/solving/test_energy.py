@@ -168,10 +168,10 @@ def test_light_is_kept_from_end_to_end_of_a_long_room(solve, glows, rho, seed):
 
 
 def test_light_that_a_solver_loses_is_warned_of():
-    """By functions half again as wide as the room, which has few of its own."""
+    """By functions twice as wide as the room, which has few of its own."""
     scene = two_cells()
     with pytest.warns(UserWarning, match=r"^[\d.]+% of the light is (made|lost) by the solver: ") as said:
-        solution = sf.solve_meshless(scene, radius=1.5)
+        solution = sf.solve_meshless(scene, radius=2.0)
     figures, areas = solution.history[-1], solution.surfels.areas
     off = figures["power_lost"] / figures["power_in"]
     # All of sum A D is absorbed: (1 - rho) sum A H.

@@ -38,8 +38,7 @@ def test_surfels_finer_than_the_last_level_have_light_of_their_own():
     at, normals, areas = (getattr(solution.surfels, name)[flat] for name in ("points", "normals", "areas"))
     land, found, basis = at[:, 2] > -0.01, solution.irradiance[flat], solution.irradiance_at(at, normals)
     true, _ = sf.reference_irradiance(scene, at, normals, samples=4096)
-    assert rms(basis[land], true[land], areas[land]) > 0.05
-    assert rms(basis[~land], true[~land], areas[~land]) > 0.1
+    assert rms(basis, true, areas) > 0.1
     np.testing.assert_allclose(found[land], np.pi, rtol=1e-9)
     assert rms(found[~land], true[~land], areas[~land]) < 0.04
     assert np.all(solution.levels[flat] == 2)

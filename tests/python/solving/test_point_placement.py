@@ -72,7 +72,7 @@ def test_a_room_loses_no_point_to_rays_and_levels_quadruple():
     assert worst_distance(placed) >= 1 - 1e-12
 
 
-def test_wanted_region_and_progress():
+def test_region_and_progress():
     square = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
     seen = []
 
@@ -80,11 +80,14 @@ def test_wanted_region_and_progress():
         seen.append((done, total))
 
     placed = place(
-        sf.Scene([square]), 3, wanted=lambda p, n, o: p[0] > 0.5 and n[2] > 0.9 and o == 0, progress=progress
+        sf.Scene([square]),
+        3,
+        region=lambda p, n, o: 0.5 - p[0] if n[2] > 0.9 and o == 0 else np.inf,
+        progress=progress,
     )
     last = placed["positions"][placed["level_begin"][2] :]
     assert len(last) > 500
-    assert last[:, 0].min() > 0.5
+    assert last[:, 0].min() >= 0.5
     assert seen[-1] == (1000, 1000)
     with pytest.raises(_core.Cancelled):
         place(sf.Scene([square]), 3, progress=lambda done, total: False)
