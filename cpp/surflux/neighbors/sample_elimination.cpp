@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -178,10 +179,8 @@ std::vector<std::vector<std::uint32_t>> crowds(const std::vector<Vec3>& places, 
     return crowd;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, std::size_t count, double area,
-                                             std::uint64_t seed, const Progress& progress) {
+std::vector<std::uint32_t> eliminated(const std::vector<Vec3>& points, std::size_t count, double area,
+                                      std::uint64_t seed, const Progress& progress) {
     require(count >= 1 && count <= points.size(), "n: wanted between 1 and ", points.size(), " samples, got ", count);
     require(area > 0.0 && std::isfinite(area), "area: wanted a positive number, got ", area);
     std::vector<std::uint64_t> lots(points.size());
@@ -233,6 +232,15 @@ std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, st
     kept.reserve(count);
     for (std::size_t i = 0; i < n; ++i)
         if (!gone[i]) kept.push_back(stand[i]);
+    return kept;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, std::size_t count, double area,
+                                             std::uint64_t seed, const Progress& progress) {
+    std::vector<std::uint32_t> kept = eliminated(points, count, area, seed, progress);
+    give_back_memory();  // of the lists of millions of points
     return kept;
 }
 
