@@ -1,15 +1,20 @@
 """Seconds, peaks of memory and silences of `solve` on as many surfels as wanted: four balls in a room of patches.
 
-`python tests/support/many_surfels.py 1e6 [--meshless]`. Nothing is sampled, so that what counts is the solver's.
+`python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless] [--plot growth.png]`. Nothing is sampled: what counts is
+the solver's.
 """
 
 import argparse
+import json
 import re
 import threading
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter, sleep
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import surflux as sf
 from surflux.scenes import shapes
@@ -36,12 +41,9 @@ def gigabytes(key):
     return int(re.search(rf"{key}:\s+(\d+)", Path("/proc/self/status").read_text())[1]) * 1024 / 1e9
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("surfels", type=float)
-    parser.add_argument("--meshless", action="store_true")
-    options = parser.parse_args()
-    scene = balls_in_a_room(int(options.surfels))
+def measured(count, solve=sf.solve):
+    scene = balls_in_a_room(count)
+    before = gigabytes("VmRSS")
     start = reported = perf_counter()
     silences, sizes, done = [], [], threading.Event()
 
@@ -57,20 +59,51 @@ def main():
             sizes.append((perf_counter() - start, gigabytes("VmRSS")))
             sleep(0.02)
 
-    print(f"{sum(len(s) for s in scene.objects)} surfels, {gigabytes('VmRSS'):.2f} GB")
     watcher = threading.Thread(target=watch)
     watcher.start()
-    solution = (sf.solve_meshless if options.meshless else sf.solve)(scene, progress=progress)
+    solution = solve(scene, progress=progress)
+    seconds = perf_counter() - start
     done.set()
     watcher.join()
-    at, size = np.array(sizes).T
-    print(f"{perf_counter() - start:.1f} s, {gigabytes('VmHWM'):.2f} GB at most, own estimate {solution.error:.2%}")
-    print("longest silences, s:", *(f"{s:.2f}" for s in sorted(silences)[:-6:-1]))
-    first = 0.0
-    for stage, seconds in solution.timings.items():
-        of_stage = size[(at >= first) & (at < first + seconds)]
-        print(f"{stage:14} {seconds:7.2f} s {of_stage.max() if len(of_stage) else 0.0:6.2f} GB")
-        first += seconds
+    return {
+        "surfels": sum(len(surfels) for surfels in scene.objects),
+        "gigabytes before": round(before, 2),
+        "seconds": round(seconds, 1),
+        "gigabytes": round(gigabytes("VmHWM"), 2),
+        "own estimate, %": round(100 * solution.error, 2),
+        "longest silences": [round(s, 2) for s in sorted(silences)[:-6:-1]],
+        "stages": {stage: round(seconds, 2) for stage, seconds in solution.timings.items()},
+    }
+
+
+def plot(rows, path):
+    surfels = [row["surfels"] for row in rows]
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    for panel, key in zip(figure.subplots(1, 2), ("seconds", "gigabytes"), strict=True):
+        panel.loglog(surfels, [row[key] for row in rows], marker="o")
+        panel.set(xlabel="surfels", ylabel=key)
+        panel.grid(True, which="both", color="0.9")
+    figure.savefig(path, dpi=120)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("surfels", type=float, nargs="+")
+    parser.add_argument("--meshless", action="store_true")
+    parser.add_argument("--plot", help="a PNG of all rows")
+    parser.add_argument("--rows", type=Path, help="JSON, where rows are kept that are measured once")
+    options = parser.parse_args()
+    rows = json.loads(options.rows.read_text()) if options.rows and options.rows.exists() else []
+    for surfels in options.surfels:
+        # Each in a process of its own: its peak of memory is its own.
+        with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+            solve = sf.solve_meshless if options.meshless else sf.solve
+            rows.append(fresh.submit(measured, int(surfels), solve).result())
+        print(rows[-1])
+        if options.rows:
+            options.rows.write_text(json.dumps(rows))
+    if options.plot:
+        plot(sorted(rows, key=lambda row: row["surfels"]), options.plot)
 
 
 if __name__ == "__main__":
