@@ -43,6 +43,8 @@ public:
         // to emitted and `power_scale` to what gather() returns, as once() has done for its rows.
         double scale = 1.0, linked_scale = 1.0, first_scale = 1.0, emitted_scale = 1.0, power_scale = 1.0;
         double met() const { return 1.0 - escape - into_backs; }
+        // What escapes is part of the row, and is scaled with it.
+        Rgb scaled_sky() const { return scale * sky; }
     };
 
     // Of what is gathered `basis` may have more levels later on: see extend().

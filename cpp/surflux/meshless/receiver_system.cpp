@@ -67,15 +67,18 @@ LinearReport ReceiverSystem::solve(double tolerance, MeshlessField& field, const
 // The constants of rows follow the factors that `set` gives to the gather.
 template <class Set>
 void ReceiverSystem::set_factors(const Set& set) {
-    const std::size_t rows = rows_.first_bounce.size();
-    for (std::size_t row = 0; row < rows; ++row)
-        rows_.unbounced[row] -= gather_[row].emitted_scale * gather_[row].emitted;
+    const auto add = [&](double sign) {
+        for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row) {
+            const HemisphereGather::Row& of = gather_[row];
+            rows_.direct[row] += sign * of.scaled_sky();
+            rows_.unbounced[row] += sign * (of.scaled_sky() + of.emitted_scale * of.emitted);
+        }
+    };
+    add(-1.0);
     set();
-    for (std::size_t row = 0; row < rows; ++row) {
-        const HemisphereGather::Row& of = gather_[row];
-        rows_.unbounced[row] += of.emitted_scale * of.emitted;
-        rows_.first_bounce[row] = of.first_scale * of.first_bounce;
-    }
+    add(1.0);
+    for (std::size_t row = 0; row < rows_.first_bounce.size(); ++row)
+        rows_.first_bounce[row] = gather_[row].first_scale * gather_[row].first_bounce;
 }
 
 ReciprocalScaling ReceiverSystem::scale_by_reciprocity(const MeshlessExchange& exchange, const MeshlessField& field,

@@ -48,7 +48,7 @@ std::vector<MeshlessField::At> SurfelRefinement::gather(const std::vector<std::u
     std::vector<MeshlessField::At> out;
     for (const auto& [row, gathered] : gather_.once(places, counts, coefficients_, sent_, progress)) {
         const std::uint32_t i = surfels[out.size()];
-        out.push_back({row.sky + row.emitted_scale * row.emitted, row.sky});
+        out.push_back({row.scaled_sky() + row.emitted_scale * row.emitted, row.scaled_sky()});
         if (options_.reflected) out.back().all += row.first_scale * row.first_bounce + gathered;
         if (light_.lights_in_basis()) {
             out.back().all += light_.direct_at_surfel(i);

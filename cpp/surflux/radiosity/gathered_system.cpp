@@ -40,9 +40,10 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
     weights_.fill(tree_.points(), at_leaf, progress);
 }
 
-Rgb GatheredSystem::found(std::size_t place) const {
-    const std::uint32_t row = cut_->rows[place];
-    return gathering_.sky()[row].value;
+TiltedRgb GatheredSystem::tilted_sky(std::size_t place) const {
+    const TiltedRgb& sky = gathering_.sky()[cut_->rows[place]];
+    const double scale = row_scale(place);
+    return {scale * sky.value, scale * sky.u, scale * sky.v};
 }
 
 Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x) const {
@@ -148,7 +149,7 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
 
 Rgb GatheredSystem::sky(std::uint32_t point) const {
     Rgb sum;
-    for (const Interpolation::Weight& w : weights(point)) sum += w.weight * gathering_.sky()[cut_->rows[w.site]].value;
+    for (const Interpolation::Weight& w : weights(point)) sum += w.weight * found(w.site);
     return sum;
 }
 

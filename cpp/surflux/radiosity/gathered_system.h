@@ -61,8 +61,9 @@ public:
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
     Rgb value(const std::vector<double>& x, std::size_t place) const { return unpack(&x[place * channels_]); }
-    // What rays of a node find of the sky.
-    Rgb found(std::size_t place) const;
+    // What rays of a node find of the sky, scaled as its row is.
+    Rgb found(std::size_t place) const { return tilted_sky(place).value; }
+    TiltedRgb tilted_sky(std::size_t place) const;
 
 private:
     double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }

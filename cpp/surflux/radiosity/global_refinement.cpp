@@ -311,7 +311,7 @@ void GlobalRefinement::write_light() {
     out_.irradiance = at_leaves(std::move(at_nodes));
     if (gathering_.has_sky()) {
         at_nodes.resize(cut_.rows.size());
-        for (std::size_t k = 0; k < cut_.rows.size(); ++k) at_nodes[k] = gathering_.sky()[cut_.rows[k]];
+        for (std::size_t k = 0; k < cut_.rows.size(); ++k) at_nodes[k] = system_->tilted_sky(k);
         out_.direct = at_leaves(std::move(at_nodes));
     }
     field_.reset();
