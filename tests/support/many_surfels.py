@@ -6,17 +6,16 @@ the solver's.
 
 import argparse
 import json
-import re
-import threading
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from time import perf_counter, sleep
+from time import perf_counter
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import surflux as sf
+from surflux.bench.scale import peak_gigabytes
 from surflux.scenes import shapes
 
 CENTERS = [[1.0, 1.0, 0.5], [3.0, 1.0, 0.6], [1.0, 3.0, 0.7], [3.0, 3.0, 0.5]]
@@ -36,16 +35,10 @@ def balls_in_a_room(surfels):
     return sf.Scene(objects, [sf.PointLight([2.0, 2.0, 3.5], 30.0)])
 
 
-def gigabytes(key):
-    """VmRSS: what this process has; VmHWM: the most that it had."""
-    return int(re.search(rf"{key}:\s+(\d+)", Path("/proc/self/status").read_text())[1]) * 1024 / 1e9
-
-
 def measured(count, solve=sf.solve):
     scene = balls_in_a_room(count)
-    before = gigabytes("VmRSS")
     start = reported = perf_counter()
-    silences, sizes, done = [], [], threading.Event()
+    silences = []
 
     def progress(finished, total):
         nonlocal reported
@@ -54,22 +47,12 @@ def measured(count, solve=sf.solve):
         reported = now
         return True
 
-    def watch():
-        while not done.is_set():
-            sizes.append((perf_counter() - start, gigabytes("VmRSS")))
-            sleep(0.02)
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
     solution = solve(scene, progress=progress)
     seconds = perf_counter() - start
-    done.set()
-    watcher.join()
     return {
         "surfels": sum(len(surfels) for surfels in scene.objects),
-        "gigabytes before": round(before, 2),
         "seconds": round(seconds, 1),
-        "gigabytes": round(gigabytes("VmHWM"), 2),
+        "gigabytes": round(peak_gigabytes(), 2),
         "own estimate, %": round(100 * solution.error, 2),
         "longest silences": [round(s, 2) for s in sorted(silences)[:-6:-1]],
         "stages": {stage: round(seconds, 2) for stage, seconds in solution.timings.items()},

@@ -19,6 +19,7 @@ from area_pictures import (
     picture,
     share_at,
 )
+from interactor import click_pixel, press
 from surflux.drawing import area_window, plots, sharing
 
 
@@ -199,22 +200,7 @@ def seen(view):
 
 
 def click(view, x, y, drag=0):
-    mouse = view.plotter.iren.interactor
-    column, row = round(247.5 + UNIT * x), round(600 - 1 - (263.5 - UNIT * y))
-    mouse.SetEventInformation(column, row, 0, 0, "\0", 0, None)
-    mouse.LeftButtonPressEvent()
-    if drag:
-        mouse.SetEventInformation(column + drag, row, 0, 0, "\0", 0, None)
-        mouse.MouseMoveEvent()
-    mouse.LeftButtonReleaseEvent()
-
-
-def press(view, key):
-    keys = view.plotter.iren.interactor
-    keys.SetKeyCode(key)
-    keys.SetKeySym(key)
-    keys.KeyPressEvent()
-    keys.CharEvent()
+    click_pixel(view, round(247.5 + UNIT * x), round(600 - 1 - (263.5 - UNIT * y)), drag)
 
 
 def test_a_click_picks_and_a_drag_turns(window):

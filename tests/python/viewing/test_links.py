@@ -5,6 +5,7 @@ import pytest
 from test_view import RED, SQUARE, at, grid, is_color, lit, pair, shot, window
 
 import surflux as sf
+from interactor import click_pixel
 from surflux.drawing import plots, sharing
 from surflux.viewing import controls, words
 from surflux.viewing.links import LinkFinder
@@ -139,23 +140,13 @@ def test_a_click_picks_and_a_drag_turns(window, lit):
     with plots.quiet_vtk():
         controls.listen(view)
     shot(view)  # until it is drawn it takes no events
-    mouse = view.plotter.iren.interactor
-
-    def press(x, y, drag=0):
-        mouse.SetEventInformation(x, y, 0, 0, "\0", 0, None)
-        mouse.LeftButtonPressEvent()
-        if drag:
-            mouse.SetEventInformation(x + drag, y, 0, 0, "\0", 0, None)
-            mouse.MouseMoveEvent()
-        mouse.LeftButtonReleaseEvent()
-
     before = view.camera().eye
-    press(300, 310)
+    click_pixel(view, 300, 310)
     assert np.linalg.norm(lit.surfels.points[view.picked, :2] - [0.0, 0.07]) < 0.15
     assert view.camera().eye == pytest.approx(before)
     picked = view.picked
-    press(300, 310, drag=80)
+    click_pixel(view, 300, 310, drag=80)
     assert view.picked == picked
     assert np.linalg.norm(view.camera().eye - before) > 0.3
-    press(5, 300)  # beside everything
+    click_pixel(view, 5, 300)  # beside everything
     assert view.picked is None

@@ -5,6 +5,7 @@ import pytest
 from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, shot, window
 
 import surflux as sf
+from interactor import press
 from surflux.drawing import plots
 from surflux.viewing import controls, viewer
 
@@ -22,14 +23,6 @@ def listening(window):
         return view, heard
 
     return make
-
-
-def press(view, key):
-    keys = view.plotter.iren.interactor
-    keys.SetKeyCode(key)
-    keys.SetKeySym(key)
-    keys.KeyPressEvent()
-    keys.CharEvent()
 
 
 @pytest.mark.slow
