@@ -24,10 +24,11 @@ void parallel_blocks(std::size_t count, std::size_t grain,
                      const std::function<void(std::size_t begin, std::size_t end)>& body, const Progress& progress);
 
 template <class Body>
-void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
-    parallel_blocks(count, grain, [&](std::size_t begin, std::size_t end) {
+void parallel_for(std::size_t count, std::size_t grain, const Body& body, const Progress& progress = {}) {
+    const auto of_block = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) body(i);
-    });
+    };
+    parallel_blocks(count, grain, of_block, progress);
 }
 
 // The sum of what body(i, sum) adds up for all i: of each block by itself, then of the blocks in their order, so that

@@ -36,7 +36,8 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
     out.taken.assign(s.size(), 0);
     std::atomic<std::size_t> traced{0};
 
-    const auto measure = [&](std::uint32_t i) {
+    const auto measure = [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
         const Frame frame = frame_around(s.normals[i]);
         EvenPoints even(points.extends(i) ? 4 : 2, seed + cosine_stream, i);
         int taken = 0, escaped = 0, absorbed = 0;
@@ -59,14 +60,14 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         take(rays);
         const bool agree = (escaped == 0 || escaped == taken) && (absorbed == 0 || absorbed == taken);
         if (!agree) take(more_rays * rays);
-        for (std::size_t k = 0; k < images.size(); ++k) {
-            EvenPoints lit(points.extends(i) ? 4 : 2, seed + image_stream + k, i);
+        for (std::size_t m = 0; m < images.size(); ++m) {
+            EvenPoints lit(points.extends(i) ? 4 : 2, seed + image_stream + m, i);
             for (int r = 0; r < taken; ++r) {
                 const double* u = lit.next();
-                const Vec3 direction = images[k].sample(u[0], u[1]);
+                const Vec3 direction = images[m].sample(u[0], u[1]);
                 const double cosine = dot(direction, frame.n);
                 if (cosine <= 0.0 || !tracer.free({{points.at(i, u[2], u[3]), frame.n, i}, direction})) continue;
-                sky += images[k].radiance(direction) * (cosine / (cosine / pi + images[k].density(direction)));
+                sky += images[m].radiance(direction) * (cosine / (cosine / pi + images[m].density(direction)));
             }
         }
         out.escape[i] = static_cast<double>(escaped) / taken;
@@ -75,12 +76,7 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         out.taken[i] = static_cast<std::uint32_t>(taken);
         traced += static_cast<std::size_t>(taken) * (1 + images.size());
     };
-    parallel_blocks(
-        s.size(), 16,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) measure(static_cast<std::uint32_t>(i));
-        },
-        progress);
+    parallel_for(s.size(), 16, measure, progress);
     out.rays = traced;
     return out;
 }

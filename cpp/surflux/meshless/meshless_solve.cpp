@@ -247,12 +247,7 @@ void MeshlessRadiosity::write() {
         out_.irradiance[i] = light.all;
         out_.radiosity[i] = s.emission[i] + s.reflectance[i] * light.all;
     };
-    parallel_blocks(
-        n, 256,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) write_one(i);
-        },
-        stage("evaluation"));
+    parallel_for(n, 256, write_one, stage("evaluation"));
     power_ = exchange.power(out_);
 }
 

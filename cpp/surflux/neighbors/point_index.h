@@ -18,9 +18,8 @@ struct Neighbor {
 };
 
 // Exact nearest neighbours among fixed points. Queries are const and may run on many threads at once.
-//   A k-d tree over FLANN's: these are of some ten thousand neighbouring points each, so that they are built side by
-//   side
-// and a cancelled pass waits for no more than one of them.
+// A k-d tree over FLANN's, of some ten thousand neighbouring points each: these are built side by side, and a cancelled
+// pass waits for no more than one of them.
 class PointIndex {
 public:
     explicit PointIndex(const std::vector<Vec3>& points, const Progress& progress = {});

@@ -108,12 +108,6 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
 std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t places,
                                                const std::function<Place(std::size_t)>& place,
                                                const Progress& progress) const {
-    const auto for_places = [&](const auto& visit) {
-        const auto of_block = [&](std::size_t begin, std::size_t end) {
-            for (std::size_t p = begin; p < end; ++p) visit(p);
-        };
-        parallel_blocks(places, 256, of_block, progress);
-    };
     const auto constant = [&](const Place& of) {
         Rgb sum;
         for (const Interpolation::Weight& w : of.weights) sum += w.weight * field.values[w.site].value;
@@ -121,12 +115,16 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
         return sum;
     };
     std::vector<Rgb> out(places);
-    for_places([&](std::size_t p) {
-        const Place of = place(p);
-        const Rgb level = constant(of);
-        out[p] = at(field, of.position, of.normal, of.weights);
-        for (int c = 0; c < 3; ++c) out[p][c] = std::clamp(out[p][c], level[c] / most_sloped, most_sloped * level[c]);
-    });
+    parallel_for(
+        places, 256,
+        [&](std::size_t p) {
+            const Place of = place(p);
+            const Rgb level = constant(of);
+            out[p] = at(field, of.position, of.normal, of.weights);
+            for (int c = 0; c < 3; ++c)
+                out[p][c] = std::clamp(out[p][c], level[c] / most_sloped, most_sloped * level[c]);
+        },
+        progress);
     // Around each node, what weights say and what was found: in a few blocks, the same for any number of threads.
     struct Sums {
         Rgb wanted, found;
@@ -150,12 +148,15 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
         for (const std::vector<Sums>& block : sums) of.wanted += block[k].wanted, of.found += block[k].found;
         for (int c = 0; c < 3; ++c) scale[k][c] = of.found[c] > 0.0 ? of.wanted[c] / of.found[c] : 1.0;
     }
-    for_places([&](std::size_t p) {
-        const Place of = place(p);
-        Rgb all;
-        for (const Interpolation::Weight& w : of.weights) all += w.weight * scale[w.site];
-        out[p] = all * out[p];
-    });
+    parallel_for(
+        places, 256,
+        [&](std::size_t p) {
+            const Place of = place(p);
+            Rgb all;
+            for (const Interpolation::Weight& w : of.weights) all += w.weight * scale[w.site];
+            out[p] = all * out[p];
+        },
+        progress);
     return out;
 }
 

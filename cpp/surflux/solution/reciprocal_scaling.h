@@ -13,9 +13,8 @@ namespace surflux {
 // Shares of a place's cosine-weighted hemisphere that meet no fronts, estimated by rays, with their variance.
 struct HemisphereLoss {
     double escape = 0.0, into_backs = 0.0;
-    double excess_variance =
-        0.0;                // among the nodes it is interpolated from, beyond that of their rays; may be negative
-    double variance = 0.0;  // by their rays, times the area that varies as one
+    double excess_variance = 0.0;  // among the nodes it is interpolated from, less that of their rays; of either sign
+    double variance = 0.0;         // by their rays, times the area that varies as one
     double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
 };
 
@@ -68,10 +67,9 @@ struct ReciprocalScaling {
 // more, by their variances: in a closed room `met` is 1 everywhere, without variance; where a ball rests on a wide
 // floor under the sky, the floor's few rays that meet it say less than those of the ball, and what leaves the floor for
 // the sky is what the ball does not receive (`lost`).
-//   Rows are scaled last, with what they lose: r (G s + escape + into backs) = 1. So a row that few of its rays left
-//   may
-// meet more than they say, as its senders have it; surfaces reflect less than 1, so the spectral radius is below 1, and
-// a closed uniform furnace is exact.
+//   Rows are scaled last, with what they lose: r (G s + escape + into backs) = 1. So a row of which few rays met fronts
+// may meet more, as its senders have it; surfaces reflect less than 1, so the spectral radius is below 1, and a closed
+// uniform furnace is exact.
 ReciprocalScaling scale_by_reciprocity(const RayExchange& exchange, const Progress& progress = {});
 
 }  // namespace surflux

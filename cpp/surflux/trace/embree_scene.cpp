@@ -116,7 +116,8 @@ void Tracer::Impl::drop_joints(const Progress& progress) {
         return ray.tfar < 0.0f;
     };
     const auto vec = [](const float (&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
-    const auto drop = [&](std::uint32_t i) {
+    const auto drop = [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
         const Disk& disk = disks[i];
         if (!disk.is_disk()) return;
         for (std::uint32_t e = end_begin[i]; e < end_begin[i + 1]; ++e) {
@@ -132,12 +133,7 @@ void Tracer::Impl::drop_joints(const Progress& progress) {
                 ends[e].limit = infinite;
         }
     };
-    parallel_blocks(
-        disks.size(), 1024,
-        [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) drop(static_cast<std::uint32_t>(i));
-        },
-        progress);
+    parallel_for(disks.size(), 1024, drop, progress);
 }
 
 }  // namespace surflux
