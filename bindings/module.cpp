@@ -39,10 +39,13 @@ PYBIND11_MODULE(_core, module) {
     bind_neighbors(module);
     bind_area(module);
     bind_trace(module);
+    bind_lights(module);
     bind_reference(module);
     bind_solution(module);
     bind_radiosity(module);
     bind_meshless(module);
+    bind_transfer(module);
+    bind_harmonics(module);
     bind_image(module);
     bind_render(module);
 }

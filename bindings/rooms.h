@@ -10,10 +10,13 @@ void bind_scene(pybind11::module_& module);
 void bind_neighbors(pybind11::module_& module);
 void bind_area(pybind11::module_& module);
 void bind_trace(pybind11::module_& module);
+void bind_lights(pybind11::module_& module);
 void bind_reference(pybind11::module_& module);
 void bind_solution(pybind11::module_& module);
 void bind_radiosity(pybind11::module_& module);
 void bind_meshless(pybind11::module_& module);
+void bind_transfer(pybind11::module_& module);
+void bind_harmonics(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 

@@ -11,7 +11,8 @@ namespace {
 
 Surfels make_surfels(const Doubles& positions, const Doubles& normals, const Doubles& radii,
                      const std::optional<Doubles>& areas, const Doubles& reflectance, const Doubles& emission,
-                     const Doubles& triangles, const Indices& triangle_surfel) {
+                     const Doubles& triangles, const Indices& triangle_surfel, const std::optional<Doubles>& specular,
+                     const std::optional<Doubles>& exponent) {
     Surfels s;
     s.positions = to_vec3s(positions, "positions");
     s.normals = to_vec3s(normals, "normals");
@@ -23,6 +24,11 @@ Surfels make_surfels(const Doubles& positions, const Doubles& normals, const Dou
     require(s.normals.size() == n && s.radii.size() == n && s.reflectance.size() == n && s.emission.size() == n &&
                 (s.areas.empty() || s.areas.size() == n),
             "surfels: arrays of different lengths");
+    const std::vector<Vec3> gloss = specular ? to_vec3s(*specular, "specular") : std::vector<Vec3>{};
+    const std::vector<double> exponents = exponent ? to_vector(*exponent) : std::vector<double>{};
+    require((gloss.empty() || gloss.size() == n) && (exponents.empty() || exponents.size() == n),
+            "surfels: arrays of different lengths");
+    s.gloss = Gloss(gloss, exponents);
     require(triangles.size() == 9 * triangle_surfel.size(), "triangles: wanted shape (t, 3, 3) for t surfel indices");
     const auto* corners = reinterpret_cast<const Vec3*>(triangles.data());
     for (py::ssize_t t = 0; t < triangle_surfel.size(); ++t) {
@@ -32,6 +38,18 @@ Surfels make_surfels(const Doubles& positions, const Doubles& normals, const Dou
         s.triangles.push_back({corners[3 * t], corners[3 * t + 1], corners[3 * t + 2], surfel});
     }
     return s;
+}
+
+py::array_t<double> specular_of(const Surfels& s) {
+    std::vector<Vec3> out(s.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = s.gloss.specular(i);
+    return to_array(out);
+}
+
+py::array_t<double> exponents_of(const Surfels& s) {
+    std::vector<double> out(s.size());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = s.gloss.exponent(i);
+    return to_array(out);
 }
 
 py::array_t<double> triangles_of(const Surfels& s) {
@@ -64,16 +82,16 @@ py::tuple state_of(const Surfels& s) {
     }
     return py::make_tuple(to_array(s.positions), to_array(s.normals), to_array(s.radii), to_array(s.areas),
                           to_array(s.reflectance), to_array(s.emission), triangles_of(s), triangle_surfels_of(s),
-                          to_array(end_normals), to_array(limits), to_array(owners), to_array(kinds),
-                          to_array(s.alone));
+                          to_array(end_normals), to_array(limits), to_array(owners), to_array(kinds), to_array(s.alone),
+                          specular_of(s), exponents_of(s));
 }
 
 Surfels from_state(const py::tuple& state) {
-    require(state.size() == 13, "surfels: a pickle of another version");
+    require(state.size() == 15, "surfels: a pickle of another version");
     const auto doubles = [&](std::size_t k) { return state[k].cast<Doubles>(); };
     const auto indices = [&](std::size_t k) { return state[k].cast<Indices>(); };
-    Surfels s =
-        make_surfels(doubles(0), doubles(1), doubles(2), doubles(3), doubles(4), doubles(5), doubles(6), indices(7));
+    Surfels s = make_surfels(doubles(0), doubles(1), doubles(2), doubles(3), doubles(4), doubles(5), doubles(6),
+                             indices(7), doubles(13), doubles(14));
     const std::vector<Vec3> normals = to_vec3s(doubles(8), "ends");
     const std::vector<double> limits = to_vector(doubles(9));
     const std::vector<std::uint32_t> owners = to_vector(indices(10)), kinds = to_vector(indices(11));
@@ -107,7 +125,8 @@ FlatPolygons to_polygons(const Doubles& corners, const py::array_t<std::int64_t>
 void bind_scene(py::module_& module) {
     py::class_<Surfels>(module, "Surfels")
         .def(py::init(&make_surfels), py::arg("positions"), py::arg("normals"), py::arg("radii"), py::arg("areas"),
-             py::arg("reflectance"), py::arg("emission"), py::arg("triangles"), py::arg("triangle_surfel"))
+             py::arg("reflectance"), py::arg("emission"), py::arg("triangles"), py::arg("triangle_surfel"),
+             py::arg("specular") = py::none(), py::arg("exponent") = py::none())
         .def("__len__", &Surfels::size)
         .def_property_readonly("positions", [](const Surfels& s) { return to_array(s.positions); })
         .def_property_readonly("normals", [](const Surfels& s) { return to_array(s.normals); })
@@ -119,6 +138,10 @@ void bind_scene(py::module_& module) {
                                })
         .def_property_readonly("reflectance", [](const Surfels& s) { return to_array(s.reflectance); })
         .def_property_readonly("emission", [](const Surfels& s) { return to_array(s.emission); })
+        .def_property_readonly("specular", &specular_of)
+        .def_property_readonly("exponent", &exponents_of)
+        .def_property_readonly("has_specular", [](const Surfels& s) { return s.gloss.has_specular(); })
+        .def_property_readonly("has_gloss", [](const Surfels& s) { return !s.gloss.empty(); })
         .def_property_readonly("triangles", &triangles_of)
         .def_property_readonly("triangle_surfel", &triangle_surfels_of)
         // Copies all: nothing of Surfels ever changes, and passes read them without the GIL.
@@ -129,6 +152,16 @@ void bind_scene(py::module_& module) {
                  return without_gil([&] {
                      Surfels out = s;
                      out.areas = std::move(given);
+                     return out;
+                 });
+             })
+        .def("with_reflectance",
+             [](const Surfels& s, const Doubles& reflectance) {
+                 std::vector<Vec3> given = to_vec3s(reflectance, "reflectance");
+                 require(given.size() == s.size(), "reflectance: wanted one for each surfel");
+                 return without_gil([&] {
+                     Surfels out = s;
+                     out.reflectance = std::move(given);
                      return out;
                  });
              })

@@ -36,7 +36,7 @@ TEST(ParallelSum, IsThatOfTheBlocksInTheirOrder) {
 }
 
 TEST(ParallelSort, IsThatOfTheStandardLibrary) {
-    for (const std::size_t count : {0u, 1u, 15u, 16u, 17u, 10007u}) {
+    for (const std::size_t count : {0u, 1u, 63u, 64u, 65u, 10007u}) {
         std::vector<std::uint64_t> values(count);
         for (std::size_t i = 0; i < count; ++i) values[i] = (i * 0x9e3779b97f4a7c15ull) >> 7;
         std::vector<std::uint64_t> expected = values;
@@ -44,6 +44,35 @@ TEST(ParallelSort, IsThatOfTheStandardLibrary) {
         parallel_sort(values, std::less<>());
         EXPECT_EQ(values, expected);
     }
+}
+
+TEST(ParallelScatter, IsThatOfFourBlocksInTheirOrderHoweverOftenItReports) {
+    // More than are added between two reports, of very different size, to 3 places in turn.
+    const std::size_t count = (std::size_t{1} << 20) + 5;
+    std::vector<double> expected(3, 0.0);
+    for (std::size_t block = 0; block < 4; ++block) {
+        std::vector<double> sums(3, 0.0);
+        for (std::size_t i = block * count / 4; i < (block + 1) * count / 4; ++i) sums[i % 3] += term(i);
+        for (std::size_t k = 0; k < 3; ++k) expected[k] += sums[k];
+    }
+    const auto add = [](std::size_t i, std::vector<double>& sums) { sums[i % 3] += term(i); };
+    std::size_t reports = 0;
+    const Progress progress = [&](std::size_t done, std::size_t total) {
+        EXPECT_LE(done, total);
+        return ++reports > 0;
+    };
+    for (int threads : {1, 4}) {
+        const ThreadLimit limit(threads);
+        std::vector<double> found(3, 7.0);
+        parallel_scatter(count, found, add);
+        EXPECT_EQ(found, expected);
+        parallel_scatter(count, found, add, progress);
+        EXPECT_EQ(found, expected);
+    }
+    EXPECT_EQ(reports, 4u);
+    std::vector<double> nothing(3, 7.0);
+    parallel_scatter(0, nothing, add, progress);
+    EXPECT_EQ(nothing, std::vector<double>(3, 0.0));
 }
 
 TEST(ParallelSum, TakesWhateverAddsUp) {

@@ -46,9 +46,10 @@ struct Rooms {
             out.area.push_back(1.0);
             out.met.push_back(met);
             out.rays.push_back(static_cast<std::uint32_t>(rays));
-            out.excess_variance.push_back(0.0);
-            out.sender.push_back({1.0, 1.0, 1.0, variance_of_share(met, rays), static_cast<float>(met), 0.0f,
-                                  static_cast<std::uint32_t>(k / places)});
+            out.bias.push_back(0.0);
+            const auto variance = static_cast<float>(variance_of_share(met, rays));
+            out.sender.push_back(
+                {1.0f, 1.0f, 1.0f, static_cast<float>(met), 0.0f, variance, static_cast<std::uint32_t>(k / places)});
         }
         out.place = [this](std::size_t k) {
             const double x = static_cast<double>(k % places) / static_cast<double>(places);
@@ -80,7 +81,7 @@ TEST(ReciprocalScaling, FactorsOfOneRoomKnowNothingOfAnother) {
     for (std::size_t k = 0; k < 300; ++k)
         for (std::size_t j = 0; j < 300; ++j) one.g.push_back(both.g[k * both.size() + j]);
     RayExchange brighter = both.exchange(rays);
-    for (std::size_t j = 300; j < 600; ++j) brighter.sender[j].carried = brighter.sender[j].radiosity = 1e6;
+    for (std::size_t j = 300; j < 600; ++j) brighter.sender[j].carried = brighter.sender[j].radiosity = 1e6f;
     const ReciprocalScaling alone = scale_by_reciprocity(one.exchange(rays)), beside = scale_by_reciprocity(brighter);
     for (std::size_t j = 0; j < 300; ++j) EXPECT_NEAR(alone.senders[j], beside.senders[j], 1e-12) << j;
 }
@@ -93,8 +94,8 @@ TEST(ReciprocalScaling, EnergyIsThatOfTheSendersInAClosedRoom) {
     double sent = 0.0, received = 0.0;
     std::vector<double> light(room.size()), arrived;
     for (std::size_t j = 0; j < light.size(); ++j) {
-        light[j] = exchange.sender[j].carried = exchange.sender[j].radiosity =
-            std::exp(-3.0 * exchange.place(j).position.x);
+        light[j] = std::exp(-3.0 * exchange.place(j).position.x);
+        exchange.sender[j].carried = exchange.sender[j].radiosity = static_cast<float>(light[j]);
         sent += light[j];
     }
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
@@ -110,7 +111,7 @@ TEST(ReciprocalScaling, WhereSendersRaysSayLittleTheReceiversAreBelieved) {
     const int rays = 64;
     const Rooms open(400, 1, rays, 13, 0.995);
     RayExchange exchange = open.exchange(rays);
-    for (RayExchange::Sender& sender : exchange.sender) sender.excess_variance = 1e-4f;
+    for (RayExchange::Sender& sender : exchange.sender) sender.bias = 0.01f;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     for (const double scale : found.senders) EXPECT_NEAR(scale, 1.0, 0.01);
     for (const double lost : found.lost) EXPECT_NEAR(lost, 1.0, 0.01);
@@ -122,7 +123,7 @@ TEST(ReciprocalScaling, RowsMeetWhatSendersKnowThatTheySend) {
     const Rooms open(400, 1, rays, 17, 0.9);
     RayExchange exchange = open.exchange(rays);
     const float met = 0.11f;
-    for (RayExchange::Sender& sender : exchange.sender) sender.met = met, sender.variance = 0.0;
+    for (RayExchange::Sender& sender : exchange.sender) sender.met = met, sender.variance = 0.0f;
     const ReciprocalScaling found = scale_by_reciprocity(exchange);
     EXPECT_GT(found.before, 0.05);
     EXPECT_LT(found.after, 1e-6);

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "refusal.h"
 #include "shapes.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/reference/glossy_reference.h"
 #include "surflux/reference/reference.h"
 #include "surflux/trace/tracer.h"
 
@@ -168,6 +170,19 @@ TEST(Reference, BlackSceneAndNoPoints) {
     EXPECT_THROW(
         reference_irradiance(dark, {{0.5, 0.5, 0.0}}, {up}, {}, [](std::size_t, std::size_t) { return false; }),
         Cancelled);
+}
+
+TEST(GlossyReference, RefusesWhatDoesNotFitTogether) {
+    const Scene scene = scene_of({square(0.0, 1.0, true)});
+    const auto said = [&](const GlossyPlaces& places) {
+        return refusal([&] { reference_radiance(scene, places, {}); });
+    };
+    EXPECT_EQ(said({{{}, {}}, {up, up}, {up}, {}, {}, {}}),
+              "normals, directions: wanted one for each of the 2 points, got 2 and 1");
+    EXPECT_EQ(said({{{}, {}}, {up, up}, {up, up}, {}, {{}}, {}}),
+              "materials: wanted one for each of the 2 points, or none");
+    EXPECT_EQ(said({{{}, {0, 0, 3}}, {up, up}, {up, up}, {}, {}, {}}),
+              "points: 1 lies on no surfel: give reflectance, specular and exponent of all");
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ SIGNATURES = [
     sf.load_scene,
     sf.read,
     sf.reference_irradiance,
+    sf.reference_radiance,
     sf.solve,
     sf.solve_meshless,
 ]

@@ -1,4 +1,4 @@
-"""Seconds, peaks of memory and silences of `solve` on as many surfels as wanted: four balls in a room of patches.
+"""Seconds, memory of each stage and silences of `solve` on as many surfels as wanted: four balls in a room of patches.
 
 `python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless] [--plot growth.png]`. Nothing is sampled: what counts is
 the solver's.
@@ -6,20 +6,25 @@ the solver's.
 
 import argparse
 import json
+import resource
+import threading
+from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import surflux as sf
+from surflux._base import passes
 from surflux.bench.scale import peak_gigabytes
 from surflux.scenes import shapes
 
 CENTERS = [[1.0, 1.0, 0.5], [3.0, 1.0, 0.6], [1.0, 3.0, 0.7], [3.0, 3.0, 0.5]]
 RADIUS = 0.45
+LONGEST = 12  # silences that are told
 
 
 def balls_in_a_room(surfels):
@@ -35,26 +40,48 @@ def balls_in_a_room(surfels):
     return sf.Scene(objects, [sf.PointLight([2.0, 2.0, 3.5], 30.0)])
 
 
+def gigabytes_now():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 1e9
+
+
 def measured(count, solve=sf.solve):
     scene = balls_in_a_room(count)
-    start = reported = perf_counter()
-    silences = []
+    start = perf_counter()
+    reported = start, process_time()
+    silences, before = [], "start"
+    most, ended = defaultdict(float), threading.Event()
 
-    def progress(finished, total):
-        nonlocal reported
-        now = perf_counter()
-        silences.append(now - reported)
-        reported = now
+    def watch():
+        while not ended.wait(0.02):
+            stage = before.split(":")[0]
+            most[stage] = max(most[stage], gigabytes_now())
+
+    def progress(stage, finished, total):
+        nonlocal reported, before
+        now = perf_counter(), process_time()
+        here = f"{stage}: {finished} of {total}"
+        silences.append((now[1] - reported[1], now[0] - reported[0], f"{before} -> {here}"))
+        reported, before = now, here
         return True
 
-    solution = solve(scene, progress=progress)
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    with passes.shown_by(progress):
+        solution = solve(scene)
+    ended.set()
+    watcher.join()
     seconds = perf_counter() - start
+    silences.append((process_time() - reported[1], perf_counter() - reported[0], f"{before} -> end"))
     return {
         "surfels": sum(len(surfels) for surfels in scene.objects),
         "seconds": round(seconds, 1),
         "gigabytes": round(peak_gigabytes(), 2),
         "own estimate, %": round(100 * solution.error, 2),
-        "longest silences": [round(s, 2) for s in sorted(silences)[:-6:-1]],
+        "silences, seconds of all cores, seconds, where": [
+            (round(busy, 2), round(passed, 2), where) for busy, passed, where in sorted(silences)[: -LONGEST - 1 : -1]
+        ],
+        "gigabytes by stage": {stage: round(peak, 2) for stage, peak in most.items()},
         "stages": {stage: round(seconds, 2) for stage, seconds in solution.timings.items()},
     }
 

@@ -51,7 +51,10 @@ Scene compile_scene(const std::vector<const Surfels*>& objects, std::vector<Ligh
                     const Progress& progress) {
     Scene scene;
     reserve(scene.surfels, objects);
-    for (const Surfels* object : objects) append_shapes(scene, *object);
+    for (const Surfels* object : objects) {
+        append_shapes(scene, *object);
+        report(progress, 0, 1);
+    }
     scene.lights = std::move(lights);
     coincidence = find_coincidence(scene, progress);
     std::uint32_t first = 0;

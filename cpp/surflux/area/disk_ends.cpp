@@ -70,7 +70,7 @@ void for_disks(const NeighborhoodFinder& finder, const MakeState& make_state, co
 }  // namespace
 
 DiskEnds find_disk_ends(const Surfels& surfels, double epsilon, const Progress& progress) {
-    const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon);
+    const NeighborhoodFinder finder(surfels, disks_among(surfels), epsilon, standing_at(0, surfels.size(), progress));
     EndsOfDisks ends(surfels);
     for_disks(
         finder, [] { return 0; },
@@ -80,7 +80,8 @@ DiskEnds find_disk_ends(const Surfels& surfels, double epsilon, const Progress& 
 
 DiskEnds find_areas_and_ends(const Surfels& surfels, std::vector<double>& areas, const Progress& progress) {
     const AreaOptions options;
-    const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon,
+                                    standing_at(0, surfels.size(), progress));
     require_radii(finder);
     const PolarGrid grid(options.resolution);
     EndsOfDisks ends(surfels);

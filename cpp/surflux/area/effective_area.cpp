@@ -66,7 +66,8 @@ void require_radii(const NeighborhoodFinder& finder) {
 std::vector<double> effective_areas(const Surfels& surfels, const AreaOptions& options, const Progress& progress) {
     check(options);
     std::vector<double> areas = patch_areas(surfels);
-    const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon);
+    const NeighborhoodFinder finder(surfels, disks_among(surfels), options.epsilon,
+                                    standing_at(0, surfels.size(), progress));
     require_radii(finder);
     if (takes_gl(finder.size(), options)) {
         const std::vector<double> drawn = atlas_areas(finder, options, progress);

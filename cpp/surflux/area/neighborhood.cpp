@@ -85,7 +85,8 @@ double mean_spacing(const std::vector<Member>& around) {
 }  // namespace
 
 std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels& surfels,
-                                                                   const std::vector<bool>& is_disk) {
+                                                                   const std::vector<bool>& is_disk,
+                                                                   const Progress& progress) {
     std::vector<std::uint32_t> given;
     std::vector<Vec3> positions, normals;
     std::vector<double> radii;
@@ -96,14 +97,14 @@ std::vector<NeighborhoodFinder::Disk> NeighborhoodFinder::disks_of(const Surfels
         normals.push_back(surfels.normals[i]);
         radii.push_back(surfels.radii[i]);
     }
-    const std::vector<std::vector<std::uint32_t>> piles = find_piles(positions, normals, radii, pile_cosine);
+    const std::vector<std::vector<std::uint32_t>> piles = find_piles(positions, normals, radii, pile_cosine, progress);
     constexpr std::uint32_t none = 0xffffffffu, below = none - 1;  // not in a pile; in one, but not its first
     std::vector<std::uint32_t> pile_of(piles.empty() ? 0 : given.size(), none);
     for (std::uint32_t p = 0; p < piles.size(); ++p)
         for (const std::uint32_t member : piles[p]) pile_of[member] = member == piles[p].front() ? p : below;
     std::vector<Disk> disks;
     begin_.push_back(0);
-    for (const std::uint32_t k : morton_order(positions)) {
+    for (const std::uint32_t k : morton_order(positions, progress)) {
         const std::uint32_t pile = piles.empty() ? none : pile_of[k];
         if (pile == below) continue;
         disks.push_back({positions[k], normals[k], radii[k], given[k]});
@@ -124,10 +125,11 @@ std::vector<T> NeighborhoodFinder::of_each(const std::vector<Disk>& disks, T Dis
     return out;
 }
 
-NeighborhoodFinder::NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon)
+NeighborhoodFinder::NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon,
+                                       const Progress& progress)
     : epsilon_(epsilon),
-      disks_(disks_of(surfels, is_disk)),
-      index_(of_each(disks_, &Disk::position), of_each(disks_, &Disk::radius)) {}
+      disks_(disks_of(surfels, is_disk, progress)),
+      index_(of_each(disks_, &Disk::position), of_each(disks_, &Disk::radius), progress) {}
 
 void NeighborhoodFinder::flat(std::size_t i, Neighborhood& out) const { gather(i, 1.0, out); }
 

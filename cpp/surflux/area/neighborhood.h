@@ -36,7 +36,8 @@ struct Neighborhood {
 class NeighborhoodFinder {
 public:
     // Of those surfels for which `is_disk` holds.
-    NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon);
+    NeighborhoodFinder(const Surfels& surfels, const std::vector<bool>& is_disk, double epsilon,
+                       const Progress& progress = {});
 
     // Disks are numbered here in Morton order; which surfels disk i is, surfels(i) says: one, or a pile of them
     // (neighbors/piles.h), which have the area of the first in equal parts.
@@ -86,7 +87,8 @@ private:
         std::uint32_t surfel;
     };
     // In Morton order, so that what a search finds lies together in memory too.
-    std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk);  // fills in surfels_, too
+    std::vector<Disk> disks_of(const Surfels& surfels, const std::vector<bool>& is_disk,
+                               const Progress& progress);  // fills in surfels_, too
     template <class T>
     static std::vector<T> of_each(const std::vector<Disk>& disks, T Disk::* member);
 

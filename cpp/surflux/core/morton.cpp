@@ -23,7 +23,7 @@ std::uint64_t spread(std::uint64_t v) {
 
 }  // namespace
 
-std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points) {
+std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points, const Progress& progress) {
     std::vector<std::uint32_t> order(points.size());
     if (points.empty()) return order;
     Vec3 low = points[0], high = points[0];
@@ -41,7 +41,7 @@ std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& points) {
             key |= spread(static_cast<std::uint64_t>((points[i][axis] - low[axis]) / side * 2097151.0)) << axis;
         keys[i] = {key, static_cast<std::uint32_t>(i)};
     });
-    parallel_sort(keys, std::less<>());
+    parallel_sort(keys, std::less<>(), progress);
     for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
     return order;
 }

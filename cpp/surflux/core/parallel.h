@@ -47,17 +47,19 @@ Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
 
 // Sorts by an order in which no two are equal: blocks by themselves, then merged two by two.
 template <class T, class Less>
-void parallel_sort(std::vector<T>& values, const Less& less) {
-    constexpr std::size_t blocks = 16;
+void parallel_sort(std::vector<T>& values, const Less& less, const Progress& progress = {}) {
+    constexpr std::size_t blocks = 64;
     const auto at = [&](std::size_t block) {
         return values.begin() + static_cast<std::ptrdiff_t>(values.size() * block / blocks);
     };
-    parallel_for(blocks, 1, [&](std::size_t block) { std::sort(at(block), at(block + 1), less); });
-    for (std::size_t width = 1; width < blocks; width *= 2)
-        parallel_for(blocks / (2 * width), 1, [&](std::size_t k) {
+    parallel_for(blocks, 1, [&](std::size_t block) { std::sort(at(block), at(block + 1), less); }, progress);
+    for (std::size_t width = 1; width < blocks; width *= 2) {
+        const auto merge = [&](std::size_t k) {
             const std::size_t first = 2 * width * k;
             std::inplace_merge(at(first), at(first + width), at(first + 2 * width), less);
-        });
+        };
+        parallel_for(blocks / (2 * width), 1, merge, progress);
+    }
 }
 
 // Scratch memory of a pass. Each block of its loops borrows one T, that nobody else has at the time: made where all
@@ -100,18 +102,22 @@ private:
 };
 
 // out[k] = the sum of what add(i, sums) adds to sums[k] for all i: by a few blocks of i, each with sums of its own,
-// which do not depend on the number of threads either.
-template <class Add>
-void parallel_scatter(std::size_t count, std::vector<double>& out, const Add& add) {
-    constexpr std::size_t blocks = 4;
-    std::vector<std::vector<double>> sums(blocks);
-    parallel_for(blocks, 1, [&](std::size_t block) {
-        sums[block].assign(out.size(), 0.0);
-        for (std::size_t i = block * count / blocks; i < (block + 1) * count / blocks; ++i) add(i, sums[block]);
-    });
+// which do not depend on the number of threads either. A Sum starts as Sum{} and has +=.
+template <class Sum, class Add>
+void parallel_scatter(std::size_t count, std::vector<Sum>& out, const Add& add, const Progress& progress = {}) {
+    constexpr std::size_t blocks = 4, between_reports = 1 << 18;
+    std::vector<std::vector<Sum>> sums(blocks);
+    parallel_for(blocks, 1, [&](std::size_t block) { sums[block].assign(out.size(), Sum{}); });
+    for (std::size_t done = 0; done * blocks < count; done += between_reports) {
+        parallel_for(blocks, 1, [&](std::size_t block) {
+            const std::size_t begin = block * count / blocks + done, end = (block + 1) * count / blocks;
+            for (std::size_t i = begin; i < std::min(begin + between_reports, end); ++i) add(i, sums[block]);
+        });
+        report(progress, std::min(count, done * blocks), count);
+    }
     parallel_for(out.size(), 4096, [&](std::size_t k) {
-        out[k] = 0.0;
-        for (const std::vector<double>& sum : sums) out[k] += sum[k];
+        out[k] = Sum{};
+        for (const std::vector<Sum>& sum : sums) out[k] += sum[k];
     });
 }
 

@@ -20,6 +20,13 @@ inline void report_some(const Progress& progress, std::size_t done, std::size_t 
     if (done % every == 0) report(progress, done, total);
 }
 
+// For loops within a pass whose steps are none that it counts: they ask whether to go on, and tell where the pass
+// stands.
+inline Progress standing_at(std::size_t done, std::size_t total, const Progress& progress) {
+    if (!progress) return {};
+    return [progress, done, total](std::size_t, std::size_t) { return progress(done, total); };
+}
+
 // Told the stage that begins; its own progress follows.
 using StageProgress = std::function<Progress(const std::string& stage)>;
 

@@ -26,4 +26,10 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, con
                                    const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
                                    const Progress& progress = {}, std::vector<Rgb>* errors = nullptr);
 
+// The same from any lights.
+std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer,
+                                   const SurfelPoints& points, const std::vector<Place>& places,
+                                   const DirectOptions& options, std::uint64_t seed, const Progress& progress = {},
+                                   std::vector<Rgb>* errors = nullptr);
+
 }  // namespace surflux

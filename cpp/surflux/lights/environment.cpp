@@ -15,6 +15,9 @@ std::size_t find_cell(const double* up_to, std::size_t count, double u, double& 
     return static_cast<std::size_t>(found - up_to);
 }
 
+// How often a pixel is looked at: by the size of its radiance, which may be below 0 in skies made of some harmonics.
+double weight(const Rgb& c) { return luminance({std::abs(c.x), std::abs(c.y), std::abs(c.z)}); }
+
 }  // namespace
 
 EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(environment) {
@@ -47,7 +50,7 @@ EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(en
                                    std::cos(pi * static_cast<double>(row + 1) / static_cast<double>(h));
         double sum = 0.0;
         for (std::size_t col = 0; col < w; ++col)
-            pixel_up_to_[row * w + col] = sum += luminance(environment.pixels[row * w + col]);
+            pixel_up_to_[row * w + col] = sum += weight(environment.pixels[row * w + col]);
         for (std::size_t col = 0; col < w; ++col)
             pixel_up_to_[row * w + col] =
                 sum > 0.0 ? pixel_up_to_[row * w + col] / sum : static_cast<double>(col + 1) / static_cast<double>(w);

@@ -16,8 +16,11 @@ public:
     explicit EnvironmentMap(const Environment& environment);
 
     bool is_constant() const { return environment_.pixels.empty(); }
+    // The image's own axes: u towards its first column, n towards row 0.
+    Frame frame() const { return {axis_x_, axis_y_, environment_.up}; }
     Rgb radiance(const Vec3& direction) const;
-    // A direction with density (per steradian) in proportion to the luminance; for images only.
+    // A direction with density (per steradian) in proportion to the luminance, of its size where
+    // radiance is below 0; for images only.
     Vec3 sample(double s, double t) const;
     double density(const Vec3& direction) const;
 

@@ -11,7 +11,14 @@ namespace surflux {
 
 namespace {
 
-double brightness(const Rgb& c) { return c.x + c.y + c.z; }
+// Of light that may be below 0, as skies made of some harmonics are, by its size.
+double brightness(const Rgb& c) { return std::abs(c.x) + std::abs(c.y) + std::abs(c.z); }
+
+// MIS share of a direction drawn with density cos / pi.
+struct CosineShare {
+    double cosine;
+    double operator()(double other) const { return cosine / (cosine + pi * other); }
+};
 
 }  // namespace
 
@@ -74,12 +81,15 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
     for (double& up_to : emitters_up_to_) up_to /= power_;
 }
 
-LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const {
+template <class Weigh>
+LightRay LightSampler::resampled(const Vec3& point, const Vec3& normal, double u, double v, double choice,
+                                 const Weigh& weigh) const {
     // Reservoir of one. Given the candidates, each is kept with its share p of their sum and brings irradiance / p,
     // which is the sum of them all in the mean.
     LightRay kept;
     double kept_weight = 0.0, sum = 0.0;
-    const auto offer = [&](const LightRay& ray, bool is_of_lamp) {
+    const auto offer = [&](LightRay ray, bool is_of_lamp) {
+        weigh(ray);
         const double weight = brightness(ray.irradiance);
         if (!(weight > 0.0)) return;
         sum += weight;
@@ -101,6 +111,22 @@ LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, d
     return kept;
 }
 
+LightRay LightSampler::sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const {
+    return resampled(point, normal, u, v, choice, [](const LightRay&) {});
+}
+
+// Irradiance I = L cos / (p + cos / pi) of radiance L gives way to L value / (p + q) for q the lobe's own density, and
+// L cos / p of a light without extent to L value / p.
+LightRay LightSampler::sample(const Vec3& point, const GlossyLobe& lobe, double u, double v, double choice) const {
+    return resampled(point, lobe.normal(), u, v, choice, [&](LightRay& ray) {
+        const double cosine = dot(lobe.normal(), ray.direction);
+        if (!(cosine > 0.0)) return;
+        const double p = ray.density;
+        const double scale = p > 0.0 ? (p + cosine / pi) / (p + lobe.density(ray.direction)) : 1.0;
+        ray.irradiance = (scale / cosine) * (lobe.value(ray.direction) * ray.irradiance);
+    });
+}
+
 Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {
     Rgb out;
     for (const PointLike& light : point_like_) out += towards(light, point, normal).irradiance;
@@ -113,8 +139,23 @@ Rgb LightSampler::unoccluded(const Vec3& point, const Vec3& normal) const {
     return out;
 }
 
+Rgb LightSampler::found(const Vec3& point, const GlossyLobe& lobe, const Vec3& direction, const Hit& hit) const {
+    const Rgb value = lobe.value(direction) / pi;
+    const double density = lobe.density(direction);
+    const auto share = [&](double other) { return value / (density + other); };
+    return shares_on_way(point, direction, hit, share) + shares_at_end(direction, hit, share);
+}
+
 Rgb LightSampler::found_on_way(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
-    const double cosine = dot(normal, direction);
+    return shares_on_way(point, direction, hit, CosineShare{dot(normal, direction)});
+}
+
+Rgb LightSampler::found_at_end(const Vec3& normal, const Vec3& direction, const Hit& hit) const {
+    return shares_at_end(direction, hit, CosineShare{dot(normal, direction)});
+}
+
+template <class Share>
+Rgb LightSampler::shares_on_way(const Vec3& point, const Vec3& direction, const Hit& hit, const Share& share) const {
     Rgb out;
     for (const Rectangle& light : areas_) {
         const double facing = -dot(light.normal, direction);
@@ -126,29 +167,25 @@ Rgb LightSampler::found_on_way(const Vec3& point, const Vec3& normal, const Vec3
         const double t = dot(across, light.v) / length_squared(light.v);
         if (s < 0.0 || s >= 1.0 || t < 0.0 || t >= 1.0) continue;
         const double other = distance * distance / (facing * light.area);
-        out += (cosine / (cosine + pi * other)) * light.exitance;
+        out += share(other) * light.exitance;
     }
     return out;
 }
 
-Rgb LightSampler::found_at_end(const Vec3& normal, const Vec3& direction, const Hit& hit) const {
-    const double cosine = dot(normal, direction);
+template <class Share>
+Rgb LightSampler::shares_at_end(const Vec3& direction, const Hit& hit, const Share& share) const {
     Rgb out;
     if (!hit) {
-        out += pi * constant_sky_;
+        out += share(0.0) * (pi * constant_sky_);
         for (std::size_t k = 0; k < images_.size(); ++k)
-            out += (pi * sky_share(k, direction, cosine)) * images_[k].radiance(direction);
+            out += (pi * share(images_[k].density(direction))) * images_[k].radiance(direction);
     } else if (hit.front) {
         const Rgb& emission = surfels_.emission[hit.surfel];
-        if (emitters_.empty() || brightness(emission) <= 0.0) return emission;
-        const double other = emitter_density(hit.surfel, direction, hit.distance);
-        out += (cosine / (cosine + pi * other)) * emission;
+        if (brightness(emission) <= 0.0) return emission;
+        const double other = emitters_.empty() ? 0.0 : emitter_density(hit.surfel, direction, hit.distance);
+        out += share(other) * emission;
     }
     return out;
-}
-
-double LightSampler::sky_share(std::size_t image, const Vec3& direction, double cosine) const {
-    return cosine / (cosine + pi * images_[image].density(direction));
 }
 
 LightRay LightSampler::towards(const PointLike& light, const Vec3& point, const Vec3& normal) const {
@@ -168,14 +205,16 @@ LightRay LightSampler::towards(const Rectangle& light, const Vec3& point, const 
     const double distance = length(d), cosine = dot(normal, d) / distance, facing = -dot(light.normal, d) / distance;
     if (!(cosine > 0.0 && facing > 0.0)) return {};
     const double density = distance * distance / (facing * light.area);
-    return {d / distance, distance, (cosine / (pi * density + cosine)) * light.exitance};
+    const Rgb irradiance = (cosine / (pi * density + cosine)) * light.exitance;
+    return {d / distance, distance, irradiance, Hit::none, false, density};
 }
 
 LightRay LightSampler::towards_sky(std::size_t image, const Vec3& normal, double u, double v) const {
     const Vec3 direction = images_[image].sample(u, v);
     const double cosine = dot(normal, direction), density = images_[image].density(direction);
     if (!(cosine > 0.0 && density > 0.0)) return {};
-    return {direction, Ray{}.length, (pi * cosine / (pi * density + cosine)) * images_[image].radiance(direction)};
+    const Rgb irradiance = (pi * cosine / (pi * density + cosine)) * images_[image].radiance(direction);
+    return {direction, Ray{}.length, irradiance, Hit::none, false, density};
 }
 
 LightRay LightSampler::towards_emitters(const Vec3& point, const Vec3& normal, double u, double v) const {
@@ -203,7 +242,8 @@ LightRay LightSampler::towards_emitters(const Vec3& point, const Vec3& normal, d
     const double density = emitter_density(piece.surfel) * distance * distance / facing;
     const double weighed = emitter_density(piece.surfel, direction, distance);
     const double share = pi * weighed / (pi * weighed + cosine);
-    return {direction, Ray{}.length, (cosine / (pi * density) * share) * surfels_.emission[piece.surfel], piece.surfel};
+    const Rgb irradiance = (cosine / (pi * density) * share) * surfels_.emission[piece.surfel];
+    return {direction, Ray{}.length, irradiance, piece.surfel, false, weighed};
 }
 
 double LightSampler::emitter_density(std::uint32_t surfel) const {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "surflux/lights/environment.h"
+#include "surflux/lights/glossy_lobe.h"
 #include "surflux/lights/spot_cone.h"
 #include "surflux/trace/tracer.h"
 
@@ -16,6 +17,7 @@ struct LightRay {
     Rgb irradiance;
     std::uint32_t target = Hit::none;
     bool is_of_lamp = false;  // neither of the sky nor of a surfel
+    double density = 0.0;     // of the direction, per steradian, as its MIS weight has it; 0 of lights without extent
 };
 
 // Next event estimation with multiple importance sampling: light samples towards lights, images of the sky and emissive
@@ -35,6 +37,8 @@ public:
     // One light sample for all lights: of one candidate towards each, resampled in proportion to what it would bring.
     // (u, v) choose the place on each light, `choice` the light; all in [0, 1).
     LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;
+    // The same with what a glossy surface sends of the light instead of irradiance, of rays that it draws.
+    LightRay sample(const Vec3& point, const GlossyLobe& lobe, double u, double v, double choice) const;
     // What all lamps, which are no surfels, would bring if nothing stood between, in closed form.
     Rgb unoccluded(const Vec3& point, const Vec3& normal) const;
     // What a ray drawn with density cos / pi finds of lights that sample() draws too, and of the constant sky, as
@@ -42,6 +46,8 @@ public:
     Rgb found(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const {
         return found_on_way(point, normal, direction, hit) + found_at_end(normal, direction, hit);
     }
+    // What a glossy surface sends of what a ray finds that it drew.
+    Rgb found(const Vec3& point, const GlossyLobe& lobe, const Vec3& direction, const Hit& hit) const;
     // Of area lights, which rays pass through, and of what a ray meets or finds beyond all.
     Rgb found_on_way(const Vec3& point, const Vec3& normal, const Vec3& direction, const Hit& hit) const;
     Rgb found_at_end(const Vec3& normal, const Vec3& direction, const Hit& hit) const;
@@ -64,7 +70,14 @@ private:
         bool is_disk;
         Vec3 a, b, c, normal;
     };
-    double sky_share(std::size_t image, const Vec3& direction, double cosine) const;
+    template <class Weigh>
+    LightRay resampled(const Vec3& point, const Vec3& normal, double u, double v, double choice,
+                       const Weigh& weigh) const;
+    // Sums of exitances times share(density at which light sampling draws the direction; 0 where it does not).
+    template <class Share>
+    Rgb shares_on_way(const Vec3& point, const Vec3& direction, const Hit& hit, const Share& share) const;
+    template <class Share>
+    Rgb shares_at_end(const Vec3& direction, const Hit& hit, const Share& share) const;
     LightRay towards(const PointLike& light, const Vec3& point, const Vec3& normal) const;
     LightRay towards(const Rectangle& light, const Vec3& point, const Vec3& normal, double u, double v) const;
     LightRay towards_sky(std::size_t image, const Vec3& normal, double u, double v) const;

@@ -185,13 +185,14 @@ private:
 
 }  // namespace
 
-NarrowLight::NarrowLight(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress)
-    : lit_(scene.lights.size()) {
+NarrowLight::NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
+                         const Progress& progress)
+    : lit_(lights.size()) {
     const Surfels& s = scene.surfels;
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     std::unique_ptr<Sharing> sharing;
-    for (std::size_t l = 0; l < scene.lights.size(); ++l) {
-        const std::unique_ptr<Source> source = source_of(scene.lights[l]);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+        const std::unique_ptr<Source> source = source_of(lights[l]);
         if (!source) continue;
         std::vector<char> narrow(s.size());
         parallel_for(s.size(), 4096, [&](std::size_t k) {

@@ -21,9 +21,10 @@ public:
     };
 
     NarrowLight() = default;
-    NarrowLight(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress = {});
+    NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
+                const Progress& progress = {});
 
-    // Of a disk by light `light` of the scene, or null where its centre tells it.
+    // Of a disk by light `light`, or null where its centre tells it.
     const Part* of(std::size_t light, std::uint32_t surfel) const;
 
 private:

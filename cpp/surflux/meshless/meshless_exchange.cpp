@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "surflux/core/disjoint_sets.h"
 #include "surflux/core/parallel.h"
@@ -48,7 +49,7 @@ void MeshlessExchange::find_parts(const Progress& progress) {
         });
     }
     for (std::uint32_t j = 0; j < basis_.size(); ++j)
-        receivers_.for_parents(j, [&](std::uint32_t parent) {
+        receivers_.for_parents(j, [&](std::uint32_t parent, double) {
             if (receivers_.has(parent)) sets.join(receivers_.row(j), receivers_.row(parent));
         });
     for (std::uint32_t i = 0; i < surfels; ++i) {
@@ -85,12 +86,14 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     const Rgb mean = means_.mean(surfel, found_) / outside;
     out.escape = std::clamp(mean.x, 0.0, 1.0);
     out.into_backs = std::clamp(mean.y, 0.0, 1.0 - out.escape);
+    double excess = 0.0;
     for_finest_rows(surfel, [&](std::uint32_t row, double weight) {
         const double met = gather_[row].met(), off = met - out.met();
         const double variance = variance_of_share(met, 1.0 / gather_[row].share);
-        out.excess_variance += weight * (off * off - (1.0 - weight) * variance);
+        excess += weight * (off * off - (1.0 - weight) * variance);
         out.variance += weight * std::max(0.0, areas_[row]) * variance;
     });
+    out.bias = std::sqrt(std::max(0.0, excess));
     return out;
 }
 
@@ -98,26 +101,32 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
                                                          const Progress& progress) const {
     const Surfels& s = scene_.surfels;
     RayExchange exchange;
+    const double unit_area = std::accumulate(s.areas.begin(), s.areas.end(), 0.0);
     exchange.area = areas_;
+    for (double& area : exchange.area) area /= unit_area;
+    const auto carried_by = [&](std::uint32_t i) { return reflected(i, coefficients) + gather_.emission(i); };
+    double brightest = 0.0;
+    for (std::uint32_t i = 0; i < s.size(); ++i) brightest = std::max(brightest, carried_by(i) + gather_.exitance(i));
+    const double unit_radiosity = brightest > 0.0 ? brightest : 1.0;
     const std::size_t rows = gather_.size();
-    exchange.excess_variance.assign(rows, 0.0);
+    exchange.bias.assign(rows, 0.0);
     for (std::size_t k = 0; k < rows; ++k) {
         exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
         exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
-        const double outside = means_.outside(i), carried = reflected(i, coefficients) + gather_.emission(i);
-        const RayExchange::Sender sender{carried + gather_.exitance(i),
-                                         carried,
-                                         gather_.sends(i) ? s.areas[i] * outside : 0.0,
-                                         losses_[i].variance,
+        const double outside = means_.outside(i), carried = carried_by(i);
+        const RayExchange::Sender sender{static_cast<float>((carried + gather_.exitance(i)) / unit_radiosity),
+                                         static_cast<float>(carried / unit_radiosity),
+                                         gather_.sends(i) ? static_cast<float>(s.areas[i] * outside / unit_area) : 0.0f,
                                          static_cast<float>(losses_[i].met()),
-                                         static_cast<float>(losses_[i].excess_variance),
+                                         static_cast<float>(losses_[i].bias),
+                                         static_cast<float>(losses_[i].variance / unit_area),
                                          part_of_surfel_[i]};
         for_finest_rows(i, [&](std::uint32_t row, double weight) {
-            if (areas_[row] > 0.0)
-                exchange.excess_variance[row] +=
-                    weight * sender.area * static_cast<double>(sender.excess_variance) / areas_[row];
+            if (exchange.area[row] > 0.0)
+                exchange.bias[row] +=
+                    weight * static_cast<double>(sender.area) * static_cast<double>(sender.bias) / exchange.area[row];
         });
         exchange.sender.push_back(sender);
     }
@@ -172,7 +181,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         exitance[i] = gather_.exitance(i);
         emission[i] = gather_.emission(i);
         out.radiosity.push_back(reflected(i, coefficients));
-        const double lost = scaling.lost[i] * (losses_[i].escape + losses_[i].into_backs);
+        const double lost = scaling.lost[scaling.group[i]] * (losses_[i].escape + losses_[i].into_backs);
         const double area_met = scene_.surfels.areas[i] * means_.outside(i) * std::max(0.0, 1.0 - lost);
         exitance_met[scaling.group[i]] += area_met * exitance[i];
         emission_met[scaling.group[i]] += area_met * emission[i];

@@ -52,18 +52,6 @@ void Receivers::share_rows(std::uint32_t first, const std::vector<std::uint32_t>
     find_parents(functions, progress);
 }
 
-void Receivers::coefficients(const std::vector<Rgb>& values, std::vector<Rgb>& out) const {
-    out.assign(basis_.size(), Rgb{});
-    for (std::size_t level = 0; level < basis_.levels(); ++level)
-        parallel_for(basis_.first(level + 1) - basis_.first(level), 256, [&](std::size_t k) {
-            const auto j = static_cast<std::uint32_t>(basis_.first(level) + k);
-            if (!has(j)) return;
-            Rgb value = values[row_[j]];
-            for (const BasisWeight& parent : parents_[j]) value -= parent.weight * out[parent.function];
-            out[j] = value;
-        });
-}
-
 std::vector<double> Receivers::functional(std::vector<double> of_coefficients) const {
     std::vector<double> out(rows_, 0.0);
     for (std::size_t j = basis_.size(); j-- > 0;) {  // finer levels stand behind coarser ones

@@ -6,7 +6,8 @@
 
 namespace surflux {
 
-DiskIndex::DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii) : radii_(radii) {
+DiskIndex::DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii, const Progress& progress)
+    : radii_(radii) {
     std::map<int, std::vector<std::uint32_t>> by_octave;
     for (std::size_t i = 0; i < radii.size(); ++i)
         by_octave[std::ilogb(radii[i])].push_back(static_cast<std::uint32_t>(i));
@@ -18,7 +19,7 @@ DiskIndex::DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>
             points.push_back(centers[i]);
             largest = std::max(largest, radii[i]);
         }
-        octaves_.push_back({largest, std::move(members), PointIndex(points)});
+        octaves_.push_back({largest, std::move(members), PointIndex(points, progress)});
     }
 }
 

@@ -10,7 +10,7 @@ namespace surflux {
 // of radii, so that a few large disks do not make every search large.
 class DiskIndex {
 public:
-    DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii);
+    DiskIndex(const std::vector<Vec3>& centers, const std::vector<double>& radii, const Progress& progress = {});
 
     // Appends to `out` every disk k with |x_k - query| < scale (radius + R_k).
     void reaching(const Vec3& query, double radius, std::vector<Neighbor>& out, double scale = 1.0) const;

@@ -5,10 +5,10 @@
 
 namespace surflux {
 
-DistinctPlaces distinct_places(const std::vector<Vec3>& points) {
+DistinctPlaces distinct_places(const std::vector<Vec3>& points, const Progress& progress) {
     for (std::size_t i = 0; i < points.size(); ++i)
         require(is_finite(points[i]), "points: wanted finite coordinates, got others at index ", i);
-    const std::vector<std::uint32_t> order = place_order(points);
+    const std::vector<std::uint32_t> order = place_order(points, progress);
     std::vector<std::uint32_t> first(points.size());  // of the points at the same place
     for (std::size_t k = 0; k < order.size(); ++k) {
         const bool known = k > 0 && points[order[k]] == points[order[k - 1]];

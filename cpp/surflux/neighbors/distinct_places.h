@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -14,6 +15,6 @@ struct DistinctPlaces {
 
 // Points that coincide share a place. Scans hold piles of them (dropped returns at the origin, tiles that overlap),
 // and a search that has to look past a pile costs as much as the pile is high. Needs finite coordinates.
-DistinctPlaces distinct_places(const std::vector<Vec3>& points);
+DistinctPlaces distinct_places(const std::vector<Vec3>& points, const Progress& progress = {});
 
 }  // namespace surflux

@@ -8,9 +8,10 @@
 namespace surflux {
 
 std::vector<std::vector<std::uint32_t>> find_piles(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
-                                                   const std::vector<double>& radii, double epsilon) {
+                                                   const std::vector<double>& radii, double epsilon,
+                                                   const Progress& progress) {
     std::vector<std::vector<std::uint32_t>> piles;
-    const DistinctPlaces distinct = distinct_places(positions);
+    const DistinctPlaces distinct = distinct_places(positions, progress);
     if (distinct.places.size() == positions.size()) return piles;
     std::vector<std::uint32_t> count(distinct.places.size(), 0);
     for (const std::uint32_t place : distinct.of_point) ++count[place];

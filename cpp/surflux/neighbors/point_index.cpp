@@ -62,6 +62,21 @@ private:
     std::vector<Neighbor>& out_;
 };
 
+// The median of some, not the centre of the bounding box: one outlier must not cost the other points their last digits.
+Vec3 middle_of(const std::vector<Vec3>& points) {
+    constexpr std::size_t looked_at = 10000;
+    const std::size_t step = points.size() / looked_at + 1;
+    Vec3 out;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double> values;
+        for (std::size_t k = 0; k < points.size(); k += step) values.push_back(points[k][axis]);
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        out[axis] = *middle;
+    }
+    return out;
+}
+
 class WithinSet final : public flann::ResultSet<double> {
 public:
     WithinSet(double radius, std::vector<Neighbor>& out) : bound_(strict_bound(radius)), out_(out) {}
@@ -102,6 +117,7 @@ struct PointIndex::Impl {
         }
     };
     static constexpr std::uint32_t most_points = 1 << 15;  // of one of FLANN's trees
+    static constexpr std::uint32_t sampled = 1 << 10;      // of a node's points, for their median
 
     Vec3 origin;
     std::vector<std::uint32_t> numbers;
@@ -122,34 +138,46 @@ struct PointIndex::Impl {
         }
     }
 
-    // Halves, along the longest side of their boxes, until one of FLANN's trees can take them.
+    // Puts points of a node's lower part along the longest side of its box first, and returns where the upper begins:
+    // at the median of some, which one pass over all of them is enough for.
+    static std::uint32_t bisect(const Node& node, std::vector<Point>& points) {
+        int widest = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (node.high[axis] - node.low[axis] > node.high[widest] - node.low[widest]) widest = axis;
+        const auto before = [widest](const Point& a, const Point& b) {
+            return a.at[widest] < b.at[widest] || (a.at[widest] == b.at[widest] && a.number < b.number);
+        };
+        const std::uint32_t step = (node.end - node.begin) / sampled;
+        std::vector<Point> some;
+        for (std::uint32_t k = node.begin; k < node.end; k += step) some.push_back(points[k]);
+        const auto median = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+        std::nth_element(some.begin(), median, some.end(), before);
+        const auto begin = points.begin();
+        const auto middle = std::partition(begin + node.begin, begin + node.end,
+                                           [&](const Point& point) { return before(point, *median); });
+        return static_cast<std::uint32_t>(middle - begin);
+    }
+
+    // Halves, about, until one of FLANN's trees can take them.
     void divide(std::vector<Point>& points, const Progress& progress) {
         nodes.emplace_back();
         nodes[0].begin = 0, nodes[0].end = static_cast<std::uint32_t>(points.size());
         for (std::size_t first = 0, last = 1; first < last; first = last, last = nodes.size()) {
-            for (std::size_t k = first; k < last; ++k)
-                if (nodes[k].end - nodes[k].begin > most_points) {
-                    nodes[k].first_child = static_cast<std::uint32_t>(nodes.size());
-                    const std::uint32_t begin = nodes[k].begin, end = nodes[k].end, middle = begin + (end - begin) / 2;
-                    nodes.emplace_back(), nodes.emplace_back();
-                    nodes[nodes.size() - 2].begin = begin, nodes[nodes.size() - 2].end = middle;
-                    nodes.back().begin = middle, nodes.back().end = end;
-                }
-            parallel_for(last - first, 1, [&](std::size_t k) {
+            std::vector<std::uint32_t> middle(last - first, 0);
+            const auto divide_one = [&](std::size_t k) {
                 Node& node = nodes[first + k];
                 find_box(node, points);
-                if (node.first_child == 0) return;
-                int widest = 0;
-                for (int axis = 1; axis < 3; ++axis)
-                    if (node.high[axis] - node.low[axis] > node.high[widest] - node.low[widest]) widest = axis;
-                const auto from = points.begin();
-                std::nth_element(from + node.begin, from + nodes[node.first_child].end, from + node.end,
-                                 [widest](const Point& a, const Point& b) {
-                                     return a.at[widest] < b.at[widest] ||
-                                            (a.at[widest] == b.at[widest] && a.number < b.number);
-                                 });
-            });
-            report(progress, 0, points.size());
+                if (node.end - node.begin > most_points) middle[k] = bisect(node, points);
+            };
+            parallel_for(last - first, 1, divide_one, standing_at(0, points.size(), progress));
+            for (std::size_t k = first; k < last; ++k) {
+                if (middle[k - first] == 0) continue;
+                const std::uint32_t begin = nodes[k].begin, end = nodes[k].end;
+                nodes[k].first_child = static_cast<std::uint32_t>(nodes.size());
+                nodes.emplace_back(), nodes.emplace_back();
+                nodes[nodes.size() - 2].begin = begin, nodes[nodes.size() - 2].end = middle[k - first];
+                nodes.back().begin = middle[k - first], nodes.back().end = end;
+            }
         }
     }
 
@@ -172,21 +200,13 @@ struct PointIndex::Impl {
 
 PointIndex::PointIndex(const std::vector<Vec3>& points, const Progress& progress) : impl_(std::make_unique<Impl>()) {
     require(!points.empty(), "points: there are none to search");
-    // The median, not the centre of the bounding box: one outlier must not cost the other points their last digits.
-    {
-        std::vector<double> values(points.size());
-        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-        for (int axis = 0; axis < 3; ++axis) {
-            std::transform(points.begin(), points.end(), values.begin(), [axis](const Vec3& p) { return p[axis]; });
-            std::nth_element(values.begin(), middle, values.end());
-            impl_->origin[axis] = *middle;
-        }
-    }
+    impl_->origin = middle_of(points);
     std::vector<Impl::Point> recentred(points.size());
-    parallel_for(points.size(), 4096, [&](std::size_t k) {
+    const auto recentre = [&](std::size_t k) {
         impl_->query(points[k], recentred[k].at);
         recentred[k].number = static_cast<std::uint32_t>(k);
-    });
+    };
+    parallel_for(points.size(), 4096, recentre, standing_at(0, points.size(), progress));
     impl_->divide(recentred, progress);
     impl_->numbers.resize(points.size());
     parallel_for(points.size(), 4096, [&](std::size_t k) { impl_->numbers[k] = recentred[k].number; });

@@ -25,13 +25,18 @@ int widest(const Vec3& span) { return span.x >= span.y && span.x >= span.z ? 0 :
 }  // namespace
 
 SheetIndex::SheetIndex(const std::vector<Vec3>& places, const std::vector<Vec3>& normals,
-                       const std::vector<double>& reach, const std::vector<std::uint32_t>& group, double epsilon)
+                       const std::vector<double>& reach, const std::vector<std::uint32_t>& group, double epsilon,
+                       const Progress& progress)
     : epsilon_(epsilon), entries_(places.size()), slot_(places.size()), tree_of_(places.size()), taken_(places.size()) {
     std::vector<std::uint32_t> order(places.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return group[a] < group[b]; });
-    for (std::size_t s = 0; s < order.size(); ++s)
-        entries_[s] = {places[order[s]], normals[order[s]], reach[order[s]], order[s]};
+    if (!std::is_sorted(group.begin(), group.end()))
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return group[a] < group[b]; });
+    parallel_for(
+        order.size(), 4096,
+        [&](std::size_t s) { entries_[s] = {places[order[s]], normals[order[s]], reach[order[s]], order[s]}; },
+        progress);
     for (std::size_t begin = 0, end; begin < order.size(); begin = end) {
         for (end = begin; end < order.size() && group[order[end]] == group[order[begin]]; ++end)
             tree_of_[order[end]] = static_cast<std::uint32_t>(trees_.size());
@@ -39,20 +44,21 @@ SheetIndex::SheetIndex(const std::vector<Vec3>& places, const std::vector<Vec3>&
         while (((end - begin) >> tree.depth) > leaf_size) ++tree.depth;
         nodes_.resize(nodes_.size() + (std::size_t{2} << tree.depth) - 1);
         trees_.push_back(tree);
-        build(tree);
+        build(tree, progress);
     }
     for (std::size_t s = 0; s < entries_.size(); ++s) slot_[entries_[s].index] = static_cast<std::uint32_t>(s);
 }
 
-void SheetIndex::build(const Tree& tree) {
+void SheetIndex::build(const Tree& tree, const Progress& progress) {
     for (int d = 0; d <= tree.depth; ++d) {
         const std::size_t width = std::size_t{1} << d;
         const std::size_t grain = std::max<std::size_t>(1, (width << 10) / (tree.end - tree.begin));
-        parallel_for(width, grain, [&](std::size_t k) {
+        const auto split_one = [&](std::size_t k) {
             const std::size_t begin = tree.start(d, k), end = tree.start(d, k + 1);
             const std::size_t middle = d < tree.depth ? tree.start(d + 1, 2 * k + 1) : end;
             split(nodes_[tree.root + width - 1 + k], begin, middle, end);
-        });
+        };
+        parallel_for(width, grain, split_one, progress);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -15,7 +16,7 @@ class SheetIndex {
 public:
     // reach: how far the search from each place will go. Places of different `group` never find each other.
     SheetIndex(const std::vector<Vec3>& places, const std::vector<Vec3>& normals, const std::vector<double>& reach,
-               const std::vector<std::uint32_t>& group, double epsilon);
+               const std::vector<std::uint32_t>& group, double epsilon, const Progress& progress = {});
 
     // Appends to `out` place i and every j of its group with |x_i - x_j| < reach_i and n_i . n_j > epsilon, those
     // taken before left out, in an order that depends on the places alone; where `joined` is given, only those that it
@@ -45,7 +46,7 @@ private:
         std::size_t start(int d, std::size_t k) const { return begin + (((end - begin) * k) >> d); }
     };
 
-    void build(const Tree& tree);
+    void build(const Tree& tree, const Progress& progress);
     void split(Node& node, std::size_t begin, std::size_t middle, std::size_t end);
     std::uint32_t search(const Tree& tree, int depth, std::size_t k, const Entry& from, std::vector<std::uint32_t>& out,
                          const Joined& joined);

@@ -10,7 +10,6 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
-constexpr double most_unlike = 32.0;  // areas of nodes beside each other
 // One alone may be what was left over when groups were grown: it is small, and nodes around it are no denser.
 constexpr std::ptrdiff_t fewest_finer = 2;
 
@@ -25,9 +24,9 @@ NodePlaces::NodePlaces(const SurfelTree& tree, const Cut& cut) {
     }
 }
 
-void Cut::find_places(const SurfelTree& tree) {
+void Cut::find_places(const SurfelTree& tree, const Progress& progress) {
     place_of.assign(tree.points(), SurfelTree::none);
-    parallel_blocks(nodes.size(), std::max<std::size_t>(1, nodes.size() / 256), [&](std::size_t from, std::size_t to) {
+    const auto find = [&](std::size_t from, std::size_t to) {
         std::vector<std::uint32_t> stack;
         for (std::size_t k = from; k < to; ++k) {
             stack.push_back(nodes[k]);
@@ -38,11 +37,13 @@ void Cut::find_places(const SurfelTree& tree) {
                 tree.for_members(node, [&](std::uint32_t member) { stack.push_back(member); });
             }
         }
-    });
+    };
+    parallel_blocks(nodes.size(), std::max<std::size_t>(1, nodes.size() / 1024), find,
+                    standing_at(0, nodes.size(), progress));
 }
 
 std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
-                         std::size_t channels) {
+                         std::size_t channels, const Progress& progress) {
     std::vector<std::uint32_t> next;
     std::vector<double> start;
     std::size_t count = 0;
@@ -59,13 +60,13 @@ std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen
     }
     nodes = std::move(next);
     values = std::move(start);
-    if (count > 0) find_places(tree);
+    if (count > 0) find_places(tree, progress);
     return count;
 }
 
-std::vector<char> Cut::unbalanced(const SurfelTree& tree, const Progress& progress) const {
+std::vector<char> Cut::unbalanced(const SurfelTree& tree, double most_unlike, const Progress& progress) const {
     const NodePlaces at(tree, *this);
-    const Interpolation sites(at.positions, at.normals, at.objects);
+    const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, nodes.size(), progress));
     std::vector<char> out(nodes.size(), 0);
     parallel_blocks(
         nodes.size(), 64,

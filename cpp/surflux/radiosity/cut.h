@@ -17,14 +17,14 @@ struct Cut {
     std::vector<std::uint32_t> place_of;  // of each point, the place of the node above it; none above the cut
 
     // place_of from `nodes`.
-    void find_places(const SurfelTree& tree);
+    void find_places(const SurfelTree& tree, const Progress& progress = {});
     // Refines the cut: replaces the chosen nodes by their members, which start from their values, `channels`
     // interleaved. Returns how many were replaced.
     std::size_t replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
-                        std::size_t channels);
+                        std::size_t channels, const Progress& progress = {});
     // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to some of less than a 32nd of their
     // area. Interpolation weights follow the density of nodes, so that a coarse one would count for nothing there.
-    std::vector<char> unbalanced(const SurfelTree& tree, const Progress& progress = {}) const;
+    std::vector<char> unbalanced(const SurfelTree& tree, double most_unlike, const Progress& progress = {}) const;
 };
 
 // Where the nodes are: at the points that stand for them.

@@ -12,9 +12,6 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
-constexpr int probe_rays = 32;
-constexpr double closeness_weight = 1.5;  // errors against seconds are best from 1 to 3
-constexpr double probe_error = 0.08;      // of what they find, at least
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
                   const std::vector<double>& sent, double& mean) {
@@ -27,8 +24,9 @@ double difference(const GatheredSystem& system, const Gathering& rows, std::uint
 
 }  // namespace
 
-CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed)
-    : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), passed_(tree.size(), -1.0f) {}
+CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
+                 const RefinementTuning& tuning)
+    : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), tuning_(tuning), passed_(tree.size(), -1.0f) {}
 
 double CutTest::standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
     double mean;
@@ -54,7 +52,7 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
         probe_of_[node] = static_cast<std::uint32_t>(probes_.size() + fresh.size());
         fresh.push_back(LitPoints::place(tree_, p));
     }
-    probes_.add(fresh, std::vector<int>(fresh.size(), probe_rays), progress);
+    probes_.add(fresh, std::vector<int>(fresh.size(), static_cast<int>(tuning_.probe_rays)), progress);
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
@@ -62,8 +60,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                                     const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
-    const Interpolation sites(at.positions, at.normals, at.objects);
     const std::size_t count = cut.nodes.size();
+    const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
     std::vector<double> value(count);
     for (std::size_t k = 0; k < count; ++k) value[k] = luminance(system.value(values, k) + system.found(k));
 
@@ -89,7 +87,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
         seen += luminance(probes_.sky()[row].value);
-        return std::abs(seen - said) - significance * std::max(0.5 * std::abs(halves), probe_error * seen);
+        return std::abs(seen - said) -
+               tuning_.significance * std::max(0.5 * std::abs(halves), tuning_.probe_error * seen);
     };
 
     Result out;
@@ -107,10 +106,10 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 if (!tree_.is_leaf(node)) {
                     const double around = said_by_others(k, near);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
-                    const double close_by =
-                        closeness_weight * gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
+                    const double close_by = tuning_.closeness_weight *
+                                            gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
                     const double off =
-                        std::max(std::abs(value[k] - around), off_at_probe(k, near)) - significance * spread;
+                        std::max(std::abs(value[k] - around), off_at_probe(k, near)) - tuning_.significance * spread;
                     // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with
                     // e as A^0 the same error. The exponent is half way between, -1/4.
                     const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);

@@ -26,7 +26,8 @@ public:
     };
 
     // `probes` takes the rays to surfels drawn at random.
-    CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed);
+    CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
+            const RefinementTuning& tuning = {});
 
     // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `wanted`: the error in
     // luminance that nodes of `usual_area` may have; smaller ones may have more, as area^-1/4. `reference`: luminance
@@ -44,6 +45,7 @@ private:
     const Gathering& gathering_;
     Gathering& probes_;
     std::uint64_t seed_;
+    RefinementTuning tuning_;
     std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
     std::vector<float> passed_;  // of each node of the tree that has passed, its squared error; else negative
 };

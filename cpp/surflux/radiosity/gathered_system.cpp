@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "surflux/core/disjoint_sets.h"
 #include "surflux/core/parallel.h"
@@ -53,9 +54,9 @@ Rgb GatheredSystem::irradiance(std::uint32_t point, const std::vector<double>& x
 }
 
 // What nodes send: E + rho (H0 + f + P x), or rho P x alone.
-void GatheredSystem::send(const std::vector<double>& x, bool with_sources, bool scaled) {
+void GatheredSystem::send(const std::vector<double>& x, bool with_sources, const Progress& progress) {
     sent_.resize(tree_.size() * channels_);
-    parallel_for(tree_.points(), 1024, [&](std::size_t k) {
+    const auto send_one = [&](std::size_t k) {
         const auto p = static_cast<std::uint32_t>(k);
         if (!tree_.is_leaf(p)) return;
         double h[3] = {};
@@ -66,22 +67,24 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources, bool 
             for (const Interpolation::Weight& w : weights(p))
                 for (std::size_t c = 0; c < channels_; ++c) h[c] += w.weight * x[w.site * channels_ + c];
         }
-        const double scale = sender_scale_.empty() || !scaled ? 1.0 : sender_scale_[k];
+        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[k];
         const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
         for (std::size_t c = 0; c < channels_; ++c)
             sent_[k * channels_ + c] =
                 scale * (e[static_cast<int>(c)] + tree_.reflectance(p)[static_cast<int>(c)] * h[c]);
-    });
+    };
+    parallel_for(tree_.points(), 1024, send_one, progress);
     tree_.pull_up(sent_, channels_);
 }
 
-const std::vector<double>& GatheredSystem::sent(const std::vector<double>& x) {
-    send(x, true);
+const std::vector<double>& GatheredSystem::sent(const std::vector<double>& x, const Progress& progress) {
+    send(x, true, progress);
     return sent_;
 }
 
-const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& x) {
-    send(x, true, false);
+const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& x, const Progress& progress) {
+    std::vector<double>().swap(sender_scale_);
+    send(x, true, progress);
     return sent_;
 }
 
@@ -114,7 +117,9 @@ void GatheredSystem::find_parts(const Progress& progress) {
             sets.join(k, of_node(sender));
         });
     }
+    std::size_t visited = 0;
     tree_.for_downwards([&](std::uint32_t node) {
+        report_some(progress, ++visited, tree_.size(), 1 << 20);
         if (linked[node])
             tree_.for_members(node, [&](std::uint32_t member) {
                 linked[member] = 1;
@@ -139,11 +144,6 @@ HemisphereLoss GatheredSystem::loss(std::uint32_t point) const {
         const double area = row_area_.empty() ? tree_.area(cut_->nodes[w.site]) : row_area_[w.site];
         out.variance += w.weight * area * variance_of_share(row.met(), row.rays);
     }
-    for (const Interpolation::Weight& w : near) {
-        const Gathering::Row& row = gathering_.row(cut_->rows[w.site]);
-        const double off = row.met() - out.met();
-        out.excess_variance += w.weight * (off * off - (1.0 - w.weight) * variance_of_share(row.met(), row.rays));
-    }
     return out;
 }
 
@@ -153,48 +153,84 @@ Rgb GatheredSystem::sky(std::uint32_t point) const {
     return sum;
 }
 
+// Interpolation flattens what it is given, most where nodes are far apart beside how fast it changes. What
+// interpolating once more takes off says how much, and is given back (twicing, Tukey 1977); what a third time would
+// change is the bias that is left.
+void GatheredSystem::take_off_bias(const std::vector<std::uint32_t>& leaves, RayExchange& exchange,
+                                   const Progress& progress) const {
+    std::vector<double> of_leaf(leaves.size()), smooth(row_area_.size());
+    // At nodes what interpolation misses, at leaves that interpolated.
+    const auto residual = [&](std::vector<double>& at_nodes) {
+        const auto add_to_nodes = [&](std::size_t j, std::vector<double>& sums) {
+            for (const Interpolation::Weight& w : weights(leaves[j]))
+                sums[w.site] += w.weight * tree_.area(leaves[j]) * of_leaf[j] / row_area_[w.site];
+        };
+        parallel_scatter(leaves.size(), smooth, add_to_nodes, progress);
+        for (std::size_t k = 0; k < smooth.size(); ++k) at_nodes[k] -= smooth[k];
+        const auto interpolate_one = [&](std::size_t j) {
+            of_leaf[j] = 0.0;
+            for (const Interpolation::Weight& w : weights(leaves[j])) of_leaf[j] += w.weight * at_nodes[w.site];
+        };
+        parallel_for(leaves.size(), 1024, interpolate_one, progress);
+    };
+    for (std::size_t j = 0; j < leaves.size(); ++j) of_leaf[j] = static_cast<double>(exchange.sender[j].met);
+    exchange.bias = exchange.met;
+    residual(exchange.bias);
+    for (std::size_t j = 0; j < leaves.size(); ++j) {
+        float& met = exchange.sender[j].met;
+        met = std::clamp(met + static_cast<float>(of_leaf[j]), 0.0f, 1.0f);
+    }
+    std::vector<double> left = exchange.bias;
+    residual(left);
+    for (std::size_t j = 0; j < leaves.size(); ++j) exchange.sender[j].bias = static_cast<float>(of_leaf[j]);
+}
+
 ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>& x, const Progress& progress) {
     drop_scaling();
-    send(x, true);
-    find_parts(progress);
     const std::size_t places = cut_->rows.size();
+    const Progress starting = standing_at(0, places, progress);
+    send(x, true, starting);
+    find_parts(progress);
     const std::vector<std::uint32_t> leaves = tree_.all_leaves();
     row_area_.resize(places);
-    parallel_scatter(leaves.size(), row_area_, [&](std::size_t j, std::vector<double>& sums) {
+    const auto add_area = [&](std::size_t j, std::vector<double>& sums) {
         for (const Interpolation::Weight& w : weights(leaves[j])) sums[w.site] += w.weight * tree_.area(leaves[j]);
-    });
+    };
+    parallel_scatter(leaves.size(), row_area_, add_area, starting);
     RayExchange exchange;
+    const double unit_area = std::accumulate(row_area_.begin(), row_area_.end(), 0.0);
+    const double brightest = *std::max_element(sent_.begin(), sent_.end());
+    const double unit_radiosity = static_cast<double>(channels_) * (brightest > 0.0 ? brightest : 1.0);
     exchange.area = row_area_;
+    for (double& area : exchange.area) area /= unit_area;
     for (std::size_t k = 0; k < places; ++k) {
         exchange.met.push_back(gathering_.row(cut_->rows[k]).met());
         exchange.rays.push_back(gathering_.row(cut_->rows[k]).rays);
     }
     exchange.sender.resize(leaves.size());
-    parallel_for(leaves.size(), 1024, [&](std::size_t j) {
+    const auto find_sender = [&](std::size_t j) {
         const std::uint32_t p = leaves[j];
         const HemisphereLoss lost = loss(p);
         double radiosity = 0.0;
         for (std::size_t c = 0; c < channels_; ++c) radiosity += sent_[p * channels_ + c];
-        exchange.sender[j] = {radiosity,
-                              radiosity,
-                              tree_.area(p),
-                              lost.variance,
+        const auto sends = static_cast<float>(radiosity / unit_radiosity);
+        exchange.sender[j] = {sends,
+                              sends,
+                              static_cast<float>(tree_.area(p) / unit_area),
                               static_cast<float>(lost.met()),
-                              static_cast<float>(lost.excess_variance),
+                              0.0f,
+                              static_cast<float>(lost.variance / unit_area),
                               part(p)};
-    });
+    };
+    parallel_for(leaves.size(), 1024, find_sender, starting);
+    take_off_bias(leaves, exchange, starting);
     exchange.place = [&](std::size_t j) {
         return RayExchange::Place{tree_.position(leaves[j]), tree_.normal(leaves[j])};
     };
-    exchange.excess_variance.resize(places);
-    parallel_scatter(leaves.size(), exchange.excess_variance, [&](std::size_t j, std::vector<double>& sums) {
-        const RayExchange::Sender& sender = exchange.sender[j];
-        for (const Interpolation::Weight& w : weights(leaves[j]))
-            sums[w.site] += w.weight * sender.area * static_cast<double>(sender.excess_variance) / row_area_[w.site];
-    });
-    std::vector<double> nodes(tree_.size());
+    std::vector<double> nodes = std::move(sent_);  // room that is there
+    nodes.assign(tree_.size(), 0.0);
     exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {
-        for (std::size_t j = 0; j < leaves.size(); ++j) nodes[leaves[j]] = sent[j];
+        parallel_for(leaves.size(), 4096, [&](std::size_t j) { nodes[leaves[j]] = sent[j]; });
         tree_.pull_up(nodes, 1);
         out.resize(places);
         parallel_for(places, 64, [&](std::size_t k) { gathering_.gather(cut_->rows[k], nodes, 1, &out[k]); });
@@ -217,9 +253,10 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
         std::fill(nodes.begin(), nodes.end(), 0.0);
         for (std::size_t k = 0; k < met.size(); ++k) nodes[met[k]] = of_met[k];
         tree_.push_down(nodes);
-        for (std::size_t j = 0; j < leaves.size(); ++j) out[j] = nodes[leaves[j]];
+        parallel_for(leaves.size(), 4096, [&](std::size_t j) { out[j] = nodes[leaves[j]]; });
     };
     ReciprocalScaling scaling = surflux::scale_by_reciprocity(exchange, progress);
+    std::vector<RayExchange::Sender>().swap(exchange.sender);
     sender_scale_.assign(tree_.points(), 1.0);
     for (std::size_t j = 0; j < leaves.size(); ++j) sender_scale_[leaves[j]] = scaling.senders[j];
     row_scale_ = scaling.rows;
@@ -230,14 +267,24 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
                                    const Progress& progress) {
     x.resize(cut_->rows.size() * channels_, 0.0);
     std::vector<double> b;
-    send(std::vector<double>(x.size(), 0.0), true);
+    const Progress starting = standing_at(0, 100, progress);
+    send(std::vector<double>(x.size(), 0.0), true, starting);
     gather(b);
-    const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& out) {
-        send(of, false);
+    std::size_t told = 0, of = 100;  // what gmres reports between products
+    Progress telling, sending;
+    if (progress) {
+        telling = [&](std::size_t done, std::size_t total) {
+            told = done, of = total;
+            return progress(done, total);
+        };
+        sending = [&](std::size_t, std::size_t) { return progress(told, of); };
+    }
+    const LinearOperator apply = [&](const std::vector<double>& from, std::vector<double>& out) {
+        send(from, false, sending);
         gather(out);
-        for (std::size_t k = 0; k < of.size(); ++k) out[k] = of[k] - out[k];
+        for (std::size_t k = 0; k < from.size(); ++k) out[k] = from[k] - out[k];
     };
-    return gmres(apply, b, LinearSystems(channels_, part_), tolerance, max_applications, x, progress);
+    return gmres(apply, b, LinearSystems(channels_, part_), tolerance, max_applications, x, telling);
 }
 
 }  // namespace surflux

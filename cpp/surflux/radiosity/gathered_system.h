@@ -54,9 +54,9 @@ public:
     // All that comes to a point by the weights.
     Rgb irradiance(std::uint32_t point, const std::vector<double>& x) const;
     // What all nodes of the tree send for x, scaled as by scale_by_reciprocity().
-    const std::vector<double>& sent(const std::vector<double>& x);
-    // The same without the factors of senders.
-    const std::vector<double>& radiosity(const std::vector<double>& x);
+    const std::vector<double>& sent(const std::vector<double>& x, const Progress& progress = {});
+    // The same without the factors of senders, which end here.
+    const std::vector<double>& radiosity(const std::vector<double>& x, const Progress& progress = {});
 
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
@@ -67,9 +67,10 @@ public:
 
 private:
     double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
-    void send(const std::vector<double>& x, bool with_sources, bool scaled = true);
+    void send(const std::vector<double>& x, bool with_sources, const Progress& progress);
     void gather(std::vector<double>& out) const;
     void find_parts(const Progress& progress);
+    void take_off_bias(const std::vector<std::uint32_t>& leaves, RayExchange& exchange, const Progress& progress) const;
     void drop_scaling();
 
     const SurfelTree& tree_;

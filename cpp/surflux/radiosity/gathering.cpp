@@ -13,7 +13,6 @@ namespace {
 constexpr std::uint64_t ray_stream = 0x9a7e41;
 // Slopes are 1 / cos, and their mean square does not exist: beyond this they are cut.
 constexpr double steepest = 8.0;
-constexpr double grazing = 0.25;  // cosine below which cones are taken to be no wider: their groups would span walls
 
 // Takes from a tilt what the same light from everywhere would give with these rays.
 void level(TiltedRgb& light, const Gathering::Row& row) {
@@ -31,8 +30,8 @@ struct Gathering::Shot {
 };
 
 Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree,
-                     const LightSampler& skies, std::uint64_t seed)
-    : points_(points), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed) {}
+                     const LightSampler& skies, std::uint64_t seed, const RefinementTuning& tuning)
+    : points_(points), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed), grazing_(tuning.grazing) {}
 
 bool Gathering::has_sky() const {
     return std::any_of(sky_.begin(), sky_.end(), [](const TiltedRgb& light) { return !(light.value == Rgb{}); });
@@ -71,7 +70,7 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
         // The cone that this ray stands for has pi / (count cos) of solid angle. Half its width: what a group hides of
         // itself is darker than what of it is seen, so that larger ones send too little.
         const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
-                                                  0.5 * hit.distance / std::sqrt(count * std::max(grazing, cosine)));
+                                                  0.5 * hit.distance / std::sqrt(count * std::max(grazing_, cosine)));
         // Of a net of 2^m points the first half is one, and so is the second; every other one is not.
         const bool first = 2 * k < count;
         out.links.push_back({sender, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(!first),

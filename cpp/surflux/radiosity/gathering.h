@@ -9,6 +9,7 @@
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/surfel_tree.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/trace/tracer.h"
@@ -40,7 +41,7 @@ public:
     // The sky is in no link: rays find it here, with the MIS weight that goes with light sampling
     // (lights/light_sampled_irradiance.h).
     Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
-              std::uint64_t seed);
+              std::uint64_t seed, const RefinementTuning& tuning = {});
 
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
     void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
@@ -83,6 +84,7 @@ private:
     const SurfelTree& tree_;
     const LightSampler& skies_;
     std::uint64_t seed_;
+    double grazing_;
     std::vector<Place> places_;
     std::vector<Row> rows_;
     std::vector<std::vector<Link>> links_;  // of some rows each

@@ -19,13 +19,9 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t least_first_nodes = 200, surfels_per_first_node = 500;
+constexpr std::size_t least_first_nodes = 200;
 constexpr int most_iterations = 16, most_applications = 100;
-constexpr double usual_share = 0.25;  // of the mean area of surfels, by area
 constexpr std::uint64_t probe_stream = 0x9706e;
-constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
-constexpr double balanced_tolerance = 1e-3;  // of those for which energy is balanced
-constexpr double little = 1e-3;              // of the surface: not worth another iteration
 
 class GlobalRefinement {
 public:
@@ -41,13 +37,13 @@ public:
           sight_(sight),
           tree_(tree),
           points_(scene.surfels),
-          gathering_(points_, tracer, tree_, skies_, options.seed),
-          probes_(points_, tracer, tree_, skies_, options.seed + probe_stream),
-          test_(tree_, gathering_, probes_, options.seed + probe_stream),
+          gathering_(points_, tracer, tree_, skies_, options.seed, options.tuning),
+          probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning),
+          test_(std::make_unique<CutTest>(tree_, gathering_, probes_, options.seed + probe_stream, options.tuning)),
           sources_(scene, points_, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
-        usual_area_ = usual_share * squared / total;
+        usual_area_ = options.tuning.usual_share * squared / total;
         sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey =
@@ -56,14 +52,15 @@ public:
     }
 
     void run() {
-        const auto [from, to] =
-            tree_.level_of_at_least(std::max(least_first_nodes, scene_.surfels.size() / surfels_per_first_node));
+        const auto first_nodes = static_cast<std::size_t>(static_cast<double>(scene_.surfels.size()) /
+                                                          options_.tuning.surfels_per_first_node);
+        const auto [from, to] = tree_.level_of_at_least(std::max(least_first_nodes, first_nodes));
         for (std::uint32_t node = from; node < to; ++node) cut_.nodes.push_back(node);
-        cut_.find_places(tree_);
+        cut_.find_places(tree_, stage("gathering"));
         solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
-            const CutTest::Result found = test_(cut_, *system_, values_, *sent_, options_.zeta * reference_, reference_,
-                                                usual_area_, stage("gathering"));
+            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, options_.zeta * reference_,
+                                                   reference_, usual_area_, stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
@@ -77,7 +74,7 @@ public:
             const std::size_t refined = replace(found.refine);
             watch_.lap("refinement");
             solve_on_nodes(refined);
-            if (area < little * total) break;
+            if (area < options_.tuning.little * total) break;
         }
         balance();
         if (options_.insert) {
@@ -92,7 +89,9 @@ private:
     static constexpr std::uint32_t none = SurfelTree::none;
 
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
-    InsertionOptions insertion_options() const { return {smallest_radius(scene_.surfels)}; }
+    InsertionOptions insertion_options() const {
+        return {smallest_radius(scene_.surfels, options_.tuning.smallest_share)};
+    }
     // The error of all is least for given rays where they go by the root of the area.
     int rays_of(std::uint32_t node) const {
         const double share = std::sqrt(tree_.area(node) / usual_area_);
@@ -124,9 +123,9 @@ private:
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(
-            system_->solve(std::max(rough_tolerance, options_.tolerance), most_applications, values_, stage("solve")),
-            refined);
+        report(system_->solve(std::max(options_.tuning.rough_tolerance, options_.tolerance), most_applications, values_,
+                              stage("solve")),
+               refined);
     }
 
     bool grey_skies() const {
@@ -138,14 +137,15 @@ private:
 
     // What this iteration came to.
     void report(const LinearReport& linear, std::size_t refined) {
-        sent_ = &system_->sent(values_);
+        const Progress at_end = standing_at(1, 1, stage("solve"));
+        sent_ = &system_->sent(values_, at_end);
         struct Account {
             PowerBalance power;
             double squared = 0.0, area = 0.0;
         };
         constexpr std::size_t grain = 4096;
         std::vector<Account> blocks((tree_.points() + grain - 1) / grain);
-        parallel_blocks(tree_.points(), grain, [&](std::size_t begin, std::size_t end) {
+        const auto account = [&](std::size_t begin, std::size_t end) {
             Account& of = blocks[begin / grain];
             for (auto p = static_cast<std::uint32_t>(begin); p < end; ++p) {
                 if (!tree_.is_leaf(p)) continue;
@@ -155,7 +155,8 @@ private:
                 of.squared += tree_.area(p) * luminance(h) * luminance(h);
                 of.area += tree_.area(p);
             }
-        });
+        };
+        parallel_blocks(tree_.points(), grain, account, at_end);
         Account all;
         for (const Account& of : blocks) all.power += of.power, all.squared += of.squared, all.area += of.area;
         reference_ = std::sqrt(all.squared / all.area);
@@ -181,14 +182,14 @@ private:
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + significance * sources_.standard_error(p);
+            return options_.zeta * reference_ + options_.tuning.significance * sources_.standard_error(p);
         };
         Insertion insertion(tree_, insertion_options());
         for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
              ++round)
             sources_.update(stage("insertion"));
         left_out_ = insertion.left_out();
-        cut_.find_places(tree_);
+        cut_.find_places(tree_, stage("insertion"));
         watch_.lap("insertion");
     }
 
@@ -198,15 +199,16 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return options_.zeta * reference_ +
-                   significance * std::hypot(sources_.standard_error(p),
-                                             test_.standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+                   options_.tuning.significance *
+                       std::hypot(sources_.standard_error(p),
+                                  test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         Insertion insertion(tree_, insertion_options());
         const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
         left_out_ = insertion.left_out();
         if (!any_inserted) return false;
         sources_.update(stage("insertion"));
-        cut_.find_places(tree_);
+        cut_.find_places(tree_, stage("insertion"));
         for (bool any = true; any;) {
             std::vector<char> opened(cut_.nodes.size(), 0);
             for (std::uint32_t point = first; point < tree_.points(); ++point) {
@@ -220,11 +222,11 @@ private:
     }
 
     std::size_t replace(const std::vector<char>& chosen) {
-        return cut_.replace(tree_, chosen, values_, system_->channels());
+        return cut_.replace(tree_, chosen, values_, system_->channels(), stage("refinement"));
     }
 
     void balance() {
-        while (replace(cut_.unbalanced(tree_, stage("refinement"))) > 0) {
+        while (replace(cut_.unbalanced(tree_, options_.tuning.most_unlike, stage("refinement"))) > 0) {
         }
         watch_.lap("refinement");
     }
@@ -232,23 +234,34 @@ private:
     // By interpolation: where it is asked for, for a first look, or everywhere.
     void solve_smoothly(const std::vector<char>& asked) {
         shoot();
+        if (asked.empty()) {  // the last time: what only earlier stages need goes
+            tree_.end_of_rays();
+            sources_.drop_errors();
+            test_.reset();
+            std::vector<std::uint32_t>().swap(row_of_);
+        }
         // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
         for (std::size_t k = 0; k < cut_.rows.size(); ++k)
             nodes.objects[k] = 2 * nodes.objects[k] + (gathering_.row(cut_.rows[k]).is_buried() ? 1 : 0);
+        const Progress starting = standing_at(0, tree_.points(), stage("interpolation"));
         std::vector<std::uint32_t> objects(tree_.points());
-        for (std::uint32_t p = 0; p < tree_.points(); ++p) {
+        const auto find_object = [&](std::size_t k) {
+            const auto p = static_cast<std::uint32_t>(k);
             objects[p] = 2 * tree_.object(p);
             if (cut_.place_of[p] != none && sources_[p] == Rgb{} &&
                 gathering_.row(cut_.rows[cut_.place_of[p]]).is_buried())
                 ++objects[p];
-        }
+        };
+        parallel_for(tree_.points(), 4096, find_object, starting);
         field_ = std::make_unique<NodalField>(std::move(nodes.positions), std::move(nodes.normals),
-                                              std::move(nodes.objects));
+                                              std::move(nodes.objects), starting);
         system_->interpolate(cut_, *field_, objects, values_, sight_, asked, stage("interpolation"));
+        std::vector<std::uint32_t>().swap(objects);
         watch_.lap("interpolation");
-        LinearReport linear = system_->solve(asked.empty() ? balanced_tolerance : rough_tolerance, most_applications,
-                                             values_, stage("solve"));
+        LinearReport linear =
+            system_->solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance,
+                           most_applications, values_, stage("solve"));
         if (asked.empty()) {
             // Energy that variance of rays and bias of interpolation would lose or make is kept where it is.
             const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
@@ -273,7 +286,7 @@ private:
     SurfelTree& tree_;
     const SurfelPoints points_;
     Gathering gathering_, probes_;
-    CutTest test_;
+    std::unique_ptr<CutTest> test_;
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
@@ -303,11 +316,13 @@ void GlobalRefinement::write_light() {
     };
     std::vector<TiltedRgb> at_nodes(cut_.rows.size());
     // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
-    const std::vector<double>& radiosity = system_->radiosity(values_);
-    parallel_for(cut_.rows.size(), 64, [&](std::size_t k) {
+    const Progress starting = standing_at(0, leaves.size(), stage("interpolation"));
+    const std::vector<double>& radiosity = system_->radiosity(values_, starting);
+    const auto gather_one = [&](std::size_t k) {
         at_nodes[k] = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
         at_nodes[k].value = system_->value(values_, k);
-    });
+    };
+    parallel_for(cut_.rows.size(), 64, gather_one, starting);
     out_.irradiance = at_leaves(std::move(at_nodes));
     if (gathering_.has_sky()) {
         at_nodes.resize(cut_.rows.size());
@@ -319,12 +334,13 @@ void GlobalRefinement::write_light() {
     out_.direct.resize(leaves.size());
     out_.levels.resize(leaves.size());
     out_.cut.resize(leaves.size());
-    parallel_for(leaves.size(), 1024, [&](std::size_t k) {
+    const auto write_one = [&](std::size_t k) {
         out_.direct[k] += sources_.from_lights(leaves[k]);
         out_.irradiance[k] += out_.direct[k] + sources_.from_emitters(leaves[k]);
         out_.cut[k] = cut_.place_of[leaves[k]];
         out_.levels[k] = tree_.level(cut_.nodes[out_.cut[k]]);
-    });
+    };
+    parallel_for(leaves.size(), 1024, write_one, standing_at(1, 1, stage("interpolation")));
 }
 
 // No group spans a wall: what one side has is not sent on the other, nor given to it.
@@ -346,7 +362,7 @@ void solve_by_gathering(const Scene& scene, const Tracer& tracer, const Refineme
                     leaves_allowed(scene, options.insert, options.max_surfels), of_tree);
     watch.lap("hierarchy");
     GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();
-    write_leaves(tree, tree.all_leaves(), out);
+    write_leaves(tree, tree.all_leaves(), out, progress ? progress("interpolation") : Progress{});
     watch.lap("interpolation");
 }
 

@@ -6,6 +6,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/tracer.h"
 
@@ -18,6 +19,7 @@ struct RefinementOptions {
     double tolerance = 1e-4;      // of the linear system
     double epsilon = 0.8;         // of the hierarchy, D04 eq. 10
     int rays = 256;               // of a node
+    RefinementTuning tuning;
     DirectOptions direct;
     std::uint64_t seed = 0;
 };

@@ -26,10 +26,13 @@ struct Members {
 };
 
 // All numbers below n, in random order.
-std::vector<std::uint32_t> shuffled(std::size_t n, Random random) {
+std::vector<std::uint32_t> shuffled(std::size_t n, Random random, const Progress& progress) {
     std::vector<std::uint32_t> order(n);
     std::iota(order.begin(), order.end(), 0u);
-    for (std::size_t i = n; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    for (std::size_t i = n; i > 1; --i) {
+        std::swap(order[i - 1], order[random.below(i)]);
+        report_some(progress, i, n, 1 << 20);
+    }
     return order;
 }
 
@@ -40,7 +43,8 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
     const std::size_t n = members.size();
     std::vector<double> reach(n);
     for (std::size_t i = 0; i < n; ++i) reach[i] = 2.0 * members.radii[i];
-    SheetIndex index(members.positions, members.normals, reach, object, epsilon);
+    const Progress preparing = standing_at(0, n, progress);
+    SheetIndex index(members.positions, members.normals, reach, object, epsilon, preparing);
     // Objects side by side: they share no groups.
     struct Growing {
         std::vector<std::uint32_t> order;  // in which members are chosen
@@ -48,7 +52,7 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
         std::vector<std::uint32_t> taken, first;  // in the order in which groups grow
     };
     std::vector<Growing> growing(*std::max_element(object.begin(), object.end()) + std::size_t{1});
-    for (const std::uint32_t i : shuffled(n, random)) growing[object[i]].order.push_back(i);
+    for (const std::uint32_t i : shuffled(n, random, preparing)) growing[object[i]].order.push_back(i);
     for (std::size_t done = 0; done < n;) {
         parallel_for(growing.size(), 1, [&](std::size_t k) {
             Growing& of = growing[k];
@@ -78,7 +82,7 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
     std::vector<std::uint32_t> order(first.size() - 1);
     std::iota(order.begin(), order.end(), 0u);
     const auto rank = [&](std::uint32_t g) { return index.rank(taken[first[g]]); };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
+    parallel_sort(order, [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); }, preparing);
     Hierarchy::Level level;
     level.parent_of.resize(n);
     level.members.reserve(n);
@@ -94,12 +98,12 @@ Hierarchy::Level grow_groups(const Members& members, const std::vector<std::uint
 }
 
 // Averages by area; where there is no area, plain ones.
-void average(const Members& members, Hierarchy::Level& level) {
+void average(const Members& members, Hierarchy::Level& level, const Progress& progress) {
     const std::size_t groups = level.first.size() - 1;
     level.positions.resize(groups);
     level.normals.resize(groups);
     level.areas.resize(groups);
-    parallel_for(groups, 1024, [&](std::size_t g) {
+    const auto average_one = [&](std::size_t g) {
         const auto begin = level.members.begin() + level.first[g], end = level.members.begin() + level.first[g + 1];
         double area = 0.0;
         for (auto m = begin; m != end; ++m) area += members.areas[*m];
@@ -114,7 +118,8 @@ void average(const Members& members, Hierarchy::Level& level) {
         // Below epsilon = 0 normals may cancel: then the group faces as the one it was grown from.
         level.normals[g] = length(normal) > 1e-6 ? normalized(normal) : members.normals[*begin];
         level.areas[g] = area;
-    });
+    };
+    parallel_for(groups, 1024, average_one, progress);
 }
 
 // How far the farthest point of a disk is.
@@ -126,21 +131,24 @@ double distance_to_far_rim(const Vec3& from, const Vec3& center, const Vec3& nor
 }
 
 // The spheres enclose the disks of the surfels, not the spheres below, which would make them larger with every level.
-void enclose(const Surfels& surfels, const std::vector<std::uint32_t>& group_of, Hierarchy::Level& level) {
+void enclose(const Surfels& surfels, const std::vector<std::uint32_t>& group_of, Hierarchy::Level& level,
+             const Progress& progress) {
     const std::size_t n = surfels.size();
     std::vector<double> value(n);
-    parallel_for(n, 4096, [&](std::size_t i) {
+    const auto find_distance = [&](std::size_t i) {
         const Vec3& center = level.positions[group_of[i]];
         value[i] = distance_to_far_rim(center, surfels.positions[i], surfels.normals[i], surfels.radii[i]);
-    });
+    };
+    parallel_for(n, 4096, find_distance, progress);
     level.radii.assign(level.size(), 0.0);
     for (std::size_t i = 0; i < n; ++i) level.radii[group_of[i]] = std::max(level.radii[group_of[i]], value[i]);
 
-    parallel_for(n, 4096, [&](std::size_t i) {
+    const auto find_difference = [&](std::size_t i) {
         const std::uint32_t g = group_of[i];
         const double off = length(surfels.positions[i] - level.positions[g]) / level.radii[g];
         value[i] = off * off + length_squared(surfels.normals[i] - level.normals[g]);
-    });
+    };
+    parallel_for(n, 4096, find_difference, progress);
     constexpr std::uint32_t none = 0xffffffffu;
     level.representatives.assign(level.size(), none);
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -183,20 +191,20 @@ Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_
         const Members members = lowest ? Members{surfels.positions, surfels.normals, surfels.radii, surfels.areas}
                                        : Members{below->positions, below->normals, below->radii, below->areas};
         // The first level is most of the work: of the others only whether to go on is asked.
-        const Progress asking = [&](std::size_t, std::size_t) { return progress(surfels.size(), surfels.size()); };
+        const Progress asking = standing_at(surfels.size(), surfels.size(), progress);
         const Random random(options.seed, out.levels.size());
         JoinedSurfels joined_members;
         if (joined)
             joined_members = [&](std::uint32_t a, std::uint32_t b) {
                 return lowest ? joined(a, b) : joined(below->representatives[a], below->representatives[b]);
             };
-        Hierarchy::Level level = grow_groups(members, object_of, options.epsilon, random, joined_members,
-                                             lowest || !progress ? progress : asking);
+        Hierarchy::Level level =
+            grow_groups(members, object_of, options.epsilon, random, joined_members, lowest ? progress : asking);
         const auto groups = static_cast<double>(level.first.size() - 1);
         if (!lowest && groups > (1.0 - least_shrinking) * static_cast<double>(members.size())) break;
-        average(members, level);
+        average(members, level, asking);
         for (std::uint32_t& g : group_of) g = level.parent_of[g];
-        enclose(surfels, group_of, level);
+        enclose(surfels, group_of, level, asking);
         std::vector<std::uint32_t> objects(level.size());
         for (std::size_t g = 0; g < level.size(); ++g) objects[g] = object_of[level.members[level.first[g]]];
         object_of = std::move(objects);

@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::size_t neighbor_count = 9;  // the leaf itself among them
 constexpr std::size_t repelling = 12;
-constexpr double smallest_share = 0.0625;
 constexpr std::size_t most_inserted = 50000;  // leaves more, unless it is said
 constexpr double step = 0.3;                  // of what the forces want, per round of repulsion
 constexpr double inside = 0.96;               // of the way to the rim of a patch is as far as children go
@@ -29,10 +28,10 @@ Vec3 on_surface(const Vec3& center, const Vec3& n, const Vec3& offset, const Vec
 
 }  // namespace
 
-double smallest_radius(const Surfels& s) {
+double smallest_radius(const Surfels& s, double share) {
     double sum = 0.0, area = 0.0;
     for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * s.radii[i] * s.radii[i], area += s.areas[i];
-    return smallest_share * std::sqrt(sum / area);
+    return share * std::sqrt(sum / area);
 }
 
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most) {
@@ -48,9 +47,10 @@ struct Insertion::Leaves {
     std::vector<std::uint32_t> objects;
     std::unique_ptr<Interpolation> sites;
 
-    explicit Leaves(const Insertion& of) {
+    Leaves(const Insertion& of, const Progress& progress) {
         const SurfelTree& tree = of.tree_;
         const std::vector<char> asked = of.asked();
+        report(progress, 0, tree.points());
         for (std::uint32_t p = 0; p < tree.points(); ++p) {
             if (!asked[p] || !tree.is_leaf(p)) continue;
             points.push_back(p);
@@ -58,7 +58,7 @@ struct Insertion::Leaves {
             normals.push_back(tree.normal(p));
             objects.push_back(tree.object(p));
         }
-        sites = std::make_unique<Interpolation>(positions, normals, objects);
+        sites = std::make_unique<Interpolation>(positions, normals, objects, standing_at(0, tree.points(), progress));
     }
 };
 
@@ -114,7 +114,7 @@ void Insertion::measure(const Leaves& leaves, std::uint32_t place, const std::ve
 }
 
 bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progress& progress) {
-    const Leaves leaves(*this);
+    const Leaves leaves(*this, progress);
     std::vector<double> values(tree_.points(), 0.0);
     parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
@@ -145,7 +145,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progre
     while (kept < chosen.size() && weights[kept] > least) ++kept;
     const std::size_t wanting = chosen.size(), before = tree_.points();
     if (kept > 0) chosen.resize(kept);  // else they are all alike: as many as there is room for
-    const bool any = split(leaves, chosen, values);
+    const bool any = split(leaves, chosen, values, progress);
     left_out_ = wanting - (tree_.points() - before) / SurfelTree::children;
     return any;
 }
@@ -173,8 +173,8 @@ double Insertion::least_weight(const std::vector<std::uint32_t>& leaves, const s
     return std::exp(high);
 }
 
-bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen,
-                      const std::vector<double>& values) {
+bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen, const std::vector<double>& values,
+                      const Progress& progress) {
     const auto first = static_cast<std::uint32_t>(tree_.points());
     if (chosen.empty() || !tree_.has_room()) return false;
     std::vector<std::uint32_t> place(tree_.points(), SurfelTree::none);
@@ -212,7 +212,7 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
         }
     });
     for (std::size_t k = 0; k < chosen.size() && tree_.has_room(); ++k) tree_.split(chosen[k], families[k].children);
-    repel(first);
+    repel(first, progress);
     return true;
 }
 
@@ -239,10 +239,10 @@ Vec3 Insertion::kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const {
     return center + (inside * low) * (beyond - center);
 }
 
-void Insertion::repel(std::uint32_t first) {
+void Insertion::repel(std::uint32_t first, const Progress& progress) {
     const auto count = static_cast<std::uint32_t>(tree_.points() - first);
     if (count == 0) return;
-    const Leaves leaves(*this);
+    const Leaves leaves(*this, progress);
     std::vector<std::uint32_t> parent(count);
     for (std::uint32_t p = 0; p < first; ++p)
         if (!tree_.is_leaf(p) && tree_.first_child(p) >= first)

@@ -8,6 +8,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/radiosity/normal_field.h"
 #include "surflux/radiosity/surfel_tree.h"
+#include "surflux/radiosity/tuning.h"
 
 namespace surflux {
 
@@ -17,8 +18,8 @@ struct InsertionOptions {
     int repulsion_rounds = 5;   // as often they move
 };
 
-// The radius below which no child is inserted: a sixteenth of that of the scene's surfels (RMS by area).
-double smallest_radius(const Surfels& surfels);
+// The radius below which no child is inserted: that share of the radius of the scene's surfels (RMS by area).
+double smallest_radius(const Surfels& surfels, double share = RefinementTuning{}.smallest_share);
 // How many leaves a tree may get, for a scene of n surfels: `most`, but no more than 256 n; if it is 0, 2 n, but no
 // more than n + 50 000. Without insertion n.
 std::size_t leaves_allowed(const Scene& scene, bool insert, std::size_t most);
@@ -45,11 +46,12 @@ public:
 private:
     bool can_split(std::uint32_t leaf) const;
     struct Leaves;
-    bool split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen, const std::vector<double>& values);
+    bool split(const Leaves& leaves, const std::vector<std::uint32_t>& chosen, const std::vector<double>& values,
+               const Progress& progress);
     struct Neighborhood;
     void measure(const Leaves& leaves, std::uint32_t place, const std::vector<double>& values, Neighborhood& out) const;
     double least_weight(const std::vector<std::uint32_t>& leaves, const std::vector<double>& weights) const;
-    void repel(std::uint32_t first);
+    void repel(std::uint32_t first, const Progress& progress);
     const NormalField& normals();
     Vec3 kept_on_patch(std::uint32_t leaf, const Vec3& wanted) const;
 

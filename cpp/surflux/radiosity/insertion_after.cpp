@@ -39,7 +39,9 @@ void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfter
 
     Insertion insertion(tree, {smallest_radius(s)});
     const auto value = [&](std::uint32_t p) { return luminance(lit.from_lights(p) + sky[p] + others[p]); };
-    const auto allowed = [&](std::uint32_t p) { return wanted + significance * lit.standard_error(p); };
+    const auto allowed = [&](std::uint32_t p) {
+        return wanted + RefinementTuning{}.significance * lit.standard_error(p);
+    };
     for (int round = 0; round < Insertion::most_rounds && insertion.refine(value, allowed, progress); ++round) {
         lit.update(progress);
         const std::size_t before = sky.size();

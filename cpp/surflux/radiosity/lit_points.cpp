@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "surflux/core/parallel.h"
 #include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
@@ -24,18 +25,19 @@ void LitPoints::update(const Progress& progress) {
     std::vector<std::uint32_t> fresh(tree_.points() - lights_.size());
     if (fresh.empty()) return;
     std::iota(fresh.begin(), fresh.end(), static_cast<std::uint32_t>(lights_.size()));
-    std::vector<Place> places;
-    places.reserve(fresh.size());
-    for (const std::uint32_t p : fresh) places.push_back(place(tree_, p));
     // Parts of patches are lit as a whole, as patches are.
     const bool first = lights_.empty();
     const Surfels parts = first ? Surfels{} : tree_.surfels_at(fresh);
     const SurfelPoints points_of_parts(parts);
     const SurfelPoints& points = first ? surfels_ : points_of_parts;
-    for (std::uint32_t k = 0; k < places.size(); ++k) {
-        if (points.is_patch(k)) places[k].shape = k;
+    std::vector<Place> places(fresh.size());
+    const auto find_place = [&](std::size_t k) {
+        const auto shape = static_cast<std::uint32_t>(k);
+        places[k] = place(tree_, fresh[k]);
+        if (points.is_patch(shape)) places[k].shape = shape;
         places[k].is_part = !first;
-    }
+    };
+    parallel_for(places.size(), 1024, find_place, standing_at(0, places.size(), progress));
     const auto append = [](std::vector<Rgb>& to, std::vector<Rgb> more) {
         if (to.empty()) return void(to = std::move(more));
         to.reserve(to.size() + more.size());  // and no more: most points were there from the beginning

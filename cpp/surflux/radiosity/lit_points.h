@@ -12,9 +12,6 @@
 
 namespace surflux {
 
-// Standard errors beyond which a difference is taken to be one of the light, and not of the rays that found it.
-constexpr double significance = 2.0;
-
 // Irradiance of the points of a tree that needs no solving: from lights, and by next event estimation towards small
 // emissive surfels (LightSampler) and images of the sky. By point; those that were split have what they had.
 class LitPoints {
@@ -35,6 +32,8 @@ public:
     Rgb from_lights(std::size_t p) const { return sky_.empty() ? lights_[p] : lights_[p] + sky_[p]; }
     // Estimated standard error of each, of its luminance.
     double standard_error(std::size_t p) const { return static_cast<double>(standard_error_[p]); }
+    // Gives back what nobody asks for any more.
+    void drop_errors() { std::vector<float>().swap(standard_error_); }
     bool is_grey() const;
 
     static Place place(const SurfelTree& tree, std::uint32_t point) {

@@ -41,6 +41,7 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
         refinement.rays = options.rays;
         refinement.direct = options.direct;
         refinement.seed = options.seed;
+        refinement.tuning = options.tuning;
         solve_by_gathering(scene, tracer, refinement, progress, out);
     }
     give_back_memory();

@@ -6,6 +6,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/radiosity/exchange.h"
+#include "surflux/radiosity/tuning.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -26,6 +27,7 @@ struct SolveOptions {
     DirectOptions direct;
     ExchangeOptions exchange;
     std::uint64_t seed = 0;
+    RefinementTuning tuning;  // of what takes rays
 };
 
 // Radiosity of the scene's surfels (D04 section 7). The scene needs areas.

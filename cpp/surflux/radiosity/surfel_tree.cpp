@@ -42,6 +42,7 @@ SurfelTree::SurfelTree(const Scene& scene, const Hierarchy& hierarchy, std::size
                                level.areas[g], level.radii[g]});
             group_of_group_.push_back(none);
         }
+        report(progress, 0, surfels_);
         below = here;
         here += static_cast<std::uint32_t>(level.size());
         levels_.push_back(here - first_group_);
@@ -168,10 +169,11 @@ std::vector<std::uint32_t> SurfelTree::all_leaves() const {
     return out;
 }
 
-Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves) const {
+Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves, const Progress& progress) const {
     std::vector<std::uint32_t> from(leaves.size());
     for (std::size_t k = 0; k < leaves.size(); ++k) from[k] = surfel(leaves[k]);
-    Surfels out = select(scene_.surfels, from);
+    Surfels out = select(scene_.surfels, from, progress);
+    std::vector<std::uint32_t>().swap(from);
     for (std::size_t k = 0; k < leaves.size(); ++k) {
         const std::uint32_t p = leaves[k];
         if (!is_inserted(p)) continue;
@@ -180,9 +182,11 @@ Surfels SurfelTree::surfels_at(const std::vector<std::uint32_t>& leaves) const {
         out.radii[k] = radius(p);
         out.areas[k] = area(p);
     }
+    report(progress, leaves.size(), leaves.size());
     out.reflectance = {};
     out.reflectance.reserve(leaves.size());
     for (const std::uint32_t p : leaves) out.reflectance.push_back(reflectance(p));
+    report(progress, leaves.size(), leaves.size());
     const auto drop = [&](const auto& part) { return is_inserted(leaves[part.surfel]); };
     out.triangles.clear();
     for (std::uint32_t k = 0; k < leaves.size(); ++k)

@@ -67,6 +67,8 @@ public:
     // radius `reach` covers. Where disks overlap, and one may stick out through a thin wall, it is the one with the
     // nearest centre that sends, whichever was met first.
     std::uint32_t sender(std::uint32_t surfel, const Vec3& at, double reach) const;
+    // Nothing more is met: what sender() alone needs, 32 bytes of each surfel, is given back.
+    void end_of_rays() { std::vector<std::uint32_t>().swap(beside_); }
 
     struct Child {
         Vec3 position, normal;
@@ -84,7 +86,7 @@ public:
     // Those of one surfel after those of the one before.
     std::vector<std::uint32_t> all_leaves() const;
     // Points as surfels: with their triangles, or the part of those that is theirs.
-    Surfels surfels_at(const std::vector<std::uint32_t>& leaves) const;
+    Surfels surfels_at(const std::vector<std::uint32_t>& leaves, const Progress& progress = {}) const;
 
     // Fills in what all nodes send from what leaves do: `channels` interleaved values each.
     void pull_up(std::vector<double>& values, std::size_t channels) const;

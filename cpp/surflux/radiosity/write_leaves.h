@@ -9,6 +9,7 @@
 namespace surflux {
 
 // Fills in surfels, parents and radiosity of `out`, whose irradiance is there: those of the leaves, in their order.
-void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out);
+void write_leaves(const SurfelTree& tree, const std::vector<std::uint32_t>& leaves, Solution& out,
+                  const Progress& progress = {});
 
 }  // namespace surflux

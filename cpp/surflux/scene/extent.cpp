@@ -5,6 +5,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/place_order.h"
+#include "surflux/core/random.h"
 
 namespace surflux {
 
@@ -22,6 +23,9 @@ constexpr double least_size = 1e-30, largest_size = 1e30;
 // In units of the size: with triangles so far away, Embree's products of three coordinates are still floats.
 constexpr double farthest = 1e10;
 
+// Places of which the median stands for that of all.
+constexpr std::size_t enough = 1 << 18;
+
 template <class T>
 T median(std::vector<T>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -29,12 +33,18 @@ T median(std::vector<T>& values) {
     return *middle;
 }
 
-// The first surfel at each place, ascending by place.
+// Surfels at different places: one at each of all, or, of a great many, at each of some drawn at random.
 std::vector<std::uint32_t> distinct(const std::vector<Vec3>& positions) {
-    const std::vector<std::uint32_t> order = place_order(positions);
+    std::vector<std::uint32_t> drawn(std::min(positions.size(), enough));
+    Random random(0);
+    for (std::size_t k = 0; k < drawn.size(); ++k)
+        drawn[k] = static_cast<std::uint32_t>(drawn.size() < positions.size() ? random.below(positions.size()) : k);
+    std::vector<Vec3> places;
+    for (const std::uint32_t i : drawn) places.push_back(positions[i]);
     std::vector<std::uint32_t> out;
+    const std::vector<std::uint32_t> order = place_order(places);
     for (std::size_t k = 0; k < order.size(); ++k)
-        if (k == 0 || !(positions[order[k]] == positions[order[k - 1]])) out.push_back(order[k]);
+        if (k == 0 || !(places[order[k]] == places[order[k - 1]])) out.push_back(drawn[order[k]]);
     return out;
 }
 

@@ -34,6 +34,7 @@ void append_shapes(Scene& scene, const Surfels& surfels) {
     Surfels& all = scene.surfels;
     const auto first = static_cast<std::uint32_t>(all.size());
     const std::uint32_t object = scene.object.empty() ? 0 : scene.object.back() + 1;
+    all.gloss.append(surfels.gloss, first, surfels.size());
     add(all.positions, surfels.positions);
     add(all.normals, surfels.normals);
     add(all.radii, surfels.radii);

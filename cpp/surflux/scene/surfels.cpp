@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
@@ -24,21 +25,24 @@ std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels) { return rang
 
 std::vector<std::uint32_t> end_ranges(const Surfels& surfels) { return ranges(surfels.ends, surfels.size()); }
 
-Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices) {
+Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices, const Progress& progress) {
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels), first_end = end_ranges(surfels);
     Surfels out;
-    out.positions.reserve(indices.size());
-    out.normals.reserve(indices.size());
-    out.radii.reserve(indices.size());
-    if (!surfels.areas.empty()) out.areas.reserve(indices.size());
+    const auto take = [&](const auto& all, auto& taken) {
+        if (all.empty()) return;
+        taken.resize(indices.size());
+        parallel_for(indices.size(), 4096, [&](std::size_t k) { taken[k] = all[indices[k]]; }, progress);
+    };
+    take(surfels.positions, out.positions);
+    take(surfels.normals, out.normals);
+    take(surfels.radii, out.radii);
+    take(surfels.areas, out.areas);
+    out.gloss = surfels.gloss.select(indices);
     out.reflectance.reserve(indices.size());
     out.emission.reserve(indices.size());
     for (std::size_t to = 0; to < indices.size(); ++to) {
+        report_some(progress, to, indices.size(), 1 << 20);
         const std::uint32_t from = indices[to];
-        out.positions.push_back(surfels.positions[from]);
-        out.normals.push_back(surfels.normals[from]);
-        out.radii.push_back(surfels.radii[from]);
-        if (!surfels.areas.empty()) out.areas.push_back(surfels.areas[from]);
         out.reflectance.push_back(surfels.reflectance[from]);
         out.emission.push_back(surfels.emission[from]);
         for (std::uint32_t t = begin[from]; t < begin[from + 1]; ++t) {

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 #include "surflux/scene/colors.h"
+#include "surflux/scene/gloss.h"
 
 namespace surflux {
 
@@ -39,6 +41,7 @@ struct Surfels {
     std::vector<double> areas;  // effective areas, S; empty until somebody computes them
     Colors reflectance;         // rho, linear, 0 <= rho < 1
     Colors emission;            // E, exitance
+    Gloss gloss;                // beside rho; the path tracer and transfer of distant light know it, no solver
     // Patches of a mesh, sorted by surfel. A surfel with triangles occludes by them, not by its disk.
     std::vector<Triangle> triangles;
     // Of disks, sorted by surfel: most have none.
@@ -57,7 +60,7 @@ std::vector<std::uint32_t> triangle_ranges(const Surfels& surfels);
 std::vector<std::uint32_t> end_ranges(const Surfels& surfels);
 
 // The surfels at `indices`, in that order, with their triangles and ends.
-Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices);
+Surfels select(const Surfels& surfels, const std::vector<std::uint32_t>& indices, const Progress& progress = {});
 
 // The surfels followed by a copy of each that faces the other way: a sheet seen from both sides.
 Surfels two_sided(const Surfels& surfels);

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t few = 20, many = 120;  // looked at, to find as many that face the point's way
 constexpr double least_cosine = 0.5;         // between normals
+constexpr std::size_t large = 1 << 16;       // sites of an object
 constexpr double off_surface = 8.0;          // how many times the squared distance off the surface counts
 
 }  // namespace
@@ -35,7 +36,7 @@ struct Interpolation::Object {
 Interpolation::~Interpolation() = default;
 
 Interpolation::Interpolation(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
-                             const std::vector<std::uint32_t>& objects)
+                             const std::vector<std::uint32_t>& objects, const Progress& progress)
     : positions_(positions), normals_(normals) {
     for (std::uint32_t i = 0; i < positions.size(); ++i) {
         if (objects[i] >= place_.size()) place_.resize(objects[i] + 1, any_object);
@@ -53,8 +54,14 @@ Interpolation::Interpolation(const std::vector<Vec3>& positions, const std::vect
             object.high[axis] = std::max(object.high[axis], positions[i][axis]);
         }
     }
-    parallel_for(objects_.size(), 1,
-                 [&](std::size_t k) { objects_[k].index = std::make_unique<PointIndex>(objects_[k].points); });
+    // Few large ones report while they are built, many small ones are built side by side.
+    const auto is_large = [](const Object& object) { return object.points.size() > large; };
+    for (Object& object : objects_)
+        if (is_large(object)) object.index = std::make_unique<PointIndex>(object.points, progress);
+    const auto build_small = [&](std::size_t k) {
+        if (!is_large(objects_[k])) objects_[k].index = std::make_unique<PointIndex>(objects_[k].points);
+    };
+    parallel_for(objects_.size(), 1, build_small, progress);
 }
 
 void Interpolation::nearest(const Vec3& point, const Vec3& normal, std::uint32_t object, std::size_t count,

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
 namespace surflux {
@@ -23,7 +24,7 @@ public:
     };
 
     Interpolation(const std::vector<Vec3>& positions, const std::vector<Vec3>& normals,
-                  const std::vector<std::uint32_t>& objects);
+                  const std::vector<std::uint32_t>& objects, const Progress& progress = {});
     ~Interpolation();
     Interpolation(const Interpolation&) = delete;
     Interpolation& operator=(const Interpolation&) = delete;

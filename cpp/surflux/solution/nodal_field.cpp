@@ -22,10 +22,11 @@ double brightness(const NodalField::Values& field, std::size_t k) {
 
 }  // namespace
 
-NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects)
+NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
+                       const Progress& progress)
     : positions_(std::move(positions)), normals_(std::move(normals)), objects_(std::move(objects)) {
     for (const Vec3& normal : normals_) frames_.push_back(frame_around(normal));
-    interpolation_ = std::make_unique<Interpolation>(positions_, normals_, objects_);
+    interpolation_ = std::make_unique<Interpolation>(positions_, normals_, objects_, progress);
     sites_ = std::make_unique<Sight::Sites>(positions_, normals_);
 }
 
@@ -125,29 +126,24 @@ std::vector<Rgb> NodalField::at_conservatively(const Values& field, std::size_t 
                 out[p][c] = std::clamp(out[p][c], level[c] / most_sloped, most_sloped * level[c]);
         },
         progress);
-    // Around each node, what weights say and what was found: in a few blocks, the same for any number of threads.
+    // Around each node, what weights say and what was found.
     struct Sums {
         Rgb wanted, found;
+        void operator+=(const Sums& other) { wanted += other.wanted, found += other.found; }
     };
-    constexpr std::size_t blocks = 4;
-    std::vector<std::vector<Sums>> sums(blocks);
-    parallel_for(blocks, 1, [&](std::size_t block) {
-        sums[block].resize(size());
-        for (std::size_t p = block * places / blocks; p < (block + 1) * places / blocks; ++p) {
-            const Place of = place(p);
-            const Rgb level = constant(of);
-            for (const Interpolation::Weight& w : of.weights) {
-                sums[block][w.site].wanted += (of.area * w.weight) * level;
-                sums[block][w.site].found += (of.area * w.weight) * out[p];
-            }
+    std::vector<Sums> sums(size());
+    const auto add = [&](std::size_t p, std::vector<Sums>& to) {
+        const Place of = place(p);
+        const Rgb level = constant(of);
+        for (const Interpolation::Weight& w : of.weights) {
+            to[w.site].wanted += (of.area * w.weight) * level;
+            to[w.site].found += (of.area * w.weight) * out[p];
         }
-    });
+    };
+    parallel_scatter(places, sums, add, progress);
     std::vector<Rgb> scale(size());
-    for (std::size_t k = 0; k < size(); ++k) {
-        Sums of;
-        for (const std::vector<Sums>& block : sums) of.wanted += block[k].wanted, of.found += block[k].found;
-        for (int c = 0; c < 3; ++c) scale[k][c] = of.found[c] > 0.0 ? of.wanted[c] / of.found[c] : 1.0;
-    }
+    for (std::size_t k = 0; k < size(); ++k)
+        for (int c = 0; c < 3; ++c) scale[k][c] = sums[k].found[c] > 0.0 ? sums[k].wanted[c] / sums[k].found[c] : 1.0;
     parallel_for(
         places, 256,
         [&](std::size_t p) {

@@ -34,7 +34,8 @@ public:
         bool tilted = true;
     };
 
-    NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects);
+    NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
+               const Progress& progress = {});
     NodalField(const NodalField&) = delete;  // nor moved: the interpolation refers to the positions and normals
     NodalField& operator=(const NodalField&) = delete;
 

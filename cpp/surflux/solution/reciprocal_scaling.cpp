@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
+#include <utility>
+
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr double least_rays = 256.0;  // that met a group: its factor has a standard error of 6 % at most
+constexpr double least_rays = 256.0;   // that met a group: its factor has a standard error of 6 % at most
+constexpr double normal_weight = 0.5;  // as Bisection has it
 constexpr int most_rounds = 50;
 constexpr double even = 1e-12;  // relative variance of radiosity within a group that sends about the same
 constexpr double largest_step = 2.0;
@@ -17,10 +19,15 @@ constexpr double least_progress = 0.95;  // of a round, or it is the last of its
 constexpr double rounding = 1e-6;        // of shares of hemispheres, as sums of floats
 constexpr double tolerance = 1e-7;       // of what is sent, that columns may be off by
 
-// What rays tell of senders: the sum of their weights, and of the squares of these.
+// What rays tell of a sender: the sum of their weights, and of the squares of these.
+struct EvidenceOfOne {
+    float sum = 0.0f, squares = 0.0f;
+};
 struct Evidence {
     double sum = 0.0, squares = 0.0;
-    void operator+=(const Evidence& other) { sum += other.sum, squares += other.squares; }
+    void operator+=(const EvidenceOfOne& one) {
+        sum += static_cast<double>(one.sum), squares += static_cast<double>(one.squares);
+    }
     // As many rays of equal weight have the same relative variance.
     double effective_rays() const { return squares > 0.0 ? sum * sum / squares : 0.0; }
 };
@@ -28,19 +35,21 @@ struct Evidence {
 // Recursive bisection of senders by position and normal.
 class Grouping {
 public:
-    Grouping(const RayExchange& exchange, const std::vector<Evidence>& evidence, const Progress& progress)
+    Grouping(const RayExchange& exchange, const std::vector<EvidenceOfOne>& evidence, const Progress& progress)
         : exchange_(exchange),
           evidence_(evidence),
           progress_(progress),
           group(exchange.sender.size(), 0),
-          order_(exchange.sender.size()) {
-        std::iota(order_.begin(), order_.end(), 0u);
-        std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+          bisection_(exchange.sender.size(), normal_weight) {
+        std::vector<std::uint32_t>& order = bisection_.order;
+        const auto before = [&](std::uint32_t a, std::uint32_t b) {
             return exchange.sender[a].part < exchange.sender[b].part;
-        });
-        for (std::size_t first = 0; first < order_.size();) {
+        };
+        if (!std::is_sorted(order.begin(), order.end(), before)) std::stable_sort(order.begin(), order.end(), before);
+        report(progress, 0, order.size());
+        for (std::size_t first = 0; first < order.size();) {
             std::size_t last = first + 1;
-            while (last < order_.size() && exchange.sender[order_[last]].part == exchange.sender[order_[first]].part)
+            while (last < order.size() && exchange.sender[order[last]].part == exchange.sender[order[first]].part)
                 ++last;
             divide(first, last);
             first = last;
@@ -49,68 +58,37 @@ public:
     std::size_t count() const { return count_; }
 
 private:
-    void divide(std::size_t first, std::size_t last) {
-        report(progress_, first, order_.size());
+    Evidence of(std::size_t first, std::size_t last) const {
         Evidence all;
-        for (std::size_t k = first; k < last; ++k) all += evidence_[order_[k]];
-        if (all.effective_rays() >= 2.0 * least_rays && last - first > 1) {
-            const std::size_t middle = bisect(first, last);
-            Evidence below, above;
-            for (std::size_t k = first; k < last; ++k) (k < middle ? below : above) += evidence_[order_[k]];
+        for (std::size_t k = first; k < last; ++k) all += evidence_[bisection_.order[k]];
+        report(progress_, first, bisection_.order.size());
+        return all;
+    }
+
+    void divide(std::size_t first, std::size_t last) {
+        if (of(first, last).effective_rays() >= 2.0 * least_rays && last - first > 1) {
+            const std::size_t middle =
+                bisection_.halve(first, last, exchange_.place, standing_at(first, bisection_.order.size(), progress_));
+            const Evidence below = of(first, middle), above = of(middle, last);
             if (below.effective_rays() >= least_rays && above.effective_rays() >= least_rays) {
                 divide(first, middle);
                 divide(middle, last);
                 return;
             }
         }
-        for (std::size_t k = first; k < last; ++k) group[order_[k]] = static_cast<std::uint32_t>(count_);
+        for (std::size_t k = first; k < last; ++k) group[bisection_.order[k]] = static_cast<std::uint32_t>(count_);
         ++count_;
     }
 
-    // Puts one half first: of the longest side of the box around positions, in which a unit of the normal is half of
-    // its longest side.
-    std::size_t bisect(std::size_t first, std::size_t last) {
-        constexpr double infinite = std::numeric_limits<double>::infinity();
-        double least[6], most[6];
-        std::fill_n(least, 6, infinite);
-        std::fill_n(most, 6, -infinite);
-        for (std::size_t k = first; k < last; ++k) {
-            const RayExchange::Place place = exchange_.place(order_[k]);
-            for (int axis = 0; axis < 6; ++axis) {
-                const double at = axis < 3 ? place.position[axis] : place.normal[axis - 3];
-                least[axis] = std::min(least[axis], at);
-                most[axis] = std::max(most[axis], at);
-            }
-        }
-        double extent = 0.0;
-        for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, most[axis] - least[axis]);
-        int widest = 0;
-        double width = -1.0;
-        for (int axis = 0; axis < 6; ++axis)
-            if (const double w = (axis < 3 ? 1.0 : 0.5 * extent) * (most[axis] - least[axis]); w > width)
-                width = w, widest = axis;
-        const auto key = [&](std::uint32_t j) {
-            const RayExchange::Place place = exchange_.place(j);
-            return widest < 3 ? place.position[widest] : place.normal[widest - 3];
-        };
-        const std::size_t half = (last - first) / 2;
-        const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
-        std::nth_element(at(first), at(first + half), at(last), [&](std::uint32_t a, std::uint32_t b) {
-            const double p = key(a), q = key(b);
-            return p < q || (p == q && a < b);
-        });
-        return first + half;
-    }
-
     const RayExchange& exchange_;
-    const std::vector<Evidence>& evidence_;
+    const std::vector<EvidenceOfOne>& evidence_;
     const Progress& progress_;
 
 public:
     std::vector<std::uint32_t> group;  // of each sender
 
 private:
-    std::vector<std::uint32_t> order_;
+    Bisection bisection_;
     std::size_t count_ = 0;
 };
 
@@ -123,21 +101,22 @@ struct Account {
 struct GroupOfSenders {
     std::uint32_t part = 0;
     Evidence received;
-    double receivers_excess = 0.0, excess = 0.0, variance = 0.0;
-    double all_power = 0.0, power_met = 0.0;  // what it sends, and what of that its own rays say meets fronts
-    Account area, power;                      // of what rows carry
-    double squared = 0.0;                     // what all receive, weighted by the square of what is carried
+    double receivers_bias = 0.0, bias = 0.0, variance = 0.0;
+    double power_met = 0.0;  // what of all that it sends meets fronts, by its own rays
+    Account area, power;     // of what rows carry
+    double squared = 0.0;    // what all receive, weighted by the square of what is carried
 
     double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
-    // Inverse-variance weight of what is sent, beside what is received.
+    // Inverse-variance weight of what is sent, beside what is received. Bias is all alike in a group: it adds up.
     double sender_weight() const {
         if (!(received.sum > 0.0) || !(power_met > 0.0)) return 0.0;
         const double sent_squared = power_met * power_met, sum_squared = received.sum * received.sum;
-        const double relative_variance = received.squares / sum_squared;
-        // Interpolation may be off by as much as nodes differ, and everywhere alike.
-        const double uncertain = (variance + std::max(0.0, excess) * all_power) / sent_squared +
-                                 std::max(0.0, receivers_excess) / received.sum;
-        return relative_variance / (relative_variance + uncertain);
+        const double theirs = (received.squares + receivers_bias * receivers_bias) / sum_squared;
+        return theirs / (theirs + (variance + bias * bias) / sent_squared);
+    }
+    double loss_scale() const {
+        const double lost = power.all - power.sent;
+        return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
     // The factor a + b B of senders of which rows carry B, with which both accounts are as wanted.
     void factor(double& a, double& b) const {
@@ -146,10 +125,6 @@ struct GroupOfSenders {
         if (!(determinant > even * area.found * squared)) return;
         a = (area.wanted * squared - power.wanted * power.found) / determinant;
         b = (area.found * power.wanted - power.found * area.wanted) / determinant;
-    }
-    double loss_scale() const {
-        const double lost = power.all - power.sent;
-        return lost > rounding * power.all ? std::max(0.0, power.all - power.found) / lost : 0.0;
     }
 };
 
@@ -163,9 +138,10 @@ public:
     Balancing(const RayExchange& exchange, const Progress& progress)
         : g_(exchange), weights_(exchange.area.size()), received_(exchange.sender.size()) {
         out.rows.assign(exchange.area.size(), 1.0);
-        out.senders.assign(exchange.sender.size(), 1.0);
         make_groups(progress);
+        out.senders.assign(exchange.sender.size(), 1.0);
         receive();
+        report(progress, 0, most_rounds);
         for (GroupOfSenders& of : groups_) {
             const double weight = of.sender_weight();
             of.area.reconcile(weight);
@@ -183,12 +159,12 @@ public:
             for (std::size_t j = 0; j < out.senders.size(); ++j) {
                 const std::uint32_t k = out.group[j];
                 if (!parts_[g_.sender[j].part].done)
-                    out.senders[j] *= std::clamp(a[k] + b[k] * g_.sender[j].carried, 1.0 / largest_step, largest_step);
+                    out.senders[j] *= std::clamp(a[k] + b[k] * static_cast<double>(g_.sender[j].carried),
+                                                 1.0 / largest_step, largest_step);
             }
             receive();
         }
-        out.lost.reserve(out.senders.size());
-        for (std::size_t j = 0; j < out.senders.size(); ++j) out.lost.push_back(groups_[out.group[j]].loss_scale());
+        for (const GroupOfSenders& of : groups_) out.lost.push_back(of.loss_scale());
     }
 
     ReciprocalScaling out;
@@ -206,7 +182,7 @@ private:
         for (GroupOfSenders& of : groups_) of.area.found = of.power.found = of.squared = 0.0;
         for (std::size_t j = 0; j < received_.size(); ++j) {
             GroupOfSenders& of = groups_[out.group[j]];
-            const double carried = g_.sender[j].carried, found = out.senders[j] * received_[j];
+            const double carried = static_cast<double>(g_.sender[j].carried), found = out.senders[j] * received_[j];
             of.area.found += found;
             of.power.found += carried * found;
             of.squared += carried * carried * found;
@@ -234,35 +210,41 @@ private:
 
     void make_groups(const Progress& progress) {
         const std::size_t rows = g_.area.size(), senders = g_.sender.size();
-        std::vector<Evidence> evidence(senders);
+        std::vector<EvidenceOfOne> evidence(senders);
+        const Progress starting = standing_at(0, most_rounds, progress);
+        report(starting, 0, 1);
         g_.scatter(g_.area, received_);
-        for (std::size_t j = 0; j < senders; ++j) evidence[j].sum = std::max(0.0, received_[j]);
+        for (std::size_t j = 0; j < senders; ++j) evidence[j].sum = static_cast<float>(std::max(0.0, received_[j]));
         for (std::size_t k = 0; k < rows; ++k) weights_[k] = g_.area[k] * g_.area[k] / std::max(1u, g_.rays[k]);
         g_.scatter(weights_, received_);
-        for (std::size_t j = 0; j < senders; ++j) evidence[j].squares = std::max(0.0, received_[j]);
+        for (std::size_t j = 0; j < senders; ++j) evidence[j].squares = static_cast<float>(std::max(0.0, received_[j]));
         for (std::size_t k = 0; k < rows; ++k)
-            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.excess_variance[k] / (g_.met[k] * g_.met[k]) : 0.0;
+            weights_[k] = g_.met[k] > 0.0 ? g_.area[k] * g_.bias[k] / g_.met[k] : 0.0;
+        report(starting, 0, 1);
         g_.scatter(weights_, received_);
+        report(starting, 0, 1);
         Grouping grouping(g_, evidence, progress);
         out.groups = grouping.count();
         out.group = std::move(grouping.group);
         groups_.resize(out.groups);
         for (std::size_t j = 0; j < senders; ++j) {
+            report_some(starting, j, senders, 1 << 20);
             const RayExchange::Sender& sender = g_.sender[j];
-            const double power = sender.radiosity * sender.area, carried = sender.carried * sender.area;
+            const auto radiosity = static_cast<double>(sender.radiosity), area = static_cast<double>(sender.area);
+            const auto met = static_cast<double>(sender.met);
+            const double power = radiosity * area, carried = static_cast<double>(sender.carried) * area;
             GroupOfSenders& of = groups_[out.group[j]];
             of.part = sender.part;
-            of.received +=
-                {sender.radiosity * evidence[j].sum, sender.radiosity * sender.radiosity * evidence[j].squares};
-            of.receivers_excess += sender.radiosity * received_[j];
-            of.area.all += sender.area;
-            of.area.sent += sender.area * static_cast<double>(sender.met);
+            of.received.sum += radiosity * static_cast<double>(evidence[j].sum);
+            of.received.squares += radiosity * radiosity * static_cast<double>(evidence[j].squares);
+            of.receivers_bias += radiosity * received_[j];
+            of.area.all += area;
+            of.area.sent += area * met;
             of.power.all += carried;
-            of.power.sent += carried * static_cast<double>(sender.met);
-            of.all_power += power;
-            of.power_met += power * static_cast<double>(sender.met);
-            of.excess += power * static_cast<double>(sender.excess_variance);
-            of.variance += sender.radiosity * power * sender.variance;
+            of.power.sent += carried * met;
+            of.power_met += power * met;
+            of.bias += power * static_cast<double>(sender.bias);
+            of.variance += radiosity * power * static_cast<double>(sender.variance);
             if (sender.part >= parts_.size()) parts_.resize(sender.part + 1);
         }
     }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "surflux/core/bisection.h"
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 
@@ -13,8 +14,8 @@ namespace surflux {
 // Shares of a place's cosine-weighted hemisphere that meet no fronts, estimated by rays, with their variance.
 struct HemisphereLoss {
     double escape = 0.0, into_backs = 0.0;
-    double excess_variance = 0.0;  // among the nodes it is interpolated from, less that of their rays; of either sign
-    double variance = 0.0;         // by their rays, times the area that varies as one
+    double bias = 0.0;      // what met() may be off by as it is interpolated
+    double variance = 0.0;  // by the rays of the nodes it is interpolated from, times the area that varies as one
     double met() const { return std::max(0.0, 1.0 - escape - into_backs); }
 };
 
@@ -33,27 +34,25 @@ struct RayExchange {
     std::vector<double> area;  // that each row stands for: the integral of its weights
     std::vector<double> met;   // share of each row's hemisphere that meets fronts
     std::vector<std::uint32_t> rays;
-    std::vector<double> excess_variance;  // of `met`, around each row
+    std::vector<double> bias;  // what interpolating `met` around each row may be off by
+    // In floats, so in units of the scene: areas of its own, `area` too, and radiosity of the brightest.
     struct Sender {
-        double radiosity;  // about what it sends
-        double carried;    // of that, what goes by these rows: its power is kept
-        double area;
-        double variance;  // as in HemisphereLoss, as are the next two
-        float met, excess_variance;
-        std::uint32_t part;  // connected part of the scene
+        float radiosity;  // about what it sends
+        float carried;    // of that, what goes by these rows: its power is kept
+        float area;
+        float met, bias, variance;  // as in HemisphereLoss
+        std::uint32_t part;         // connected part of the scene
     };
     std::vector<Sender> sender;
-    struct Place {
-        Vec3 position, normal;
-    };
+    using Place = PlaceAndNormal;
     std::function<Place(std::size_t sender)> place;
 };
 
 struct ReciprocalScaling {
     std::vector<double> rows, senders;
-    std::vector<double> lost;          // of each sender: what its own rays say it loses is to be multiplied by
     std::vector<std::uint32_t> group;  // of each sender
     std::size_t groups = 0;
+    std::vector<double> lost;  // of each group: what its senders' own rays say they lose is to be multiplied by
     std::vector<double> sender_weight;  // of each group, by inverse variances: of what senders' own rays say
     // Sum over groups of |received - sent|, over all that is sent: of everything, and of the part that is worst.
     double before = 0.0, after = 0.0;

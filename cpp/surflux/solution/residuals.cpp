@@ -211,20 +211,25 @@ private:
 
 }  // namespace
 
-Regions::Regions(const Surfels& surfels, std::size_t wanted) : of(surfels.size()) {
+Regions::Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress) : of(surfels.size()) {
     std::vector<std::uint32_t> along_curve[6];
-    for (const std::uint32_t i : morton_order(surfels.positions))
+    std::size_t done = 0;
+    for (const std::uint32_t i : morton_order(surfels.positions, progress)) {
         along_curve[main_direction(surfels.normals[i])].push_back(i);
+        report_some(progress, ++done, surfels.size(), 1 << 20);
+    }
     double total = 0.0, area = 0.0;
     for (const double a : surfels.areas) total += a;
     for (const std::vector<std::uint32_t>& order : along_curve)
         for (const std::uint32_t i : order) {
+            report_some(progress, --done, surfels.size(), 1 << 20);
             if (i == order.front() || area * static_cast<double>(wanted) >= total) ++count, area = 0.0;
             area += surfels.areas[i];
             of[i] = static_cast<std::uint32_t>(count - 1);
         }
     share.resize(count), reflectance.resize(count);
     for (std::size_t i = 0; i < of.size(); ++i) {
+        report_some(progress, i, of.size(), 1 << 20);
         share[of[i]] += surfels.areas[i];
         reflectance[of[i]] += surfels.areas[i] * surfels.reflectance[i];
     }

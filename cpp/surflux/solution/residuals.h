@@ -9,7 +9,7 @@ namespace surflux {
 
 // The coarse grid of error_from(): regions of the surface, of about equal area, alike in position and normal.
 struct Regions {
-    Regions(const Surfels& surfels, std::size_t wanted);
+    Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress = {});
     std::vector<std::uint32_t> of;  // each surfel's
     std::vector<double> share;      // of all area
     std::vector<Rgb> reflectance;   // mean, by area

@@ -24,13 +24,15 @@ constexpr double most_share = 0.25;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec;
 
 // Irradiance of the scene's surfels: means over those inserted below each, by area.
-std::vector<Rgb> means_of_scene(const Surfels& s, const Solution& solution) {
+std::vector<Rgb> means_of_scene(const Surfels& s, const Solution& solution, const Progress& progress) {
     std::vector<Rgb> out(s.size());
     std::vector<double> areas(s.size(), 0.0);
     for (std::size_t k = 0; k < solution.parents.size(); ++k) {
+        report_some(progress, k, solution.parents.size(), 1 << 20);
         areas[solution.parents[k]] += solution.surfels.areas[k];
         out[solution.parents[k]] += solution.surfels.areas[k] * solution.irradiance[k];
     }
+    report(progress, s.size(), s.size());
     for (std::size_t i = 0; i < s.size(); ++i)
         if (areas[i] > 0.0) out[i] *= 1.0 / areas[i];
     return out;
@@ -54,12 +56,16 @@ std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, st
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
                           const SelfCheckOptions& options, const Progress& progress) {
     const Surfels& leaves = solution.surfels;
+    const Progress starting = standing_at(0, 1, progress);
+    report(starting, 0, 1);
     const std::vector<std::uint32_t> drawn = drawn_by_area(leaves, options.surfels, options.seed);
     if (drawn.empty()) return {};
-    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region));
-    const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution);
+    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region), starting);
+    const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution, starting);
     const SurfelPoints points(leaves);
+    report(starting, 0, 1);
     const LightSampler lights(scene);
+    report(starting, 0, 1);
     // Of both halves: of each surfel first one, then the other.
     std::vector<ResidualRays::Sequences> sequences;
     for (std::size_t k = 0; k < 2 * drawn.size(); ++k) sequences.emplace_back(options.seed, k);
@@ -79,6 +85,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     Rgb balance;
     double area = 0.0;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
+        report_some(starting, i, leaves.size(), 1 << 20);
         balance += leaves.areas[i] * (solution.direct[i] + radiosity(i) - solution.irradiance[i]);
         area += leaves.areas[i];
     }

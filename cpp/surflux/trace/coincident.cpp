@@ -23,8 +23,8 @@ public:
           triangles_(triangle_ranges(s_)),
           out_{std::vector<std::uint32_t>(s_.size(), Hit::none), std::vector<char>(s_.size(), 0)} {}
 
-    Coincident run() {
-        const std::vector<std::uint32_t> order = place_order(s_.positions);
+    Coincident run(const Progress& progress) {
+        const std::vector<std::uint32_t> order = place_order(s_.positions, progress);
         for (std::size_t first = 0, last; first < order.size(); first = last) {
             for (last = first + 1; last < order.size() && s_.positions[order[last]] == s_.positions[order[first]];)
                 ++last;
@@ -103,6 +103,8 @@ private:
 
 }  // namespace
 
-Coincident find_coincident(const Scene& scene) { return CoincidentFinder(scene).run(); }
+Coincident find_coincident(const Scene& scene, const Progress& progress) {
+    return CoincidentFinder(scene).run(progress);
+}
 
 }  // namespace surflux

@@ -14,6 +14,6 @@ struct Coincident {
     std::vector<char> is_copy;        // a disk that is the same as an earlier one in all that rays meet
 };
 
-Coincident find_coincident(const Scene& scene);
+Coincident find_coincident(const Scene& scene, const Progress& progress = {});
 
 }  // namespace surflux

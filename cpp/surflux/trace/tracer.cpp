@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/trace/coincident.h"
 #include "surflux/trace/embree_api.h"
 #include "surflux/trace/tracer_impl.h"
@@ -36,10 +37,13 @@ Tracer::Impl::Impl(const Surfels& surfels)
 
 Tracer::Tracer(const Scene& scene, const Progress& progress) : impl_(std::make_unique<Impl>(scene.surfels)) {
     const Surfels& s = scene.surfels;
-    const Coincident coincident = find_coincident(scene);
+    const Progress starting = standing_at(0, s.size(), progress);
+    report(starting, 0, 1);
+    const Coincident coincident = find_coincident(scene, starting);
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
     impl_->disks.resize(s.size());
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
+    const auto add_disk = [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
         Impl::Disk& d = impl_->disks[i];
         impl_->to_local(s.positions[i], d.position);
         for (int axis = 0; axis < 3; ++axis) d.normal[axis] = static_cast<float>(s.normals[i][axis]);
@@ -49,7 +53,8 @@ Tracer::Tracer(const Scene& scene, const Progress& progress) : impl_(std::make_u
         d.object = scene.object[i];
         d.twin = coincident.twin[i];
         d.spread = scene.spread.empty() ? 0.0f : impl_->to_local(scene.spread[i]);
-    }
+    };
+    parallel_for(s.size(), 4096, add_disk, starting);
     impl_->end_begin = end_ranges(s);
     for (const DiskEnd& e : s.ends)
         impl_->ends.push_back(

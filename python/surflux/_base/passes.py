@@ -41,7 +41,7 @@ def watched(threads, progress):
     Passes that this thread begins in it keep to the limit, and report to stage(their name): to the caller's callback,
     or to a bar each.
     """
-    with thread_limit(threads), stage_callback(progress) as show, _shown_by(show):
+    with thread_limit(threads), stage_callback(progress) as show, shown_by(show):
         yield
 
 
@@ -106,7 +106,7 @@ def in_threads(jobs, names, threads=None, order=None):
             told[k] = f"{names[k]}: {label}", done, total
             return not stop.is_set()
 
-        with thread_limit(None if threads is None else threads // workers), _shown_by(note):
+        with thread_limit(None if threads is None else threads // workers), shown_by(note):
             try:
                 return jobs[k]()
             finally:
@@ -130,7 +130,8 @@ def in_threads(jobs, names, threads=None, order=None):
 
 
 @contextlib.contextmanager
-def _shown_by(show):
+def shown_by(show):
+    """Passes of this thread report to show(stage, done, total) while the block runs."""
     before = getattr(_watch, "show", None)
     _watch.show = show
     try:

@@ -3,7 +3,8 @@
 Each case is run once to warm up and then several times; seconds are medians, all stages counted. An error is measured
 against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
 what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
-with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`).
+with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
+what each constant of a solver that is no option trades (`constants`).
 """
 
 import argparse
@@ -32,8 +33,9 @@ def main(arguments=None):
     parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
+    parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
-    parser.add_argument("--scene", action="append", metavar="NAME", help="with --quick, --full or --scale: only this")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
     parser.add_argument(
         "--paths",
         type=int,
@@ -59,7 +61,14 @@ def main(arguments=None):
 
         areas.main(options.repeats, options.threads, options.markdown, options.json, options.plot, heading())
         return 0
-    run = {"quick": _solvers, "full": _solvers, "scale": _scale, "reference": _reference, "cases": _cases}[kind]
+    run = {
+        "quick": _solvers,
+        "full": _solvers,
+        "scale": _scale,
+        "reference": _reference,
+        "constants": _constants,
+        "cases": _cases,
+    }[kind]
     rows, text = run(options)
     text = heading() + text
     print(text)
@@ -72,8 +81,9 @@ def main(arguments=None):
 
 
 def _kind(options):
-    """What is asked for: "quick", "full", "scale", "reference", "areas", or "cases" where none of these is."""
-    chosen = [kind for kind in ("quick", "full", "scale", "reference", "areas") if getattr(options, kind)]
+    """What is asked for, one of the options' names, or "cases" where none of these is."""
+    kinds = ("quick", "full", "scale", "reference", "areas", "constants")
+    chosen = [kind for kind in kinds if getattr(options, kind)]
     if len(chosen) > 1:
         raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
     return chosen[0] if chosen else "cases"
@@ -97,7 +107,7 @@ def _check_options(options, kind):
     if options.cache and kind != "scale":
         raise ValueError("--cache: goes with --scale")
     if options.scene and not _scenes(kind):
-        raise ValueError("--scene: goes with --quick, --full or --scale")
+        raise ValueError("--scene: goes with --quick, --full, --scale or --constants")
     for option, names in (("case", cases.CASES), ("scene", _scenes(kind))):
         for name in getattr(options, option) or ():
             if name not in names:
@@ -121,7 +131,7 @@ def _scenes(kind):
         from surflux.bench import scale
 
         return tuple(scale.SCENES)
-    return scenes.NAMES if kind in ("quick", "full") else ()
+    return scenes.NAMES if kind in ("quick", "full", "constants") else ()
 
 
 def _cases(options):
@@ -146,13 +156,7 @@ def _solvers(options):
     from surflux.bench import solvers
     from surflux.bench.truth import PATHS_A_ROUND
 
-    names = []
-    for name in options.scene or scenes.NAMES:
-        reason = scenes.why_not(name)
-        if reason:
-            print(f"bench: {name} left out: {reason}", file=sys.stderr)
-        else:
-            names.append(name)
+    names = _scenes_there(options.scene or scenes.NAMES)
     mode = solvers.QUICK if options.quick else solvers.FULL
     if options.paths is not None:
         mode = replace(mode, rounds=math.ceil(options.paths / PATHS_A_ROUND))
@@ -162,6 +166,25 @@ def _solvers(options):
 
         plot.draw(rows, options.plot)
     return rows, solvers.table(rows)
+
+
+def _scenes_there(names):
+    """Those of the scenes that can be built here; of the others it is said why."""
+    out = []
+    for name in names:
+        reason = scenes.why_not(name)
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+        else:
+            out.append(name)
+    return out
+
+
+def _constants(options):
+    from surflux.bench import constants
+
+    rows = constants.measure(_scenes_there(options.scene or constants.SCENES), options.repeats, options.threads)
+    return rows, constants.table(rows)
 
 
 def _scale(options):

@@ -5,20 +5,43 @@ import numpy as np
 from surflux import _core
 
 
-def make_core(points, normals, radii, areas=None, reflectance=0.5, emission=0.0, triangles=None, triangle_surfel=None):
-    """_core.Surfels of arrays as Surfels takes them; one number stands for all surfels and channels."""
+def make_core(
+    points,
+    normals,
+    radii,
+    areas=None,
+    reflectance=0.5,
+    emission=0.0,
+    triangles=None,
+    triangle_surfel=None,
+    specular=None,
+    exponent=None,
+):
+    """_core.Surfels of arrays as Surfels takes them; one number stands for all surfels and channels.
+
+    specular, exponent: (n, 3) and (n,), or None for none and for the usual one.
+    """
     reflectance, emission = (
         np.broadcast_to(np.asarray(v, np.float64), (len(points), 3)) for v in (reflectance, emission)
     )
     if triangles is None:
         triangles, triangle_surfel = np.zeros((0, 3, 3)), np.zeros(0, np.uint32)
-    return _core.Surfels(points, normals, radii, areas, reflectance, emission, triangles, triangle_surfel)
+    materials = (reflectance, emission, triangles, triangle_surfel, specular, exponent)
+    return _core.Surfels(points, normals, radii, areas, *materials)
 
 
 def replaced(core, **arrays):
     """core with other arrays in place of some, by the names of its attributes."""
     names = ("positions", "normals", "radii", "areas", "reflectance", "emission", "triangles", "triangle_surfel")
+    names += ("specular", "exponent") if core.has_gloss or "specular" in arrays else ()
     return _core.Surfels(*(arrays[name] if name in arrays else getattr(core, name) for name in names))
+
+
+def gloss_at(core, indices):
+    """The arrays specular and exponent of make_core, of the surfels at the indices; {} where nothing is specular."""
+    if not core.has_gloss:
+        return {}
+    return {"specular": core.specular[indices], "exponent": core.exponent[indices]}
 
 
 def moved(core, scale, rotation, translation):

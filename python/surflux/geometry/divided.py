@@ -4,7 +4,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.passes import stage
-from surflux.geometry.cores import make_core
+from surflux.geometry.cores import gloss_at, make_core
 from surflux.geometry.patches import assemble_patches
 
 # Faces that stand close together cut a patch one after the other: what is between them is a small part of the patch,
@@ -100,5 +100,6 @@ def _with_pieces(core, rings):
         core.emission[of],
         triangles[by_owner],
         place[owner][by_owner].astype(np.uint32),
+        **gloss_at(core, of),
     )
     return cut, of

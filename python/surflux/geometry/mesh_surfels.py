@@ -8,6 +8,7 @@ from surflux import _core
 from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
+from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
 
@@ -19,9 +20,10 @@ class Faces(NamedTuple):
     merged: np.ndarray
 
 
-def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=False):
-    """(_core.Surfels, Faces) of a Mesh with reflectance and emission (f, 3) per face."""
-    patches = make_patches(*mesh[:3], patch_area, np.hstack([reflectance, emission]), divided=True)
+def surfels_of_patches(mesh, patch_area, reflectance, emission, gloss, back_of_sheets=False):
+    """(_core.Surfels, Faces) of a Mesh with reflectance and emission (f, 3) and gloss (see gloss_arrays) per face."""
+    materials = np.column_stack([reflectance, emission, *gloss.values()])
+    patches = make_patches(*mesh[:3], patch_area, materials, divided=True)
     core = _core.Surfels(
         patches.centroids,
         patches.normals,
@@ -31,6 +33,7 @@ def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=F
         emission[patches.faces],
         patches.triangles,
         patches.triangle_patch,
+        **{name: values[patches.faces] for name, values in gloss.items()},
     )
     if not back_of_sheets:
         return core, Faces(patches.faces, patches.merged)
@@ -38,8 +41,8 @@ def surfels_of_patches(mesh, patch_area, reflectance, emission, back_of_sheets=F
     return with_backs(core, sheet), Faces(np.concatenate([patches.faces, patches.faces[sheet]]), patches.merged)
 
 
-def sampled_surfels(mesh, n, seed, reflectance, emission):
-    """_core.Surfels: n blue-noise ones on a Mesh, with reflectance, None for the mesh's own, and emission (n, 3)."""
+def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
+    """_core.Surfels: n blue-noise ones on a Mesh; emission (n, 3), gloss, and reflectance, None for the mesh's own."""
     patches = make_patches(*mesh[:3], paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stage("samples"))
@@ -48,4 +51,5 @@ def sampled_surfels(mesh, n, seed, reflectance, emission):
     normals = patches.normals[patch]
     if reflectance is None:
         reflectance = mesh.face_reflectance()[patches.faces[patch]]
-    return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission)
+    require_energy(reflectance, gloss)
+    return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission, **gloss)

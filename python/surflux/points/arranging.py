@@ -10,9 +10,10 @@ from surflux._base import check
 from surflux._base.passes import stage, watched
 from surflux._base.types import Progress, SomeSurfels
 from surflux.geometry.areas import surface_area
-from surflux.geometry.cores import make_core, moved, replaced
+from surflux.geometry.cores import gloss_at, make_core, moved, replaced
 from surflux.geometry.divided import cut_at_walls
 from surflux.geometry.estimates import estimated_radii
+from surflux.geometry.gloss import NO_GLOSS, gloss_arrays, require_energy
 
 
 def flipped(self: SomeSurfels, mask: ArrayLike | None = None) -> SomeSurfels:
@@ -43,8 +44,10 @@ def replace(
     areas: ArrayLike | None = None,
     reflectance: ArrayLike | None = None,
     emission: ArrayLike | None = None,
+    specular: ArrayLike | None = None,
+    exponent: ArrayLike | None = None,
 ) -> SomeSurfels:
-    """The same surfels with other radii, areas, reflectance or emission, as Surfels takes them; None keeps them.
+    """The same surfels with other radii, areas or materials, as Surfels takes them; None keeps them.
 
     Raises:
         ValueError: an argument, by name.
@@ -64,6 +67,13 @@ def replace(
         given["reflectance"] = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
     if emission is not None:
         given["emission"] = check.per_surfel_rgb("emission", emission, n)
+    core = self._core
+    if specular is not None or exponent is not None:
+        specular = core.specular if specular is None else specular
+        given |= gloss_arrays(specular, core.exponent if exponent is None else exponent, n) or NO_GLOSS
+    if core.has_specular or "specular" in given:
+        gloss = {"specular": given.get("specular", core.specular)}
+        require_energy(given.get("reflectance", core.reflectance), gloss if gloss["specular"] is not None else {})
     return self._from_core(replaced(self._core, **given), self._faces)
 
 
@@ -98,7 +108,7 @@ def thinned(
 ) -> SomeSurfels:
     """A blue-noise subset of n surfels, by weighted sample elimination (Yuksel 2015).
 
-    Positions, normals, reflectance and emission are kept; areas are left open. Radii are estimated anew, but where
+    Positions, normals and materials are kept; areas are left open. Radii are estimated anew, but where
     a surfel stands alone (outliers of a scan survive any thinning) its disk grows no further than it was, or
     than four times the packing radius sqrt(area / (2 sqrt(3) n)) of that blue noise (1.6 of them are usual).
     Patches of a mesh lose their triangles and become disks.
@@ -127,7 +137,8 @@ def thinned(
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
         normals = np.ascontiguousarray(self.normals[kept])
         radii = np.minimum(estimated_radii(points, normals), largest)
-    core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept])
+    gloss = gloss_at(self._core, kept)
+    core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept], **gloss)
     return self._from_core(core)
 
 

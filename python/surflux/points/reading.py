@@ -18,6 +18,7 @@ from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals
+from surflux.geometry.gloss import USUAL_EXPONENT
 from surflux.points.surfels import Surfels
 from surflux.points.writing import COLOR_NAMES, CORNER_NAMES
 
@@ -41,7 +42,8 @@ def read(
 
     PLY, ascii or binary of either byte order. The vertices become surfels; faces, but for the patches that
     Surfels.save writes, are left out, with a warning (Surfels.from_mesh is for them). Read are the properties `x y z`,
-    `nx ny nz`, `radius`, `area`, `reflectance_r/g/b`, `emission_r/g/b` and the colours `red green blue`.
+    `nx ny nz`, `radius`, `area`, `reflectance_r/g/b`, `emission_r/g/b`, `specular_r/g/b`, `exponent` and the
+    colours `red green blue`.
 
     Args:
         path: str or path.
@@ -99,11 +101,12 @@ def _surfels_of_file(path, arrays, reflectance, emission, viewpoint):
             areas=arrays["areas"],
             reflectance=reflectance,
             emission=emission,
+            **arrays["gloss"],
             viewpoint=viewpoint,
         )
     except ValueError as error:
-        # A message begins with the argument it is about: these four come from the file.
-        if str(error).startswith(("points", "normals", "radii", "areas")):
+        # A message begins with the argument it is about: these come from the file.
+        if str(error).startswith(("points", "normals", "radii", "areas", "specular", "exponent")):
             raise file_error(path, str(error)) from error
         raise
     if len(arrays["triangles"]):
@@ -121,7 +124,8 @@ def load_arrays(path, format=None):
     Returns:
         dict: "points" (n, 3); "normals" (n, 3), unit, rows of NaN where the file's are zero or not finite; "radii",
         "areas" (n,); "reflectance", "emission", "radiosity", "irradiance", "direct" (n, 3), linear; each of these but
-        the points is None where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the
+        the points is None where the file has none. "gloss": dict of "specular" (n, 3) and "exponent" (n,), empty
+        where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the
         patches. "faces": how many others there are, of which nothing is read. "columns": all other properties of the
         vertices by name, (n,). "comments": list of str.
 
@@ -151,6 +155,7 @@ def load_arrays(path, format=None):
     elif np.any(out["reflectance"] >= 1.0):
         row = int(np.argmax(np.any(out["reflectance"] >= 1.0, axis=1)))
         raise file_error(path, f"vertex {row}: reflectance is {out['reflectance'][row].max():g}; wanted less than 1")
+    out["gloss"] = _take_gloss(path, columns)
     out["triangles"], out["triangle_surfel"] = _patches(path, ply, len(points))
     out["faces"] = ply["elements"].get("face", 0)
     out["columns"] = columns
@@ -216,6 +221,16 @@ def _take_radii(path, columns):
         return None
     _check_rows(path, "radius", radii, np.nextafter(0.0, 1.0))
     return radii
+
+
+def _take_gloss(path, columns):
+    specular = _take(path, columns, tuple(f"specular_{channel}" for channel in "rgb"))
+    if specular is None:  # and an exponent is something else
+        return {}
+    _check_rows(path, "specular", specular, 0.0)
+    exponent = columns.pop("exponent", np.full(len(specular), USUAL_EXPONENT))
+    _check_rows(path, "exponent", exponent, 0.0)
+    return {"specular": specular, "exponent": exponent}
 
 
 def _take_colors(path, columns, types):

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux._base import check
 from surflux._base.passes import watched
-from surflux._base.types import FilePath, Floats, Integer, Integers, Mesh, Points, Progress
-from surflux.drawing.area_window import plot_areas
-from surflux.drawing.plots import Picture, plot, to_polydata
+from surflux._base.types import FilePath, Floats, Integers, Mesh, Points, Progress
+from surflux.drawing.plots import to_polydata
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
+from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
-from surflux.points import arranging, summaries
+from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
 from surflux.points.writing import ply_path, save_surfels
 
@@ -41,6 +41,8 @@ class Surfels:
             Where n is 3, three numbers are one RGB. None for the colours of a cloud, sRGB made linear (white at .98),
             or 0.5 where it has none.
         emission: exitance of the surfel itself, at least 0; the same shapes.
+        specular, exponent: what reference_radiance and transfer of distant light reflect besides, around the mirror
+            direction, and how narrowly; solvers leave it out. See these properties.
         viewpoint: (3,), the side from which the points were seen: estimated normals turn towards it.
             Given normals stay as they are.
         two_sided: True appends a copy of every surfel that faces the other way.
@@ -79,6 +81,8 @@ class Surfels:
         areas: ArrayLike | None = None,
         reflectance: ArrayLike | None = 0.5,
         emission: ArrayLike = 0.0,
+        specular: ArrayLike = 0.0,
+        exponent: ArrayLike = USUAL_EXPONENT,
         viewpoint: ArrayLike | None = None,
         two_sided: bool = False,
         threads: int | None = None,
@@ -97,13 +101,14 @@ class Surfels:
             areas = check.per_surfel("areas", areas, n)
         reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = check.per_surfel_rgb("emission", emission, n)
+        gloss = require_energy(reflectance, gloss_arrays(specular, exponent, n))
         two_sided = check.flag("two_sided", two_sided)
         with watched(threads, progress):
             if normals is None:
                 normals = estimated_normals(points, viewpoint)
             if radii is None:
                 radii = estimated_radii(points, normals)
-        core = make_core(points, normals, radii, areas, reflectance, emission)
+        core = make_core(points, normals, radii, areas, reflectance, emission, **gloss)
         self._core = core.two_sided() if two_sided else core
         self._arrays = {}
         self._faces = None
@@ -124,6 +129,8 @@ class Surfels:
         reflectance: ArrayLike | None = 0.5,
         emission: ArrayLike = 0.0,
         *,
+        specular: ArrayLike = 0.0,
+        exponent: ArrayLike = USUAL_EXPONENT,
         two_sided: bool | Literal["sheets"] = False,
         threads: int | None = None,
         progress: Progress = False,
@@ -143,7 +150,7 @@ class Surfels:
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
                 mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98),
                 the mean over each face; else 0.5.
-            emission: exitance, at least 0; the same shapes.
+            emission, specular: the same shapes. exponent: one number, or one per face.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
                 belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
                 areas add up to more than half their area (0 where a piece is closed, all of it where it is flat).
@@ -177,8 +184,9 @@ class Surfels:
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
         emission = check.per_surfel_rgb("emission", emission, faces, what="face")
+        gloss = require_energy(reflectance, gloss_arrays(specular, exponent, faces, "face"))
         with file_named(mesh), watched(threads, progress):
-            core, of = surfels_of_patches(polygons, patch_area, reflectance, emission, two_sided == "sheets")
+            core, of = surfels_of_patches(polygons, patch_area, reflectance, emission, gloss, two_sided == "sheets")
         if two_sided is True:
             core, of = core.two_sided(), of._replace(of=np.tile(of.of, 2))
         return cls._from_core(core, of)
@@ -192,6 +200,8 @@ class Surfels:
         reflectance: ArrayLike | None = 0.5,
         emission: ArrayLike = 0.0,
         *,
+        specular: ArrayLike = 0.0,
+        exponent: ArrayLike = USUAL_EXPONENT,
         threads: int | None = None,
         progress: Progress = False,
     ) -> Self:
@@ -203,7 +213,8 @@ class Surfels:
             mesh: as from_mesh takes it.
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
-            reflectance, emission: as Surfels takes them, for n surfels; reflectance may be None, as for from_mesh.
+            reflectance, emission, specular, exponent: as Surfels takes them, for n surfels; reflectance may be None, as
+                for from_mesh.
             threads: at most this many; None for all.
             progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
                 False cancels.
@@ -221,8 +232,9 @@ class Surfels:
         if reflectance is not None:
             reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
         emission = check.per_surfel_rgb("emission", emission, n)
+        gloss = gloss_arrays(specular, exponent, n)
         with file_named(mesh), watched(threads, progress):
-            return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission))
+            return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission, gloss))
 
     @property
     def points(self) -> Floats:
@@ -262,6 +274,8 @@ class Surfels:
     def emission(self) -> Floats:
         """(n, 3) RGB exitance of the surfels themselves, in the unit of the lights (W/m2)."""
         return self._array("emission", lambda: self._core.emission)
+
+    specular, exponent = materials.specular, materials.exponent
 
     @property
     def triangles(self) -> Floats:
@@ -355,46 +369,4 @@ class Surfels:
         """
         return to_polydata(self, kind, {} if self.faces is None else {"face": self.faces})
 
-    def plot(self, color: str = "reflectance", **options: Any) -> Path | Picture | None:
-        """Shows the disks and patches in a window; without a display, or with screenshot, saves a picture instead.
-
-        Surfels have one side here as they do in the light: from behind they are not drawn, so that a room can be
-        looked into through its walls.
-
-        Args:
-            color: "reflectance", "emission", "radius", "normal", "area", "coverage" (area / (pi R^2); above 1 where
-                few points stand far apart) or a name in values. Areas left open are computed for the picture.
-            values: dict of further arrays (n,) or (n, 3) by name; three columns are linear RGB.
-            screenshot: path of a PNG or JPEG to write; None for a window; where there is no display, for one in
-                a new temporary folder (stderr says which).
-            camera: Camera to look from; None to frame everything.
-            size: (width, height) in pixels, (800, 600) unless given.
-            culling: False draws both sides.
-            options: all else goes to pyvista.Plotter.add_mesh.
-
-        Returns:
-            The path of the picture, None after a window was closed; in a Jupyter notebook a Picture, which the notebook
-            shows.
-
-        Raises:
-            ValueError: an argument, by name.
-            FileError: a picture that cannot be written.
-        """
-        return plot(self, color=color, **options)
-
-    def plot_areas(self, pick: Integer | None = None, **options: Any) -> Path | Picture | None:
-        """Shows how the area is shared out: disks in colours, a histogram, and what a picked surfel shares.
-
-        Picking, with a click or `pick`, shows the neighbours with their parts of the surfel's disk, as pictures its
-        share xi over that disk (D04 eq. 5) and who has the largest where, and its numbers. Of overlapping disks each
-        is drawn where it is nearest. Patches of a mesh share nothing.
-
-        Args:
-            pick: index of a surfel to pick, and to look at.
-            color: "coverage" (area / (pi R^2)), "area", "radius" or "normal"; in the window keys switch.
-            method: makes the areas anew, as effective_areas takes it; None keeps them, or "curved" where left open.
-            threads, progress: of the areas, as effective_areas takes it.
-            screenshot, camera, size: as plot takes them; so are what is returned and raised.
-            up: (3,) what is up in the picture where no camera is given; None for z.
-        """
-        return plot_areas(self, pick, **options)
+    plot, plot_areas = showing.plot, showing.plot_areas

@@ -70,6 +70,12 @@ def save_surfels(
     below_one = np.minimum(reflectance, np.nextafter(np.float32(1.0), np.float32(0.0)))
     for name, values in {"reflectance": below_one, "emission": surfels.emission, **results}.items():
         vertex += _columns([f"{name}_{channel}" for channel in "rgb"], values, _float_type)
+    if surfels.has_gloss:
+        # Nor must it make both together reflect all.
+        most = np.nextafter((1.0 - below_one.astype(np.float32).astype(float)).astype(np.float32), np.float32(0.0))
+        specular = np.minimum(surfels.specular, most)
+        vertex += _columns([f"specular_{channel}" for channel in "rgb"], specular, _float_type)
+        vertex += _columns(("exponent",), surfels.exponent, _exact_type)
     for name, values in (columns or {}).items():
         values = np.asarray(values)
         wide = values.ndim == 2

@@ -236,6 +236,67 @@ class Environment:
             azimuth=check.number("azimuth", self.azimuth, -1e6, 1e6),
         )
 
+    @classmethod
+    def from_harmonics(cls, coefficients: ArrayLike, height: int = 128) -> Environment:
+        """A light that is given by its spherical harmonics, as surflux.spherical_harmonics has them, as an image of it.
+
+        Each pixel has the mean of the function over its solid angle. What that smooths away of band l is the share
+        l (l + 1) (pi / height)^2 / 12 of it, at most: 1e-3 of band 4 for 128 rows.
+
+        Few harmonics of a small bright lamp are below 0 elsewhere, and pixels are so, too: they take light away. The
+        path tracer (reference_irradiance, reference_radiance) counts it as it is; solvers refuse it. Clipping such a
+        light, Environment(np.maximum(light.image, 0)), makes another, brighter one.
+
+        Args:
+            coefficients: (n,) or (n, 3), n = 1, 4, 9, 16, 25, ... up to 1024; in the scene's axes.
+            height: rows of the image, twice as many columns.
+
+        Returns:
+            Environment with up = +z.
+
+        Raises:
+            ValueError: an argument, by name.
+
+        >>> import surflux as sf
+        >>> light = sf.Environment.from_harmonics([1.0, 0.0, 0.5, 0.0])  # brighter above
+        >>> light
+        Environment(image of 256 x 128 pixels, up=(0.0, 0.0, 1.0))
+        >>> light.harmonics(order=2)[[0, 2], 0].round(3).tolist()
+        [1.0, 0.5]
+        """
+        array = check.numeric("coefficients", coefficients)
+        if array.ndim == 1:
+            array = array[:, None].repeat(3, axis=1)
+        array = check.finite_array("coefficients", array, (None, 3))
+        height = check.count("height", height, 1, 2**14)
+        image = np.asarray(_core.image_of_harmonics(array, 2 * height, height))
+        light = cls(np.maximum(image, 0.0))
+        if image.min() < 0.0:
+            image.setflags(write=False)
+            _set(light, image_or_rgb=image, image=image)
+        return light
+
+    def harmonics(self, order: int = 5) -> Floats:
+        """Spherical harmonics of the radiance, as surflux.spherical_harmonics has them, in the scene's axes.
+
+        The integral of the light, constant in each pixel, times each harmonic: `up` and azimuth are in it.
+
+        Args:
+            order: number of bands, 1 to 32.
+
+        Returns:
+            (order**2, 3).
+
+        Raises:
+            ValueError: an order out of range.
+
+        >>> import surflux as sf
+        >>> sf.Environment([1.0, 2.0, 0.0]).harmonics(order=2).round(4)[:, 0].tolist()  # sqrt(4 pi) L in band 0
+        [3.5449, 0.0, 0.0, 0.0]
+        """
+        order = check.count("order", order, 1, _core.largest_harmonic_order)
+        return np.asarray(_core.project_environment(self._to_core(), order))
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Environment):
             return NotImplemented

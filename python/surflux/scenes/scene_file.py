@@ -62,6 +62,8 @@ def load_scene(
       in degrees (counter-clockwise seen from the tip of the axis), then moved.
     - reflectance (0.5; for files what they say, by colours too): a number or RGB in [0, 1), linear; or a pattern.
     - emission (0): exitance of the surfels themselves in W/m2, a number or RGB, at least 0.
+    - specular (0), exponent (20): what surfels reflect around the mirror direction (see Surfels.specular), a number or
+      RGB, and a number.
     - two_sided (false): true adds a copy of every surfel that faces the other way; with kind "mesh" "sheets" of those
       alone that belong to open sheets, such as leaves (see Surfels.from_mesh).
 

@@ -59,7 +59,7 @@ def open_object(table):
         raise table.error("rooms", "says how orient = true turns surfels, which is not there")
     two_sided = table.call(check.sides if kind == "mesh" else check.flag, "two_sided", table.get("two_sided", False))
     thin = table.get("thin")
-    for key in ("reflectance", "emission", *(("walls",) if shape in ("box", "room") else ())):
+    for key in ("reflectance", "emission", "specular", "exponent", *(("walls",) if shape in ("box", "room") else ())):
         table.get(key)
 
     sheets, two_sided = two_sided == "sheets", two_sided is True
@@ -162,7 +162,7 @@ def _read(table, file):
 
 def _sampled(table, polygons, n, seed):
     """Points on polygons."""
-    return Surfels._from_core(table.call(sampled_surfels, polygons, n, seed, None, np.zeros((n, 3))))
+    return Surfels._from_core(table.call(sampled_surfels, polygons, n, seed, None, np.zeros((n, 3)), {}))
 
 
 def _patches(table, polygons, side, sheets):
@@ -171,7 +171,7 @@ def _patches(table, polygons, side, sheets):
     if patch_area is not None:
         patch_area = table.call(check.number, "patch_area", patch_area, 0.0, low_open=True)
     rho = polygons.face_reflectance()
-    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), sheets)
+    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), {}, sheets)
     return Surfels._from_core(core, faces), None if side is None else side[faces.of]
 
 
@@ -209,7 +209,8 @@ def _painted(table, s, shape, side):
             walls.no_more_keys()
     emission = table.get("emission")
     glow = s.emission if emission is None else np.tile(table.call(check.rgb, "emission", emission), (len(s), 1))
-    return s.replace(reflectance=rho, emission=glow)
+    gloss = {name: value for name in ("specular", "exponent") if (value := table.get(name)) is not None}
+    return table.call(s.replace, reflectance=rho, emission=glow, **gloss)
 
 
 def _pattern(table, points):

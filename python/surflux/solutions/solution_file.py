@@ -59,7 +59,11 @@ def load_solution(path: FilePath) -> Solution:
     try:
         check.finite_array("normals", arrays["normals"], (None, 3))
         core = _core.Surfels(
-            arrays["points"], *(arrays[name] for name in given), arrays["triangles"], arrays["triangle_surfel"]
+            arrays["points"],
+            *(arrays[name] for name in given),
+            arrays["triangles"],
+            arrays["triangle_surfel"],
+            **arrays["gloss"],
         )
     except ValueError as fault:
         raise file_error(path, str(fault)) from fault

@@ -10,7 +10,7 @@ from surflux._base.types import Progress
 from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.run import solution_by, with_scene_options
+from surflux.solving.run import solution_by, tuning, with_scene_options
 
 
 @with_scene_options
@@ -97,6 +97,7 @@ def solve(
         "epsilon": check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
         "max_memory": 0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
         "seed": check.seed("seed", seed),
+        "tuning": tuning(),
     }
     if transport == "pairs" or (transport == "auto" and count <= _core.PAIRS_UP_TO):
         _core.require_memory_for_pairs(count, options["max_memory"])

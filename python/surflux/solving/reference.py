@@ -33,8 +33,8 @@ def reference_irradiance(
       curved surface are seen where they are. Disks end where their areas do: at creases there is nothing beyond, past
       the border of an object's sampling they cast shadows and are black, unless another object adjoins.
     - From the front of a surfel comes the radiance (E + rho H) / pi, with H at the very place that is met, on the
-      surfel's normal. Back faces absorb. What leaves the scene meets the Environments. Lights neither occlude nor
-      reflect.
+      surfel's normal; specular reflectance is left out (reference_radiance has it). Back faces absorb. What leaves the
+      scene meets the Environments. Lights neither occlude nor reflect.
     - Leaving a place on a surfel, a ray ignores that surfel, disks of the same object within 2 R of their centres
       that face the same side and that it crosses from behind, as between surfels, and what it crosses from behind
       within 2e-6 of the size of the scene over the place, unless that faces the place. Patches that face opposite

@@ -1,6 +1,8 @@
 """What all solvers do around their pass of the core."""
 
+import contextlib
 from collections.abc import Callable
+from contextvars import ContextVar
 from functools import wraps
 from time import perf_counter
 from typing import TypeVar, cast
@@ -11,7 +13,7 @@ from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
-from surflux.scenes.lights import AreaLight
+from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness
@@ -24,6 +26,8 @@ MUCH_INTO_BACKS = 0.01
 MUCH_LOST = 0.01
 # Of the RMS irradiance: an estimate above this is no solution.
 MUCH_ERROR = 0.25
+# Constants of a solver of _core that differ from its own: see tuned().
+_tuning: ContextVar[dict | None] = ContextVar("tuning", default=None)
 # What a solver of _core gives that a Solution takes as it is.
 FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
 
@@ -44,12 +48,28 @@ def with_scene_options(solver: Solver) -> Solver:
     return cast(Solver, solve)  # wraps keeps the signature
 
 
+@contextlib.contextmanager
+def tuned(constants):
+    """While the block runs, solve() takes these in place of those of _core.refinement_tuning(): bench turns them."""
+    before = _tuning.set(constants)
+    try:
+        yield
+    finally:
+        _tuning.reset(before)
+
+
+def tuning():
+    """What tuned() has set."""
+    return _tuning.get() or {}
+
+
 def solution_by(solver, scene, options, threads, progress, field=None, converges=True):
     """The Solution of a solver of _core.
 
     field: (compiled scene, result, its Surfels) -> the Solution's field, or None. converges: whether its residual has
     to come below options["tolerance"].
     """
+    _refuse_light_below_zero(scene)
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
@@ -98,3 +118,13 @@ def _warn_of_lost_light(result, converges):
             f"the irradiance is off by an estimated {result['error']:.0%}: light is concentrated on less than a patch "
             "or a disk, or surfaces are far larger than what is around them; finer ones help"
         )
+
+
+def _refuse_light_below_zero(scene):
+    """Few spherical harmonics of a lamp are below 0 elsewhere; refinement and errors by luminance take no such."""
+    for light in scene.lights:
+        if isinstance(light, Environment) and light.image is not None and light.image.min() < 0.0:
+            raise ValueError(
+                "scene: solvers take light of at least 0, and its Environment of harmonics is below 0 in places; "
+                "reference_irradiance and reference_radiance take it"
+            )

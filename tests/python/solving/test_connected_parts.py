@@ -128,7 +128,7 @@ def test_ball_on_an_open_floor_is_as_bright_as_path_tracing_says(transport, seed
 @pytest.mark.slow
 @pytest.mark.parametrize("transport", ["rays", "meshless"])
 def test_open_floor_has_the_light_that_the_ball_sends(transport):
-    """By reciprocity that is known by the ball, while few rays of the floor meet it: it was 2.8 % too bright."""
+    """By reciprocity that is known by the ball, while few rays of the floor meet it: it was 2.4 % too bright."""
     scene = ball_on_a_floor()
     ball = scene.objects[0]
     truth, _ = sf.reference_irradiance(scene, ball.points, ball.normals, samples=4096, seed=5)
@@ -136,12 +136,12 @@ def test_open_floor_has_the_light_that_the_ball_sends(transport):
     met = 1.0 - escape_from(ball)
     expected = (areas * met * 0.6 * truth[:, 0]).sum()
     found = []
-    for seed in (0, 1, 2):
+    for seed in range(6):
         solution = SOLVERS[transport](scene, seed=seed)
         floor = solution.parents >= len(ball)
         indirect = (solution.irradiance - solution.direct)[floor, 0]
         found.append((solution.surfels.areas[floor] * indirect).sum())
-    assert np.mean(found) == pytest.approx(expected, rel=0.025)
+    assert np.mean(found) == pytest.approx(expected, rel=0.02)
 
 
 def test_every_solver_says_where_the_power_went(solver):

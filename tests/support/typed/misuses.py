@@ -27,6 +27,7 @@ sf.solve_meshless(scene, level=3)  # refused
 row = sf.form_factors(scene).row  # refused
 sf.form_factors(scene, return_escape=True).sum()  # refused
 sf.form_factor_operator(scene, rays="many")  # refused
+sf.precompute_transfer(scene, "sideways")  # refused
 solution.render(size=800)  # refused
 solution.render(backgrounds=0.0)  # refused
 solution.render(layers=True).mean()  # refused

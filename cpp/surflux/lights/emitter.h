@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/lights.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+// The surfel that is lit, as far as a light needs to know it.
+struct Receiver {
+    const SurfelPoints& points;
+    std::uint32_t surfel, shape;
+    Vec3 center, normal;
+    bool is_whole_surfel;
+
+    bool is_patch() const { return shape != Place::point && points.is_patch(shape); }
+    Vec3 at(double s, double t) const { return is_patch() ? points.at(shape, s, t) : center; }
+};
+
+// What one point of a light sends to one point of a surfel.
+struct Arrival {
+    Vec3 from;            // where the shadow ray ends; the direction to the light where it is distant
+    double kernel = 0.0;  // irradiance per unit of colour, unoccluded
+};
+
+struct Emitter {
+    virtual ~Emitter() = default;
+    // From the light's point (s, t).
+    virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
+    // Mean of the kernel over the light and over the receiver.
+    virtual double mean_kernel(const Receiver& receiver) const = 0;
+    // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.
+    virtual void find_lit(const Receiver&, std::vector<Triangle>&) const {}
+    Rgb color;
+    bool distant = false;
+    bool extended = false;  // more than one point
+    std::size_t index = 0;  // in the scene's lights
+};
+
+// Those of lights that are no Environments.
+std::vector<std::unique_ptr<Emitter>> emitters_of(const std::vector<Light>& lights);
+
+}  // namespace surflux

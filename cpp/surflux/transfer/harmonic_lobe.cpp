@@ -1,0 +1,30 @@
+#include "surflux/transfer/harmonic_lobe.h"
+
+#include <cmath>
+
+#include "surflux/core/error.h"
+#include "surflux/core/sampling.h"
+#include "surflux/transfer/spherical_harmonics.h"
+
+namespace surflux {
+
+std::vector<double> lobe_bands(double exponent, int order) {
+    require(exponent >= 0.0 && std::isfinite(exponent), "exponent: wanted a number of at least 0, got ", exponent);
+    require(order >= 1 && order <= SphericalHarmonics::largest_order, "order: wanted 1 to ",
+            SphericalHarmonics::largest_order, " bands, got ", order);
+    // 2 pi times the integral of z^s P_l(z) over [0, 1], which is I_l = I_(l-2) (s - l + 2) / (s + l + 1): from
+    // Legendre's equation, integrated by parts twice. It ends where s is whole and l - s even and positive.
+    std::vector<double> bands;
+    for (int l = 0; l < order; ++l)
+        bands.push_back(l < 2 ? 2.0 * pi / (exponent + 1.0 + l)
+                              : bands[static_cast<std::size_t>(l) - 2] * (exponent - l + 2.0) / (exponent + l + 1.0));
+    return bands;
+}
+
+void scale_bands(const std::vector<double>& factors, double* coefficients, int channels) {
+    for (std::size_t l = 0; l < factors.size(); ++l)
+        for (std::size_t k = 0; k < (2 * l + 1) * static_cast<std::size_t>(channels); ++k)
+            *coefficients++ *= factors[l];
+}
+
+}  // namespace surflux

@@ -1,0 +1,110 @@
+#include "surflux/transfer/row_shooter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/lights/hemisphere_row.h"
+
+namespace surflux {
+
+namespace {
+
+using Link = TransportOperator::Link;
+
+constexpr std::uint64_t ray_stream = 0x7a51;
+constexpr double grazing = 0.25;           // cosine below which cones are taken to be no wider
+constexpr std::size_t most_in_half = 255;  // of one link
+
+}  // namespace
+
+struct RowShooter::Shot {
+    HemisphereRow found;
+    struct Met {
+        std::uint32_t sender;
+        bool first;
+        float u, v;
+    };
+    std::vector<Met> met;
+    TransportOperator::Row row;
+    std::vector<Link> links;
+};
+
+void RowShooter::shoot(const Place& place, int count, Shot& shot) const {
+    // Slopes are 1 / cos, and their mean square does not exist: beyond `steepest` they are cut.
+    const Frame frame = frame_around(place.normal);
+    gather_row(points_, tracer_, place, count, seed_ + ray_stream, shot.found);
+    TransportOperator::Row& row = shot.row = {};
+    row.per_ray = 1.0f / static_cast<float>(count);
+    shot.met.clear();
+    for (int k = 0; k < count; ++k) {
+        const Ray& ray = shot.found.rays[static_cast<std::size_t>(k)];
+        const Hit& hit = shot.found.hits[static_cast<std::size_t>(k)];
+        const double cosine = dot(ray.direction, frame.n),
+                     steep = std::min(static_cast<double>(TransportOperator::steepest), 1.0 / cosine);
+        const auto u = static_cast<float>(steep * dot(ray.direction, frame.u));
+        const auto v = static_cast<float>(steep * dot(ray.direction, frame.v));
+        row.u += row.per_ray * u;
+        row.v += row.per_ray * v;
+        if (!hit || !hit.front) continue;
+        // The cone that this ray stands for has pi / (count cos) of solid angle.
+        const double reach = hit.distance / std::sqrt(count * std::max(grazing, cosine));
+        shot.met.push_back({senders_.sender(hit.surfel, reach), 2 * k < count, u, v});
+    }
+    std::stable_sort(shot.met.begin(), shot.met.end(),
+                     [](const Shot::Met& a, const Shot::Met& b) { return a.sender < b.sender; });
+    shot.links.clear();
+    for (std::size_t from = 0, to = 0; from < shot.met.size(); from = to) {
+        std::size_t first = 0, second = 0;
+        float sum_u = 0.0f, sum_v = 0.0f;
+        for (; to < shot.met.size() && shot.met[to].sender == shot.met[from].sender; ++to) {
+            const Shot::Met& met = shot.met[to];
+            if (first == most_in_half || second == most_in_half) break;
+            (met.first ? first : second) += 1;
+            sum_u += met.u;
+            sum_v += met.v;
+        }
+        const float scale = TransportOperator::slope_scale / static_cast<float>(first + second);
+        shot.links.push_back({shot.met[from].sender, static_cast<std::uint8_t>(first),
+                              static_cast<std::uint8_t>(second), static_cast<std::int8_t>(std::lround(scale * sum_u)),
+                              static_cast<std::int8_t>(std::lround(scale * sum_v))});
+    }
+}
+
+void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& counts, TransportOperator& out,
+                     const Progress& progress) const {
+    constexpr std::size_t grain = 16;
+    const std::size_t before = out.rows.size();
+    out.rows.resize(before + places.size());
+    std::vector<std::vector<Link>> found((places.size() + grain - 1) / grain);  // by blocks
+    parallel_blocks(
+        places.size(), grain,
+        [&](std::size_t begin, std::size_t end) {
+            Shot shot;
+            std::vector<Link>& links = found[begin / grain];
+            for (std::size_t k = begin; k < end; ++k) {
+                shoot(places[k], counts[k], shot);
+                shot.row.begin = static_cast<std::uint32_t>(links.size());
+                links.insert(links.end(), shot.links.begin(), shot.links.end());
+                shot.row.end = static_cast<std::uint32_t>(links.size());
+                out.rows[before + k] = shot.row;
+            }
+        },
+        progress);
+    for (std::size_t block = 0; block < found.size(); ++block) {
+        const auto at = static_cast<std::uint32_t>(out.links.size());
+        out.links.insert(out.links.end(), found[block].begin(), found[block].end());
+        std::vector<Link>().swap(found[block]);
+        for (std::size_t k = block * grain; k < std::min(places.size(), (block + 1) * grain); ++k) {
+            out.rows[before + k].begin += at;
+            out.rows[before + k].end += at;
+        }
+    }
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        out.positions.push_back(places[k].position);
+        out.normals.push_back(places[k].normal);
+        out.rays += static_cast<std::size_t>(counts[k]);
+    }
+}
+
+}  // namespace surflux

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/trace/tracer.h"
+#include "surflux/transfer/transport_operator.h"
+
+namespace surflux {
+
+// Shoots the rows of a transport operator: what the cosine-distributed rays of a receiver meet, by group of senders.
+class RowShooter {
+public:
+    RowShooter(const SurfelPoints& points, const Tracer& tracer, const SenderGroups& senders, std::uint64_t seed)
+        : points_(points), tracer_(tracer), senders_(senders), seed_(seed) {}
+
+    // Appends a row for each place, with as many rays as `counts` says.
+    void add(const std::vector<Place>& places, const std::vector<int>& counts, TransportOperator& out,
+             const Progress& progress) const;
+
+private:
+    struct Shot;
+    void shoot(const Place& place, int count, Shot& shot) const;
+
+    const SurfelPoints& points_;
+    const Tracer& tracer_;
+    const SenderGroups& senders_;
+    std::uint64_t seed_;
+};
+
+}  // namespace surflux

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/scene.h"
+
+namespace surflux {
+
+// The senders of a transport operator: groups of neighbouring surfels that face about alike, halved until there are as
+// many as wanted, and the groups that were halved on the way, a binary tree. Each node sends the mean of what its
+// surfels send by area, so light has to be known in the leaves alone: so many places, however many surfels there are.
+class SenderGroups {
+public:
+    static constexpr std::uint32_t none = 0xffffffffu;
+
+    struct Node {
+        std::uint32_t parent = none, child = none;  // the first of two, which are neighbours; none of a leaf
+        float area = 0.0f;
+        float radius = 0.0f;  // of a sphere around the mean position, around all of its surfels
+        float alike = 0.0f;   // length of the mean of their normals
+        float weight = 0.0f;  // all of it
+        bool is_leaf() const { return child == none; }
+    };
+
+    SenderGroups() = default;
+    // `areas`: what of each surfel sends and receives; others are in groups, too, for rays that meet them. `weight`:
+    // how much light is to be expected there, by area.
+    SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
+                 std::size_t leaves, const Progress& progress);
+
+    std::size_t size() const { return nodes.size(); }
+    // What sends for a surfel that is met: the largest group around it that a circle of radius `reach` covers, or the
+    // leaf.
+    std::uint32_t sender(std::uint32_t surfel, double reach) const;
+
+    // Means over the leaves by area, three channels for each node: 0 for all others.
+    template <class Values>
+    std::vector<float> means(const Values& of_surfel, const std::vector<double>& areas) const {
+        std::vector<Rgb> sum(size());
+        std::vector<double> area(size(), 0.0);
+        for (std::size_t i = 0; i < areas.size(); ++i) {
+            sum[leaf_of_surfel[i]] += areas[i] * of_surfel[i];
+            area[leaf_of_surfel[i]] += areas[i];
+        }
+        std::vector<float> out(3 * size(), 0.0f);
+        for (const std::uint32_t leaf : leaves)
+            for (int c = 0; c < 3 && area[leaf] > 0.0; ++c)
+                out[3 * leaf + static_cast<std::size_t>(c)] = static_cast<float>(sum[leaf][c] / area[leaf]);
+        return out;
+    }
+
+    // Fills in what all nodes send from what leaves do: `channels` interleaved values each.
+    void pull_up(std::vector<float>& values, std::size_t channels) const;
+
+    std::vector<Node> nodes;  // children behind their parents
+    std::vector<std::uint32_t> leaf_of_surfel;
+    std::vector<std::uint32_t> leaves;  // nodes that are, in the order of the tree: neighbours near each other
+};
+
+// Places at which light is asked for, `of_leaf` for each leaf, in the order of SenderGroups::leaves: drawn by area, one
+// from each of so many parts of it.
+struct SenderSamples {
+    std::size_t of_leaf = 0;
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> surfels;
+};
+
+SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, const std::vector<double>& areas,
+                             const SenderGroups& groups, std::size_t of_leaf, std::uint64_t seed);
+
+}  // namespace surflux

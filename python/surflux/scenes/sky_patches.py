@@ -1,0 +1,80 @@
+"""The sky in patches, each of which is a light of its own: what daylight coefficients are taken for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.types import Floats
+from surflux.scenes.lights import Environment
+
+_SUBDIVISIONS = {144 * m * m + 1: m for m in range(1, 9)}
+
+
+class SkyPatches:
+    """The sky dome in patches of about the same solid angle, and the ground.
+
+    145 are those of Tregenza (1987): rows of 30, 30, 24, 24, 18, 12 and 6 patches, 12 degrees high, and a cap at the
+    zenith. 577, 1297, 2305, ... have m = 2, 3, 4, ... rows of m times as many for each of these (Reinhart 2001).
+    Their order is that of Radiance's gendaymtx, so that its matrices and ours go together: patch 0 is the ground,
+    all of the lower half; then rows from the horizon up, each clockwise seen from above, its first patch centred on
+    north; the cap comes last. +x is east, +y is north, +z is up.
+
+    Args:
+        count: of patches of the sky: 145, 577, 1297, 2305, ... 9217.
+
+    Raises:
+        ValueError: another count.
+
+    >>> import surflux as sf
+    >>> patches = sf.SkyPatches(145)
+    >>> len(patches), patches.solid_angles[1:].sum().round(6).item()  # with the ground; 2 pi of sky
+    (146, 6.283185)
+    >>> patches.index([[0, 0, 1], [0, 1, 0.1], [1, 2, -3]]).tolist()  # the zenith, north over the horizon, the ground
+    [145, 1, 0]
+    """
+
+    def __init__(self, count: int = 145) -> None:
+        if check.count("count", count) not in _SUBDIVISIONS:
+            raise ValueError(f"count: wanted one of {', '.join(map(str, _SUBDIVISIONS))}, got {count}")
+        self._core = _core.SkyPatches(_SUBDIVISIONS[count])
+
+    def __len__(self) -> int:
+        return len(self._core)
+
+    def __repr__(self) -> str:
+        return f"SkyPatches({len(self) - 1})"
+
+    @property
+    def directions(self) -> Floats:
+        """(n, 3) unit directions to the middles of the patches, the ground's first."""
+        return np.asarray(self._core.directions)
+
+    @property
+    def solid_angles(self) -> Floats:
+        """(n,) solid angles in steradians: 2 pi of the ground, and of all patches of the sky together."""
+        return np.asarray(self._core.solid_angles)
+
+    def index(self, directions: ArrayLike) -> NDArray[np.uint32]:
+        """(m,) the patch that each of directions (m, 3) lies in, of any length but 0; the horizon itself is sky.
+
+        Raises:
+            ValueError: directions of another shape, not finite or of zero length.
+        """
+        directions = check.unit_vectors("directions", check.finite_array("directions", directions, (None, 3)))
+        return np.asarray(self._core.index(directions))
+
+    def radiance(self, environment: Environment) -> Floats:
+        """(n, 3) mean radiance of an Environment in each patch, W/(m2 sr).
+
+        The mean over pieces of pixels, each counted where its middle lies: even skies stay even, and the power of a sun
+        of one pixel is kept to some 1 %.
+
+        Raises:
+            ValueError: not an Environment.
+        """
+        if not isinstance(environment, Environment):
+            raise ValueError(f"environment: wanted an Environment, got {type(environment).__name__}")
+        return np.asarray(self._core.radiance(environment._to_core()))

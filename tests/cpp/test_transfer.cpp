@@ -1,0 +1,149 @@
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shapes.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/group_light.h"
+#include "surflux/transfer/local_transfer.h"
+#include "surflux/transfer/sender_groups.h"
+#include "surflux/transfer/test_lights.h"
+#include "surflux/transfer/transport_operator.h"
+
+namespace surflux {
+namespace {
+
+Scene sphere_inside(std::size_t points) {
+    Scene scene;
+    append(scene, shapes::sphere(points, 1.0, -1.0, 0.5, 0.0));
+    return scene;
+}
+
+TEST(SenderGroups, AreAPartitionWithMeansByArea) {
+    const Scene scene = sphere_inside(2000);
+    const std::vector<double>& areas = scene.surfels.areas;
+    const SenderGroups groups(scene, areas, std::vector<double>(areas.size(), 1.0), 300, {});
+    ASSERT_EQ(groups.leaves.size(), 300u);
+    ASSERT_EQ(groups.size(), 599u);
+    std::vector<double> area(groups.size(), 0.0);
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+        ASSERT_TRUE(groups.nodes[groups.leaf_of_surfel[i]].is_leaf());
+        area[groups.leaf_of_surfel[i]] += areas[i];
+    }
+    for (std::uint32_t k = 0; k < groups.size(); ++k) {
+        const SenderGroups::Node& node = groups.nodes[k];
+        if (node.is_leaf()) {
+            EXPECT_NEAR(static_cast<double>(node.area), area[k], 1e-5);
+            EXPECT_GT(node.area, 0.0f);
+        } else {
+            EXPECT_GT(node.child, k);
+            EXPECT_NEAR(node.area, groups.nodes[node.child].area + groups.nodes[node.child + 1].area, 1e-4);
+        }
+    }
+    // The mean of x over all of the sphere is that of the root.
+    std::vector<Rgb> x;
+    for (const Vec3& p : scene.surfels.positions) x.push_back({p.x + 1.0, 1.0, 0.0});
+    std::vector<float> values = groups.means(x, areas);
+    groups.pull_up(values, 3);
+    EXPECT_NEAR(values[0], 1.0f, 1e-3);
+    EXPECT_NEAR(values[1], 1.0f, 1e-5);
+}
+
+TEST(SenderGroups, ASenderIsAsLargeAsTheReachAndFacesOneWay) {
+    const Scene scene = sphere_inside(2000);
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 500, {});
+    for (std::uint32_t i = 0; i < 2000; i += 37) {
+        EXPECT_EQ(groups.sender(i, 0.0), groups.leaf_of_surfel[i]);
+        const SenderGroups::Node& far = groups.nodes[groups.sender(i, 0.5)];
+        EXPECT_LE(far.radius, 0.5f);
+        EXPECT_GT(far.area, 4.0f * groups.nodes[groups.leaf_of_surfel[i]].area);
+        EXPECT_GE(groups.nodes[groups.sender(i, 10.0)].alike, 0.8f);  // never the whole sphere
+    }
+}
+
+TEST(SenderGroups, SamplesLieOnTheirGroups) {
+    const Scene scene = sphere_inside(500);
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(500, 1.0), 60, {});
+    const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
+    ASSERT_EQ(samples.positions.size(), 240u);
+    for (std::size_t k = 0; k < 240; ++k) {
+        EXPECT_EQ(groups.leaf_of_surfel[samples.surfels[k]], groups.leaves[k / 4]);
+        EXPECT_LT(length(samples.positions[k] - scene.surfels.positions[samples.surfels[k]]), 0.2);
+    }
+}
+
+TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
+    const CompiledScene compiled(sphere_inside(2000));
+    const Scene& scene = compiled.scene();
+    const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 400, {});
+    const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
+    const std::vector<float> white(3 * groups.size(), 1.0f);
+    const GroupLight light(compiled, groups, samples);
+    for (const std::size_t rays : {4000u, 100u}) {
+        const std::vector<float> found = light.irradiance({PointLight{{0, 0, 0}, {2, 0, 1}}}, white, {rays, 3});
+        double power = 0.0;
+        int dark = 0;
+        for (const std::uint32_t leaf : groups.leaves) {
+            power += static_cast<double>(groups.nodes[leaf].area * found[3 * leaf]);
+            dark += found[3 * leaf] == 0.0f;
+            EXPECT_EQ(found[3 * leaf + 1], 0.0f);
+            EXPECT_FLOAT_EQ(found[3 * leaf + 2], 0.5f * found[3 * leaf]);
+        }
+        // With 100 rays for 400 groups every fourth stands for four.
+        EXPECT_NEAR(power, 8.0 * pi, rays > 400 ? 0.02 * pi : 3.0 * pi);
+        EXPECT_EQ(dark > 200, rays < 400);
+    }
+}
+
+TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
+    const CompiledScene compiled(sphere_inside(1500));
+    Figures timings;
+    const TransportOperator found = build_operator(compiled, {}, {}, timings);
+    std::vector<float> sent(found.senders.size(), 1.0f), values, coefficients, received;
+    found.gather(sent, 1, values);
+    for (const float value : values) EXPECT_NEAR(value, 1.0f, 1e-5);
+    found.coefficients(values, 1, coefficients);
+    found.receive(coefficients, 1, received);
+    for (const std::uint32_t leaf : found.senders.leaves) EXPECT_NEAR(received[leaf], 1.0f, 1e-4);
+    EXPECT_GT(found.bytes(), 8 * found.links.size());
+}
+
+TEST(TestLights, ThereMayBeNone) {
+    const CompiledScene compiled(sphere_inside(300));
+    Figures timings;
+    const TransportOperator found = build_operator(compiled, {}, {}, timings);
+    TestLights none(compiled, found, std::vector<float>(3 * found.senders.size(), 0.5f), {}, 0, {});
+    TestLights::Received received;
+    none.receive(found, received);
+    none.normalize(received, std::vector<double>(found.rows.size(), 1.0));
+    EXPECT_EQ(none.size(), 0u);
+    for (const float variance : received.variance) EXPECT_EQ(variance, 0.0f);
+}
+
+TEST(TransportOperator, LinksHaveTheSlopesOfTheirRays) {
+    // Light that comes from one side alone tilts: by its gradient, a normal that turns there receives more.
+    const CompiledScene compiled(sphere_inside(3000));
+    Figures timings;
+    const TransportOperator found = build_operator(compiled, {}, {}, timings);
+    std::vector<float> sent(3 * found.senders.size(), 0.0f), values;
+    std::vector<Rgb> half;
+    for (const Vec3& p : compiled.scene().surfels.positions) half.push_back({p.x > 0.0 ? 1.0 : 0.0, 0.0, 0.0});
+    sent = found.senders.means(half, found.areas);
+    found.senders.pull_up(sent, 3);
+    found.gather_tilted(sent, values);
+    int turned = 0;
+    for (std::size_t k = 0; k < found.positions.size(); ++k) {
+        if (std::abs(found.positions[k].z) < 0.9) continue;  // at the poles, where x is in the tangent plane
+        EXPECT_GT(values[12 * k + 3], 0.2f);
+        EXPECT_NEAR(values[12 * k], 0.5f, 0.1f);
+        ++turned;
+    }
+    EXPECT_GT(turned, 5);
+}
+
+}  // namespace
+}  // namespace surflux

@@ -1,0 +1,85 @@
+"""`surflux bench --constants`: what constants that are no options trade."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux import _core
+from surflux.bench import constants, scenes
+from surflux.cli import commands
+from surflux.solving.run import tuned
+
+
+@pytest.mark.slow
+def test_each_constant_is_halved_and_doubled(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(scenes, "build", partial(scenes.build, density=0.5))
+    monkeypatch.setattr(constants._core, "refinement_tuning", lambda: {"surfels_per_first_node": 500.0})
+    kept = tmp_path / "rows.json"
+    chosen = ["--scene", "concentric spheres", "--json", str(kept)]
+    assert commands.main(["bench", "--constants", "--repeats", "1", *chosen]) == 0
+    rows = json.loads(kept.read_text())["rows"]
+    assert [(row["constant"], row["value"]) for row in rows] == [
+        ("surfels_per_first_node", 250.0),
+        ("surfels_per_first_node", 1000.0),
+    ]
+    assert all(row["seeds"] == constants.LEAST_SEEDS and 0.0 < row["usual_error"] < 0.1 for row in rows)
+    out = capsys.readouterr().out
+    assert out.count("| concentric spheres | surfels_per_first_node |") == 2
+
+
+def test_changes_are_taken_seed_by_seed():
+    # Seconds twice as many for each seed, errors a tenth more or less by turns.
+    usual = np.array([[1.0, 0.010], [3.0, 0.020], [2.0, 0.010], [5.0, 0.020]])
+    found = usual * [[2.0, 1.1], [2.0, 0.9], [2.0, 1.1], [2.0, 0.9]]
+    seconds, of_seconds, error, of_error, usual_error = constants._changes(found, usual)
+    assert (seconds, of_seconds) == (1.0, 0.0)
+    assert error == pytest.approx(0.0, abs=1e-12)
+    assert of_error == pytest.approx(np.sqrt(4 * 0.01 / 3) / 2)  # standard deviation over the root of their number
+    assert usual_error == pytest.approx(np.sqrt(2.5e-4))
+
+
+def test_what_is_not_known_stands_in_brackets():
+    row = constants.Row("room", "little", 0.002, -0.3, 0.1, 0.04, 0.03, 0.0123, 4)
+    assert constants.table([row]).splitlines()[-1] == "| room | little | 0.002 | -30 +- 10 % | (+4 +- 3 %) | 1.23 % |"
+
+
+@pytest.fixture(scope="module")
+def scene():
+    points = np.random.default_rng(0).random((3000, 3)) * [1.0, 1.0, 0.0]
+    floor = sf.Surfels(points, np.tile([0.0, 0.0, 1.0], (3000, 1)))
+    return sf.Scene([floor], [sf.PointLight([0.5, 0.5, 0.3], 1.0)])
+
+
+def test_constants_count_within_the_block_alone(scene):
+    solved = partial(sf.solve, scene, transport="rays")
+    usual = solved().irradiance
+    with tuned({"smallest_share": 1.0}):  # nothing is inserted
+        coarse = solved()
+        with tuned({}):
+            assert np.array_equal(solved().irradiance, usual)
+        assert len(solved().surfels) == len(coarse.surfels) == 3000
+    assert len(usual) > 3000
+    assert np.array_equal(solved().irradiance, usual)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"litle": 1.0}, "tuning: wanted names that refinement_tuning\\(\\) has"),
+        ({"little": 0.0}, "tuning: wanted little above 0, got 0"),
+        ({"little": np.nan}, "tuning: wanted little above 0, got nan"),
+        ({"little": np.inf}, "tuning: wanted little above 0, got inf"),
+    ],
+)
+def test_refusals(scene, wrong, message):
+    with tuned(wrong), pytest.raises(ValueError, match=message):
+        sf.solve(scene, transport="rays")
+
+
+def test_all_that_there_are_can_be_set(scene):
+    with tuned(_core.refinement_tuning()):
+        tuned_as_usual = sf.solve(scene, transport="rays").irradiance
+    assert np.array_equal(tuned_as_usual, sf.solve(scene, transport="rays").irradiance)

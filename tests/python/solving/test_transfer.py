@@ -1,0 +1,182 @@
+"""Light transport of a scene, found once, for lamps that move."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from cases.builders import cube_inside
+from quick import quick
+from scenes import surfels_of
+from surflux.scenes import shapes
+
+DATA = Path(__file__).parents[3] / "data"
+
+
+def sphere_inside(points, rho):
+    unit = shapes.sphere(points)
+    return surfels_of(unit.points, -unit.normals, rho)
+
+
+def relative_rms(found, true, areas):
+    return np.sqrt((areas[:, None] * (found - true) ** 2).sum() / (areas[:, None] * true**2).sum())
+
+
+@pytest.fixture(scope="module")
+def room():
+    return sf.load_scene(DATA / "cornell.toml")
+
+
+@pytest.fixture(scope="module")
+def transfer(room):
+    return sf.precompute_transfer(room)
+
+
+LAMP = sf.PointLight([0.3, 0.25, 0.35], [1.0, 2.0, 0.5])
+LAMPS = {
+    "point": LAMP,
+    "spot": sf.SpotLight([0.2, 0.3, 0.5], [0.2, -0.1, -1], 3.0, cone=70),
+    "area": sf.AreaLight([0.2, 0.2, 0.54], [0, 0.1, 0], [0.1, 0, 0], 20.0),
+    "directional": sf.DirectionalLight([0.1, 1.0, -0.3], 4.0),
+}
+
+
+@pytest.mark.parametrize("bounces", quick(0, 3, None, of=[0, 1, 2, 3, None]))
+def test_sphere_has_the_geometric_series(bounces):
+    """From the centre all of a sphere has H = I / R^2, and each bounce brings rho times the one before."""
+    rho, intensity = 0.6, 2.0
+    sphere = sphere_inside(1000, rho)
+    found = sf.precompute_transfer(sf.Scene([sphere]), bounces=bounces).indirect(sf.PointLight([0, 0, 0], intensity))
+    powers = rho ** np.arange(1, 100 if bounces is None else bounces + 1)
+    np.testing.assert_allclose(found, intensity * powers.sum(), rtol=3e-3 if bounces is None else 2e-3, atol=1e-12)
+
+
+def test_reflectance_may_change_as_lights_may():
+    sphere = sphere_inside(1000, 0.3)
+    transfer = sf.precompute_transfer(sf.Scene([sphere]), bounces=2)
+    rho = np.array([0.2, 0.5, 0.8])
+    solution = transfer.relight(sf.PointLight([0, 0, 0], 1.0), reflectance=rho)
+    np.testing.assert_allclose(solution.irradiance - solution.direct, np.tile(rho + rho**2, (1000, 1)), rtol=2e-3)
+    np.testing.assert_allclose(solution.radiosity, rho * solution.irradiance)
+    np.testing.assert_allclose(solution.surfels.reflectance, np.tile(rho, (1000, 1)))
+
+
+def test_convex_bodies_and_the_dark_have_no_indirect_light():
+    unit = shapes.sphere(500)
+    ball = sf.precompute_transfer(sf.Scene([surfels_of(unit.points, unit.normals, 0.8)]))
+    assert ball.indirect(sf.PointLight([2, 0, 0], 5.0)).max() == 0.0
+    assert ball.relight(sf.PointLight([2, 0, 0], 5.0)).direct.max() > 0.0
+    assert sf.precompute_transfer(sf.Scene([cube_inside(4, 0.5)])).indirect([]).max() == 0.0
+
+
+def test_light_is_additive_and_linear(transfer):
+    one, other = LAMPS["point"], LAMPS["spot"]
+    together = transfer.indirect([one, other])
+    apart = transfer.indirect(one) + transfer.indirect(other)
+    np.testing.assert_allclose(together, apart, rtol=1e-5, atol=1e-5 * together.max())
+    twice = transfer.indirect(sf.PointLight(one.position, 2 * np.array(one.intensity)))
+    np.testing.assert_allclose(twice, 2 * transfer.indirect(one), rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", quick("point", of=LAMPS))
+def test_agrees_with_the_solver(room, transfer, kind):
+    """In mean light within 2 %, surfel by surfel within 6 %: both have noise of their own."""
+    found = transfer.relight(LAMPS[kind], bounces=4)
+    true = sf.solve_meshless(sf.Scene(room.objects, lights=[LAMPS[kind]]), bounces=4)
+    indirect, expected = (s.irradiance - s.direct for s in (found, true))
+    areas = true.surfels.areas
+    assert np.average(indirect.sum(axis=1), weights=areas) == pytest.approx(
+        np.average(expected.sum(axis=1), weights=areas), rel=0.02
+    )
+    assert relative_rms(indirect, expected, areas) < 0.06
+    np.testing.assert_allclose(found.direct, true.direct)
+
+
+@pytest.mark.slow
+def test_finer_operators_agree_with_the_solver_within_two_per_cent(room):
+    transfer = sf.precompute_transfer(room, epsilon_t=0.05, rays=2048, bounces=None)
+    for lamp in (LAMPS["point"], LAMPS["area"]):
+        true = sf.solve_meshless(sf.Scene(room.objects, lights=[lamp]), rays=2048)
+        found = transfer.indirect(lamp, shadow_rays=1 << 18)
+        assert relative_rms(found, true.irradiance - true.direct, true.surfels.areas) < 0.02
+
+
+def test_emission_is_part_of_indirect_light():
+    """In a closed uniform furnace H = E (1 + rho + rho^2) after two reflections of what is emitted."""
+    furnace = sf.precompute_transfer(sf.Scene([cube_inside(6, 0.5, 2.0)]), bounces=2)
+    np.testing.assert_allclose(furnace.indirect([]), 2.0 * (1 + 0.5 + 0.25), rtol=1e-5)
+
+
+def test_two_sides_of_a_sheet_do_not_share_their_light():
+    """Between floor and ceiling hangs a sheet of two faces; a lamp over it leaves its underside in the dark."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    sheet = sf.Surfels.from_mesh((np.vstack([corners, corners]), [[0, 1, 2, 3], [7, 6, 5, 4]]), 0.02, 0.8)
+    floor = sf.Surfels.from_mesh((0.9 * corners - [0, 0, 0.3], [[0, 1, 2, 3]]), 0.02, 0.8)
+    transfer = sf.precompute_transfer(sf.Scene([sheet, floor]), senders=500)
+    found = transfer.relight(sf.PointLight([0, 0, 0.2], 1.0))
+    up = found.surfels.points[:, 2] > -0.1
+    underside = up & (found.surfels.normals[:, 2] < 0)
+    assert found.direct[underside].max() == 0.0
+    below = found.irradiance[(underside | ~up), 0]
+    assert below.mean() < 1e-3 * found.irradiance[:, 0].mean()
+
+
+def test_same_for_any_number_of_threads(room):
+    scene = sf.Scene(room.objects)
+    one, many = (sf.precompute_transfer(scene, threads=n, levels=3).indirect(LAMP, threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one, many)
+
+
+def test_solution_of_relight_is_whole(room, transfer):
+    solution = transfer.relight([LAMPS["area"]])
+    assert len(solution.surfels) == len(room.surfels)
+    assert np.isnan(solution.error)
+    assert set(solution.timings) == {"indirect", "direct"}
+    at = solution.irradiance_at(solution.surfels.points[:5], solution.surfels.normals[:5])
+    np.testing.assert_allclose(at, solution.irradiance[:5], rtol=0.2)
+    points, normals = transfer.receivers
+    assert points.shape == normals.shape
+    assert len(points) > 500
+    assert transfer.nbytes > 1e5
+    assert transfer.links > len(points)
+    assert transfer.rays > 128 * len(points) / 2
+    assert "receivers" in repr(transfer)
+
+
+REFUSED = {
+    "lighting": ({"lighting": "distant"}, "lighting: wanted"),
+    "epsilon": ({"epsilon_t": 0.0}, "epsilon_t: wanted"),
+    "bounces": ({"bounces": -1}, "bounces: wanted"),
+    "rays": ({"rays": 8}, "rays: wanted"),
+    "senders": ({"senders": 0}, "senders: wanted"),
+}
+
+
+@pytest.mark.parametrize(("options", "message"), REFUSED.values(), ids=REFUSED)
+def test_options_out_of_range_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        sf.precompute_transfer(sf.Scene([cube_inside(2, 0.5)]), **options)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"lights": sf.Environment(1.0)}, "lights: wanted point, spot, area or directional lights, got Environment"),
+        ({"lights": 3}, "lights: wanted a light or a list of lights, got int"),
+        ({"lights": [LAMP, None]}, "lights: wanted point, .*, got NoneType at index 1"),
+        ({"lights": LAMP, "reflectance": 1.0}, "reflectance: "),
+        ({"lights": LAMP, "reflectance": [0.1, 0.2]}, "reflectance: "),
+        ({"lights": LAMP, "bounces": -1}, "bounces: wanted"),
+        ({"lights": LAMP, "shadow_rays": 0}, "shadow_rays: wanted"),
+        ({"lights": LAMP, "penumbra_rays": 4}, "penumbra_rays: wanted at least the 16 probes"),
+    ],
+)
+def test_lights_that_are_none_are_refused(transfer, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        transfer.relight(**arguments)
+
+
+def test_can_be_cancelled(room):
+    with pytest.raises(sf.Cancelled):
+        sf.precompute_transfer(room, progress=lambda done, total: False)
