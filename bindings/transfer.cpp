@@ -1,43 +1,94 @@
 #include "convert.h"
 #include "rooms.h"
 #include "solution_dict.h"
+#include "surflux/transfer/distant_transfer.h"
 #include "surflux/transfer/local_transfer.h"
 
 namespace surflux::bindings {
 
 namespace {
 
-std::unique_ptr<LocalTransfer> make_local(const std::shared_ptr<CompiledScene>& scene, int levels, double radius,
-                                          double epsilon, int rays, std::size_t senders, std::size_t samples,
-                                          std::uint64_t seed, const py::object& progress) {
-    OperatorOptions options;
-    options.levels = levels;
-    options.radius = radius;
-    options.epsilon = epsilon;
-    options.rays = rays;
-    options.senders = senders;
-    options.samples = samples;
-    options.seed = seed;
+std::pair<TransportOperator, Figures> operator_of(const CompiledScene& scene, const OperatorOptions& options,
+                                                  const StageProgress& progress) {
+    Figures timings;
+    TransportOperator transport = build_operator(scene, options, progress, timings);
+    return {std::move(transport), std::move(timings)};
+}
+
+std::unique_ptr<LocalTransfer> make_local(const std::shared_ptr<CompiledScene>& scene, const OperatorOptions& options,
+                                          const py::object& progress) {
     const StageProgress report = to_stage_progress(progress);
     return without_gil([&] {
-        Figures timings;
-        TransportOperator transport = build_operator(*scene, options, report, timings);
+        auto [transport, timings] = operator_of(*scene, options, report);
         return std::make_unique<LocalTransfer>(scene, std::move(transport), std::move(timings));
     });
+}
+
+std::unique_ptr<DistantTransfer> make_distant(const std::shared_ptr<CompiledScene>& scene, OperatorOptions options,
+                                              int visibility_rays, const py::object& progress) {
+    options.lighting = OperatorOptions::Lighting::distant;
+    const StageProgress report = to_stage_progress(progress);
+    return without_gil([&] {
+        auto [transport, timings] = operator_of(*scene, options, report);
+        const DistantTransfer::Options own{visibility_rays, options.seed};
+        return std::make_unique<DistantTransfer>(scene, std::move(transport), own, report, std::move(timings));
+    });
+}
+
+std::vector<Rgb> to_reflectance(const py::object& reflectance) {
+    return reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+}
+
+// What all kinds of transfer tell of their operator.
+template <class Transfer>
+void bind_operator(py::class_<Transfer>& to) {
+    to.def_property_readonly("timings", [](const Transfer& t) { return to_dict(t.timings()); })
+        .def_property_readonly("receivers",
+                               [](const Transfer& t) {
+                                   return py::make_tuple(to_array(t.transport().positions),
+                                                         to_array(t.transport().normals));
+                               })
+        .def_property_readonly("bytes", [](const Transfer& t) { return t.bytes(); })
+        .def_property_readonly("rays", [](const Transfer& t) { return t.transport().rays; })
+        .def_property_readonly("links", [](const Transfer& t) { return t.transport().links.size(); })
+        .def_property_readonly("areas", [](const Transfer& t) { return to_array(t.transport().areas); })
+        .def_property_readonly("sizes", [](const Transfer& t) {
+            const TransportOperator& of = t.transport();
+            py::dict out;
+            out["receivers"] = of.rows.size();
+            out["functions"] = of.receiver_of.size();
+            out["groups"] = of.senders.leaves.size();
+            out["at_groups"] = of.at_groups.entries.size();
+            out["at_surfels"] = of.at_surfels.entries.size();
+            return out;
+        });
 }
 
 }  // namespace
 
 void bind_transfer(py::module_& module) {
-    py::class_<LocalTransfer>(module, "LocalTransfer")
-        .def(py::init(&make_local), py::arg("scene"), py::arg("levels"), py::arg("radius"), py::arg("epsilon"),
-             py::arg("rays"), py::arg("senders"), py::arg("samples"), py::arg("seed"), py::arg("progress") = py::none())
+    py::class_<OperatorOptions>(module, "OperatorOptions")
+        .def(py::init([](int levels, double radius, double epsilon, int rays, std::size_t senders, std::size_t samples,
+                         std::uint64_t seed) {
+                 OperatorOptions options;
+                 options.levels = levels;
+                 options.radius = radius;
+                 options.epsilon = epsilon;
+                 options.rays = rays;
+                 options.senders = senders;
+                 options.samples = samples;
+                 options.seed = seed;
+                 return options;
+             }),
+             py::kw_only(), py::arg("levels"), py::arg("radius"), py::arg("epsilon"), py::arg("rays"),
+             py::arg("senders"), py::arg("samples"), py::arg("seed"));
+    py::class_<LocalTransfer> local(module, "LocalTransfer");
+    local.def(py::init(&make_local), py::arg("scene"), py::arg("options"), py::arg("progress") = py::none())
         .def(
             "indirect",
             [](const LocalTransfer& transfer, const std::vector<Light>& lights, const py::object& reflectance,
                int bounces, std::size_t shadow_rays, std::uint64_t seed) {
-                const std::vector<Rgb> own =
-                    reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+                const std::vector<Rgb> own = to_reflectance(reflectance);
                 return handed_over(
                     without_gil([&] { return transfer.indirect(lights, own, {bounces, shadow_rays, seed}); }));
             },
@@ -51,27 +102,39 @@ void bind_transfer(py::module_& module) {
                     without_gil([&] { return transfer.direct(lights, {probes, shadow_rays}, seed, report); }));
             },
             py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
-            py::arg("progress") = py::none())
-        .def_property_readonly("timings", [](const LocalTransfer& t) { return to_dict(t.timings()); })
-        .def_property_readonly("receivers",
-                               [](const LocalTransfer& t) {
-                                   return py::make_tuple(to_array(t.transport().positions),
-                                                         to_array(t.transport().normals));
-                               })
-        .def_property_readonly("bytes", [](const LocalTransfer& t) { return t.transport().bytes(); })
-        .def_property_readonly("rays", [](const LocalTransfer& t) { return t.transport().rays; })
-        .def_property_readonly("links", [](const LocalTransfer& t) { return t.transport().links.size(); })
-        .def_property_readonly("areas", [](const LocalTransfer& t) { return to_array(t.transport().areas); })
-        .def_property_readonly("sizes", [](const LocalTransfer& t) {
-            const TransportOperator& of = t.transport();
-            py::dict out;
-            out["receivers"] = of.rows.size();
-            out["functions"] = of.receiver_of.size();
-            out["groups"] = of.senders.leaves.size();
-            out["at_groups"] = of.at_groups.entries.size();
-            out["at_surfels"] = of.at_surfels.entries.size();
-            return out;
-        });
+            py::arg("progress") = py::none());
+    bind_operator(local);
+    py::class_<IncidentLight>(module, "IncidentLight")
+        .def("irradiance",
+             [](const IncidentLight& light) {
+                 IncidentLight::Irradiance found = without_gil([&] { return light.irradiance(); });
+                 return py::make_tuple(handed_over(std::move(found.distant)), handed_over(std::move(found.all)));
+             })
+        .def(
+            "mirrored",
+            [](const IncidentLight& light, const Doubles& directions, const Doubles& exponents) {
+                const std::vector<Vec3> to = to_vec3s(directions, "directions");
+                const std::vector<double> by = to_vector(exponents);
+                return handed_over(without_gil([&] { return light.mirrored(to, by); }));
+            },
+            py::arg("directions"), py::arg("exponents"));
+    py::class_<DistantTransfer> distant(module, "DistantTransfer");
+    distant
+        .def(py::init(&make_distant), py::arg("scene"), py::arg("options"), py::arg("visibility_rays"),
+             py::arg("progress") = py::none())
+        .def(
+            "incident",
+            [](const DistantTransfer& transfer, const Doubles& environment, const py::object& reflectance,
+               int bounces) {
+                const std::vector<Rgb> coefficients = to_vec3s(environment, "environment");
+                require(coefficients.size() == SphericalHarmonics::count(DistantTransfer::source_order),
+                        "environment: wanted ", SphericalHarmonics::count(DistantTransfer::source_order),
+                        " coefficients, got ", coefficients.size());
+                const std::vector<Rgb> own = to_reflectance(reflectance);
+                return without_gil([&] { return transfer.incident(coefficients, own, bounces); });
+            },
+            py::arg("environment"), py::arg("reflectance"), py::arg("bounces"));
+    bind_operator(distant);
 }
 
 }  // namespace surflux::bindings

@@ -30,6 +30,7 @@ from surflux.scenes.scene_file import load_scene as load_scene
 from surflux.scenes.sky_patches import SkyPatches as SkyPatches
 from surflux.solutions.solution import Solution as Solution
 from surflux.solutions.solution_file import load_solution as load_solution
+from surflux.solving.distant_transfer import DistantTransfer as DistantTransfer
 from surflux.solving.form_factor_operator import FormFactorOperator as FormFactorOperator
 from surflux.solving.form_factor_operator import form_factor_operator as form_factor_operator
 from surflux.solving.form_factor_operator import load_operator as load_operator
@@ -39,11 +40,12 @@ from surflux.solving.harmonics import convolve_harmonics as convolve_harmonics
 from surflux.solving.harmonics import multiply_harmonics as multiply_harmonics
 from surflux.solving.harmonics import rotate_harmonics as rotate_harmonics
 from surflux.solving.harmonics import spherical_harmonics as spherical_harmonics
+from surflux.solving.local_transfer import LocalTransfer as LocalTransfer
 from surflux.solving.meshless import solve_meshless as solve_meshless
+from surflux.solving.precomputing import precompute_transfer as precompute_transfer
 from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
 from surflux.solving.transfer import Transfer as Transfer
-from surflux.solving.transfer import precompute_transfer as precompute_transfer
 from surflux.viewing.page import Page as Page
 from surflux.viewing.viewer import view as view
 

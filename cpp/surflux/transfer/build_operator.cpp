@@ -13,7 +13,9 @@
 #include "surflux/scene/extent.h"
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
+#include "surflux/transfer/function_means.h"
 #include "surflux/transfer/row_shooter.h"
+#include "surflux/transfer/sky_visibility.h"
 #include "surflux/transfer/test_lights.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -27,7 +29,8 @@ constexpr int few_rays = 32;          // that tell how far it is to what a place
 constexpr int most_repeats = 2;       // of receivers of clouds (PlacedBasis)
 constexpr double widest_mean = 1.0;   // as SurfelMeans has it
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
-constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e;
+constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
+                        sky_stream = 0x4e6f;
 
 class OperatorBuilder {
 public:
@@ -56,7 +59,7 @@ public:
         find_free_paths(first);
         group_senders();
         shoot(first);
-        make_lights();
+        make_test();
         for (int level = 1; level < options_.levels; ++level) {
             const std::vector<std::uint32_t> refined = to_refine(static_cast<std::size_t>(level - 1));
             if (refined.empty()) break;
@@ -66,15 +69,16 @@ public:
             const std::vector<std::uint32_t> children = children_of(basis_, refined);
             if (children.empty()) break;
             shoot(receivers_.add(children, stage("gathering")));
-            lights_->receive(out_, received_);
+            test_->receive(out_, received_);
         }
         for (int k = 0; k < most_repeats; ++k) repeat();
         number_functions();
-        project_to_surfels();
+        out_.at_surfels =
+            means_at_surfels(placed_.means(), basis_, number_, scene_.surfels.size(), stage("projection"));
         watch_.lap("projection");
         give_rows_to_surfels();
         watch_.lap("surfels");
-        project_to_groups();
+        out_.at_groups = means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas);
         watch_.lap("projection");
         return std::move(out_);
     }
@@ -92,7 +96,7 @@ private:
     }
 
     // The mean length of rays from receivers, and from surfels: pi times it, over the volume of the air, is the mean
-    // irradiance from a lamp that may be anywhere in it.
+    // irradiance from a lamp that may be anywhere in it. Of distant light it is the share of rays that escape.
     void find_free_paths(const std::vector<std::uint32_t>& receivers) {
         free_path_.resize(receivers.size());
         parallel_blocks(
@@ -108,7 +112,10 @@ private:
             },
             stage("grouping"));
     }
-    double length_of(const Hit& hit) const { return hit ? hit.distance : 0.0; }
+    double length_of(const Hit& hit) const {
+        if (options_.lighting == OperatorOptions::Lighting::distant) return hit ? 0.0 : 1.0;
+        return hit ? hit.distance : 0.0;
+    }
 
     void group_senders() {
         std::vector<double> of_function, of_surfel;
@@ -148,8 +155,18 @@ private:
         watch_.lap("placement");
     }
 
+    void make_test() {
+        if (options_.lighting == OperatorOptions::Lighting::distant) {
+            test_ = std::make_unique<VisibilityTest>(tracer_, options_.seed + sky_stream);
+            test_->receive(out_, received_);
+        } else {
+            test_ = make_lights();
+        }
+        watch_.lap("test lights");
+    }
+
     // Lamps at random places in the air.
-    void make_lights() {
+    std::unique_ptr<RowTest> make_lights() {
         std::vector<double> up_to, weights;  // by the air before receivers; by what these stand for
         double all = 0.0;
         for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) {
@@ -174,14 +191,14 @@ private:
             const std::size_t ray = pick(lengths);
             lamps.push_back(place.position + random.uniform() * length_of(row.hits[ray]) * row.rays[ray].direction);
         }
-        lights_ =
+        auto lights =
             std::make_unique<TestLights>(compiled_, out_, out_.senders.means(scene_.surfels.reflectance, out_.areas),
                                          lamps, options_.seed, stage("test lights"));
-        lights_->receive(out_, received_);
-        lights_->normalize(received_, weights);
+        lights->receive(out_, received_);
+        lights->normalize(received_, weights);
         received_ = {};
-        lights_->receive(out_, received_);
-        watch_.lap("test lights");
+        lights->receive(out_, received_);
+        return lights;
     }
 
     // As RECEIVER-ORACLE of L07 6.3: on the coarsest level around those that differ from others nearby, on finer ones
@@ -189,7 +206,7 @@ private:
     std::vector<std::uint32_t> to_refine(std::size_t level) {
         const std::uint32_t from = basis_.first(level);
         const std::uint32_t to = level > 0 ? basis_.first(level + 1) : placed_.evenly_placed();
-        const std::size_t n = lights_->size();
+        const std::size_t n = test_->size();
         const double allowed = options_.epsilon * std::exp2(0.5 * static_cast<double>(level));
         std::vector<float> coefs;
         if (level > 0) receivers_.coefficients(received_.values, coefs, n);
@@ -203,14 +220,14 @@ private:
                 const std::uint32_t row = receivers_.row(j);
                 double off = 0.0;
                 if (level > 0) {
-                    off = lights_->mean_square(coefs.data() + j * n);
+                    off = test_->mean_square(coefs.data() + j * n);
                 } else {
                     basis_.at_level(0, basis_.position(j), basis_.normal(j), basis_.object(j), near);
                     for (const BasisWeight& w : near) {
                         const std::uint32_t other = receivers_.row(w.function);
                         for (std::size_t c = 0; c < n; ++c)
                             difference[c] = received_.values[row * n + c] - received_.values[other * n + c];
-                        off = std::max(off, lights_->mean_square(difference.data()));
+                        off = std::max(off, test_->mean_square(difference.data()));
                     }
                 }
                 chosen[k] = is_off(off, allowed, received_.variance[row]);
@@ -244,19 +261,6 @@ private:
         }
     }
 
-    void project_to_surfels() {
-        const Progress progress = stage("projection");
-        const std::size_t n = scene_.surfels.size();
-        for (std::size_t i = 0; i < n; ++i) {
-            report_some(progress, i, n, 8192);
-            placed_.means().for_functions(i, [&](std::uint32_t j, double weight) {
-                if (number_[j] != Receivers::none)
-                    out_.at_surfels.entries.push_back({number_[j], static_cast<float>(weight)});
-            });
-            out_.at_surfels.end_row();
-        }
-    }
-
     // Surfels on which a few rays contradict the basis, those first that make most of its error: at most as many as
     // there are receivers. Each gets a row of its own.
     void give_rows_to_surfels() {
@@ -264,7 +268,7 @@ private:
             std::uint32_t surfel;
             double error;
         };
-        const std::size_t n = scene_.surfels.size(), channels = lights_->size();
+        const std::size_t n = scene_.surfels.size(), channels = test_->size();
         std::vector<float> coefs;
         out_.coefficients(received_.values, channels, coefs);
         std::vector<float> by_basis(n * channels);
@@ -283,13 +287,13 @@ private:
                 if (out_.areas[i] > 0.0) asked.push_back(places[i]);
             TransportOperator own;
             few.add(asked, std::vector<int>(asked.size(), few_rays), own, {});
-            TestLights::Received received;
-            lights_->receive(own, received);
+            RowTest::Received received;
+            test_->receive(own, received);
             for (std::size_t k = 0; k < asked.size(); ++k) {
                 const std::uint32_t i = asked[k].surfel;
                 float* difference = received.values.data() + k * channels;
                 for (std::size_t c = 0; c < channels; ++c) difference[c] -= by_basis[i * channels + c];
-                const double square = lights_->mean_square(difference);
+                const double square = test_->mean_square(difference);
                 if (is_off(square, options_.epsilon, received.variance[k]))
                     off.push_back({i, out_.areas[i] * (square - static_cast<double>(received.variance[k]))});
             }
@@ -322,37 +326,6 @@ private:
         out_.at_surfels = std::move(all);
     }
 
-    void project_to_groups() {
-        const SenderGroups& senders = out_.senders;
-        std::vector<std::vector<std::uint32_t>> members(senders.size());
-        for (std::uint32_t i = 0; i < out_.areas.size(); ++i)
-            if (out_.areas[i] > 0.0) members[senders.leaf_of_surfel[i]].push_back(i);
-        std::vector<std::vector<SparseRows::Entry>> found(senders.leaves.size());
-        parallel_for(senders.leaves.size(), 64, [&](std::size_t leaf) {
-            std::vector<SparseRows::Entry> all;
-            double area = 0.0;
-            for (const std::uint32_t i : members[senders.leaves[leaf]]) {
-                area += out_.areas[i];
-                const auto own = static_cast<float>(scene_.surfels.areas[i]);
-                for (std::uint32_t k = out_.at_surfels.begin[i]; k < out_.at_surfels.begin[i + 1]; ++k)
-                    all.push_back({out_.at_surfels.entries[k].column, own * out_.at_surfels.entries[k].weight});
-            }
-            std::stable_sort(all.begin(), all.end(), [](const SparseRows::Entry& a, const SparseRows::Entry& b) {
-                return a.column < b.column;
-            });
-            for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
-                double sum = 0.0;
-                for (; to < all.size() && all[to].column == all[from].column; ++to)
-                    sum += static_cast<double>(all[to].weight);
-                found[leaf].push_back({all[from].column, static_cast<float>(sum / area)});
-            }
-        });
-        for (const std::vector<SparseRows::Entry>& row : found) {
-            out_.at_groups.entries.insert(out_.at_groups.entries.end(), row.begin(), row.end());
-            out_.at_groups.end_row();
-        }
-    }
-
     const CompiledScene& compiled_;
     const Scene& scene_;
     const OperatorOptions& options_;
@@ -365,8 +338,8 @@ private:
     Receivers receivers_;
     TransportOperator out_;
     std::vector<double> free_path_;  // of each row of the first level
-    std::unique_ptr<TestLights> lights_;
-    TestLights::Received received_;
+    std::unique_ptr<RowTest> test_;
+    RowTest::Received received_;
     std::vector<std::uint32_t> number_;  // of functions of the basis among those of the operator
 };
 

@@ -31,7 +31,7 @@ public:
     LocalTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, Figures timings);
 
     const TransportOperator& transport() const { return operator_; }
-    const CompiledScene& scene() const { return *scene_; }
+    std::size_t bytes() const { return operator_.bytes(); }
     // Direct irradiance at every surfel from such lights.
     std::vector<Rgb> direct(const std::vector<Light>& lights, const DirectOptions& options, std::uint64_t seed,
                             const Progress& progress) const;

@@ -103,6 +103,7 @@ void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& c
     for (std::size_t k = 0; k < places.size(); ++k) {
         out.positions.push_back(places[k].position);
         out.normals.push_back(places[k].normal);
+        out.surfels.push_back(places[k].surfel);
         out.rays += static_cast<std::size_t>(counts[k]);
     }
 }

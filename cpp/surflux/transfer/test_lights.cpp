@@ -17,44 +17,44 @@ constexpr std::size_t rays_of_lamp = 65536;
 TestLights::TestLights(const CompiledScene& compiled, const TransportOperator& of,
                        const std::vector<float>& reflectance, const std::vector<Vec3>& lamps, std::uint64_t seed,
                        const Progress& progress)
-    : size_(lamps.size()), sent_(of.senders.size() * lamps.size(), 0.0f) {
+    : RowTest(lamps.size()), sent_(of.senders.size() * lamps.size(), 0.0f) {
     const GroupLight light(compiled, of.senders, of.samples);
-    for (std::size_t lamp = 0; lamp < size_; ++lamp) {
-        report(progress, lamp, size_);
+    for (std::size_t lamp = 0; lamp < size(); ++lamp) {
+        report(progress, lamp, size());
         const std::vector<float> direct =
             light.irradiance({PointLight{lamps[lamp], {1.0, 1.0, 1.0}}}, reflectance, {rays_of_lamp, seed});
         for (const std::uint32_t leaf : of.senders.leaves) {
             const Rgb reflected{static_cast<double>(reflectance[3 * leaf]),
                                 static_cast<double>(reflectance[3 * leaf + 1]),
                                 static_cast<double>(reflectance[3 * leaf + 2])};
-            sent_[leaf * size_ + lamp] = static_cast<float>(luminance(reflected)) * direct[3 * leaf];
+            sent_[leaf * size() + lamp] = static_cast<float>(luminance(reflected)) * direct[3 * leaf];
         }
     }
-    of.senders.pull_up(sent_, size_);
+    of.senders.pull_up(sent_, size());
 }
 
 void TestLights::receive(const TransportOperator& of, Received& out) const {
-    const std::size_t from = out.variance.size();
-    out.values.resize(of.rows.size() * size_, 0.0f);
+    const std::size_t from = out.variance.size(), n = size();
+    out.values.resize(of.rows.size() * n, 0.0f);
     out.variance.resize(of.rows.size(), 0.0f);
     parallel_blocks(of.rows.size() - from, 64, [&](std::size_t begin, std::size_t end) {
-        std::vector<float> halves(2 * size_);
+        std::vector<float> halves(2 * n);
         for (std::size_t k = from + begin; k < from + end; ++k) {
             const TransportOperator::Row& row = of.rows[k];
             std::fill(halves.begin(), halves.end(), 0.0f);
             for (std::uint32_t l = row.begin; l < row.end; ++l) {
                 const TransportOperator::Link& link = of.links[l];
-                const float* sent = sent_.data() + link.sender * size_;
+                const float* sent = sent_.data() + link.sender * n;
                 const auto first = static_cast<float>(link.first), second = static_cast<float>(link.second);
-                for (std::size_t c = 0; c < size_; ++c) {
+                for (std::size_t c = 0; c < n; ++c) {
                     halves[c] += first * sent[c];
-                    halves[size_ + c] += second * sent[c];
+                    halves[n + c] += second * sent[c];
                 }
             }
-            float* to = out.values.data() + k * size_;
-            for (std::size_t c = 0; c < size_; ++c) {
-                to[c] = row.per_ray * (halves[c] + halves[size_ + c]);
-                halves[c] = row.per_ray * (halves[c] - halves[size_ + c]);
+            float* to = out.values.data() + k * n;
+            for (std::size_t c = 0; c < n; ++c) {
+                to[c] = row.per_ray * (halves[c] + halves[n + c]);
+                halves[c] = row.per_ray * (halves[c] - halves[n + c]);
             }
             out.variance[k] = static_cast<float>(mean_square(halves.data()));
         }
@@ -62,25 +62,19 @@ void TestLights::receive(const TransportOperator& of, Received& out) const {
 }
 
 void TestLights::normalize(const Received& rows, const std::vector<double>& weights) {
-    std::vector<double> squares(size_, 0.0);
+    std::vector<double> squares(size(), 0.0);
     double all = 0.0;
     for (std::size_t k = 0; k < weights.size(); ++k) {
-        for (std::size_t c = 0; c < size_; ++c) {
-            const auto value = static_cast<double>(rows.values[k * size_ + c]);
+        for (std::size_t c = 0; c < size(); ++c) {
+            const auto value = static_cast<double>(rows.values[k * size() + c]);
             squares[c] += weights[k] * value * value;
         }
         all += weights[k];
     }
     for (std::size_t k = 0; k < sent_.size(); ++k) {
-        const double square = squares[k % size_];
+        const double square = squares[k % size()];
         sent_[k] *= square > 0.0 ? static_cast<float>(std::sqrt(all / square)) : 0.0f;
     }
-}
-
-double TestLights::mean_square(const float* values) const {
-    double sum = 0.0;
-    for (std::size_t c = 0; c < size_; ++c) sum += static_cast<double>(values[c] * values[c]);
-    return size_ > 0 ? sum / static_cast<double>(size_) : 0.0;
 }
 
 }  // namespace surflux

@@ -80,10 +80,10 @@ void TransportOperator::receive(const std::vector<float>& coefs, std::size_t cha
 
 std::size_t TransportOperator::bytes() const {
     const auto of = [](const auto& v) { return v.size() * sizeof v[0]; };
-    return of(positions) + of(normals) + of(rows) + of(links) + of(receiver_of) + of(level_begin) + of(parents.begin) +
-           of(parents.entries) + of(at_groups.begin) + of(at_groups.entries) + of(at_surfels.begin) +
-           of(at_surfels.entries) + of(senders.nodes) + of(senders.leaf_of_surfel) + of(senders.leaves) +
-           of(samples.positions) + of(samples.surfels) + of(areas);
+    return of(positions) + of(normals) + of(surfels) + of(rows) + of(links) + of(receiver_of) + of(level_begin) +
+           of(parents.begin) + of(parents.entries) + of(at_groups.begin) + of(at_groups.entries) +
+           of(at_surfels.begin) + of(at_surfels.entries) + of(senders.nodes) + of(senders.leaf_of_surfel) +
+           of(senders.leaves) + of(samples.positions) + of(samples.surfels) + of(areas);
 }
 
 }  // namespace surflux

@@ -15,6 +15,7 @@ from surflux.pictures.camera import Camera, own_or_framing
 from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
+from surflux.solutions.towards import glossy
 
 LAYERS = ("radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level")  # of a picture
 
@@ -87,7 +88,7 @@ def picture(solution, view, names, progress):
     if isinstance(solution._field, BasisField):
         found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
     else:
-        found = _splatted(solution, names, splat)
+        found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
         found["level"] = by_index(found["index"], solution.values()["level"])
     return {name: found[name] for name in names}
@@ -101,12 +102,16 @@ def by_index(index, values):
     return out
 
 
-def _splatted(solution, names, splat):
+def _splatted(solution, view, names, splat):
+    eye, target, *_, height = view.camera
+    # Of an orthographic camera all look the same way.
+    towards = np.subtract(eye, target if height else solution.surfels.points)
+    gloss = glossy(solution, np.broadcast_to(towards, solution.surfels.points.shape))
     rho, emission = solution.surfels.reflectance, solution.surfels.emission
     everything = {  # values, and are lamps and the background seen?
-        "radiance": (solution.radiosity / np.pi, True),
+        "radiance": (solution.radiosity / np.pi + gloss, True),
         "direct": ((emission + rho * solution.direct) / np.pi, True),
-        "indirect": (rho * (solution.irradiance - solution.direct) / np.pi, False),
+        "indirect": (rho * (solution.irradiance - solution.direct) / np.pi + gloss, False),
         "albedo": (rho, False),
     }
     blended = {name: layer for name, layer in everything.items() if name in names}

@@ -20,7 +20,7 @@ from surflux.points.surfels import Surfels
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
-from surflux.solutions import rendering, showing, summaries
+from surflux.solutions import rendering, showing, summaries, towards
 from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces
 
@@ -120,6 +120,7 @@ class Solution:
         self._scene = scene
         self._known_field = field
         self._on_surface = None
+        self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
 
     @property
     def _field(self):
@@ -136,7 +137,7 @@ class Solution:
         twin = Solution.__new__(Solution)
         # What is of the core never changes.
         kept = {
-            name: value if name in ("_known_field", "_on_surface") else copy.deepcopy(value, memo)
+            name: value if name in ("_known_field", "_on_surface", "_mirrored") else copy.deepcopy(value, memo)
             for name, value in vars(self).items()
         }
         twin.__dict__.update(kept)
@@ -283,6 +284,7 @@ class Solution:
             found = rendering.picture(self, view, names, callback)
         return found if layers is not False else found["radiance"]
 
+    radiance_towards = towards.radiance_towards
     animate, plot, to_pyvista, values = showing.animate, showing.plot, showing.to_pyvista, showing.values
 
     def per_face(self, name: Literal["irradiance", "direct", "radiosity"] = "irradiance", object: int = 0) -> Floats:

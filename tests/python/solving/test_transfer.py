@@ -145,7 +145,7 @@ def test_solution_of_relight_is_whole(room, transfer):
 
 
 REFUSED = {
-    "lighting": ({"lighting": "distant"}, "lighting: wanted"),
+    "lighting": ({"lighting": "moon"}, "lighting: wanted"),
     "epsilon": ({"epsilon_t": 0.0}, "epsilon_t: wanted"),
     "bounces": ({"bounces": -1}, "bounces: wanted"),
     "rays": ({"rays": 8}, "rays: wanted"),

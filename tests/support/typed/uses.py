@@ -114,7 +114,11 @@ shone, error = sf.reference_radiance(scene, [[0.5, 0.5, 0.0]], [[0, 0, 1]], [[1,
 assert_type(shone, Floats)
 irradiance, error = sf.reference_irradiance(scene, [[0.5, 0.5, 0.0]], [[0, 0, 1]], samples=64)
 assert_type(error, Floats)
-transfer: sf.Transfer = sf.precompute_transfer(scene, "local", bounces=None, epsilon_t=0.2, progress=watch)
+transfer: sf.LocalTransfer = sf.precompute_transfer(scene, "local", bounces=None, epsilon_t=0.2, progress=watch)
+distant: sf.DistantTransfer = sf.precompute_transfer(scene, "distant")
+radiance = distant.relight(sf.Environment(1.0), rotation=np.eye(3), specular=0.2).radiance_towards([0, 0, 1])
+assert_type(radiance, Floats)
+kinds: list[sf.Transfer] = [transfer, distant]
 assert_type(transfer.relight([sf.PointLight([0, 0, 1], 2.0)], reflectance=[0.5, 0.4, 0.3]), sf.Solution)
 assert_type(transfer.indirect(sf.PointLight([0, 0, 1], 2.0), bounces=2), Floats)
 

@@ -1,0 +1,171 @@
+#include "surflux/transfer/distant_transfer.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+#include "surflux/solution/stopwatch.h"
+#include "surflux/transfer/harmonic_lobe.h"
+#include "surflux/transfer/harmonic_product.h"
+#include "surflux/transfer/reflections.h"
+#include "surflux/transfer/sky_visibility.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t visibility_stream = 0x5f70;
+constexpr std::size_t block = 64;  // of rows, that are multiplied together
+constexpr std::size_t seen = SphericalHarmonics::count(DistantTransfer::visibility_order);
+constexpr std::size_t distant = IncidentLight::distant, reflected = IncidentLight::reflected;
+constexpr float finest = 32767.0f;
+
+using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Harmonics of reflected radiance that comes along the links of rows.
+class ReflectedLight {
+public:
+    explicit ReflectedLight(const TransportOperator& transport) : transport_(transport), basis_(order) {}
+
+    // Into 3 reflected. Each ray of a link stands for pi / cos of solid angle; below the horizon as in the mirror. What
+    // that is off by in irradiance, which the rays are distributed for, is put right by even light.
+    void gather(std::size_t k, const std::vector<float>& sent, double* out) const {
+        const TransportOperator::Row& row = transport_.rows[k];
+        const Frame frame = frame_around(transport_.normals[k]);
+        double above[reflected], below[reflected];
+        std::fill_n(out, 3 * reflected, 0.0);
+        Rgb irradiance;
+        for (std::uint32_t l = row.begin; l < row.end; ++l) {
+            const TransportOperator::Link& link = transport_.links[l];
+            const Vec3 local = normalized({static_cast<double>(link.u), static_cast<double>(link.v),
+                                           static_cast<double>(TransportOperator::slope_scale)});
+            basis_.evaluate(frame.to_world(local), above);
+            basis_.evaluate(frame.to_world({local.x, local.y, -local.z}), below);
+            const double share = static_cast<double>(row.per_ray) * (link.first + link.second);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto arrived = share * static_cast<double>(sent[3 * link.sender + c]);
+                irradiance[static_cast<int>(c)] += arrived;
+                for (std::size_t i = 0; i < reflected; ++i) out[3 * i + c] += arrived / local.z * (above[i] + below[i]);
+            }
+        }
+        basis_.evaluate(transport_.normals[k], above);
+        scale_bands(cosine_, above);
+        for (std::size_t c = 0; c < 3; ++c) {
+            double found = 0.0;
+            for (std::size_t i = 0; i < reflected; ++i) found += above[i] * out[3 * i + c];
+            out[c] += (irradiance[static_cast<int>(c)] - found) / above[0];
+        }
+    }
+
+private:
+    static constexpr int order = IncidentLight::reflected_order;
+    const TransportOperator& transport_;
+    SphericalHarmonics basis_;
+    std::vector<double> cosine_ = lobe_bands(1.0, order);
+};
+
+}  // namespace
+
+DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport,
+                                 const Options& options, const StageProgress& progress, Figures timings)
+    : scene_(std::move(scene)),
+      operator_(std::make_shared<const TransportOperator>(std::move(transport))),
+      timings_(std::move(timings)) {
+    Stopwatch watch(timings_);
+    const Surfels& s = scene_->scene().surfels;
+    reflectance_ = operator_->senders.means(s.reflectance, operator_->areas);
+    emission_ = operator_->senders.means(s.emission, operator_->areas);
+    const std::size_t rows = operator_->rows.size();
+    visibility_.resize(rows * seen);
+    scale_.resize(rows);
+    const SkyVisibility sky(scene_->tracer(), visibility_order, options.seed + visibility_stream);
+    parallel_blocks(
+        rows, 16,
+        [&](std::size_t begin, std::size_t end) {
+            SkyVisibility::Scratch scratch;
+            std::vector<float> values(seen);
+            for (std::size_t k = begin; k < end; ++k) {
+                sky.find(operator_->positions[k], operator_->normals[k], operator_->surfels[k], options.visibility_rays,
+                         scratch, values.data());
+                float most = 0.0f;
+                for (const float v : values) most = std::max(most, std::abs(v));
+                scale_[k] = most / finest;
+                for (std::size_t i = 0; i < seen && most > 0.0f; ++i)
+                    visibility_[k * seen + i] = static_cast<std::int16_t>(std::lround(values[i] / scale_[k]));
+            }
+        },
+        progress ? progress("visibility") : Progress{});
+    watch.lap("visibility");
+}
+
+IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, const std::vector<Rgb>& reflectance,
+                                        int bounces) const {
+    constexpr std::size_t channels = IncidentLight::channels;
+    const SenderGroups& senders = operator_->senders;
+    const std::size_t rows = operator_->rows.size();
+    // "Times the environment", for the visibility of a row to be multiplied by.
+    const HarmonicProduct product(source_order, visibility_order, IncidentLight::distant_order);
+    Matrix times[3];
+    for (int c = 0; c < 3; ++c) {
+        std::vector<double> of_color;
+        for (const Rgb& coefficient : environment) of_color.push_back(coefficient[c]);
+        const std::vector<double> matrix = product.matrix(of_color.data());
+        times[c] = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+                       matrix.data(), distant, seen)
+                       .cast<float>();
+    }
+    const SphericalHarmonics cosine_basis(IncidentLight::distant_order);
+    const ReflectedLight reflections(*operator_);
+    const std::vector<double> cosine = lobe_bands(1.0, IncidentLight::distant_order);
+    std::vector<float> light(rows * channels), irradiance(3 * rows);
+    parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
+        const auto count = static_cast<Eigen::Index>(end - begin);
+        Matrix visible(static_cast<Eigen::Index>(seen), count);
+        for (std::size_t k = begin; k < end; ++k)
+            for (std::size_t i = 0; i < seen; ++i)
+                visible(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k - begin)) =
+                    scale_[k] * static_cast<float>(visibility_[k * seen + i]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Matrix found = times[c] * visible;
+            for (std::size_t k = begin; k < end; ++k)
+                for (std::size_t i = 0; i < distant; ++i)
+                    light[k * channels + 3 * i + c] =
+                        found(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k - begin));
+        }
+        double at[distant];
+        for (std::size_t k = begin; k < end; ++k) {
+            cosine_basis.evaluate(operator_->normals[k], at);
+            scale_bands(cosine, at);
+            for (std::size_t c = 0; c < 3; ++c) {
+                double sum = 0.0;
+                for (std::size_t i = 0; i < distant; ++i)
+                    sum += at[i] * static_cast<double>(light[k * channels + 3 * i + c]);
+                irradiance[3 * k + c] = static_cast<float>(sum);
+            }
+        }
+    });
+    std::vector<float> coefs, direct;
+    operator_->coefficients(irradiance, 3, coefs);
+    operator_->receive(coefs, 3, direct);
+    const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_->areas);
+    const std::vector<float> sent = sent_after(bounces, *operator_, emission_, own, direct);
+    parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
+        double found[3 * reflected];
+        for (std::size_t k = begin; k < end; ++k) {
+            reflections.gather(k, sent, found);
+            float* to = light.data() + k * channels + 3 * distant;
+            for (std::size_t i = 0; i < 3 * reflected; ++i) to[i] = static_cast<float>(found[i]);
+        }
+    });
+    operator_->coefficients(light, channels, coefs);
+    return {scene_, operator_, std::move(coefs)};
+}
+
+std::size_t DistantTransfer::bytes() const {
+    return operator_->bytes() + visibility_.size() * sizeof visibility_[0] + scale_.size() * sizeof scale_[0];
+}
+
+}  // namespace surflux

@@ -1,0 +1,79 @@
+#include "surflux/transfer/function_means.h"
+
+#include <algorithm>
+
+#include "surflux/core/parallel.h"
+#include "surflux/meshless/receivers.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr double least_share = 0.01;
+
+}  // namespace
+
+SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& basis,
+                            const std::vector<std::uint32_t>& number, std::size_t surfels, const Progress& progress) {
+    SparseRows out;
+    struct Share {
+        std::uint32_t function;
+        std::size_t level;
+        double weight;
+    };
+    std::vector<Share> shares;
+    std::vector<double> all(basis.levels()), kept(basis.levels());
+    for (std::size_t i = 0; i < surfels; ++i) {
+        report_some(progress, i, surfels, 8192);
+        shares.clear();
+        std::fill(all.begin(), all.end(), 0.0);
+        std::fill(kept.begin(), kept.end(), 0.0);
+        means.for_functions(i, [&](std::uint32_t j, double weight) {
+            if (number[j] == Receivers::none) return;
+            const std::size_t level = basis.level_of(j);
+            all[level] += weight;
+            if (weight < least_share) return;
+            kept[level] += weight;
+            shares.push_back({number[j], level, weight});
+        });
+        for (const Share& share : shares)
+            out.entries.push_back(
+                {share.function, static_cast<float>(share.weight * all[share.level] / kept[share.level])});
+        out.end_row();
+    }
+    return out;
+}
+
+SparseRows means_at_groups(const SparseRows& at_surfels, const SenderGroups& senders, const std::vector<double>& areas,
+                           const std::vector<double>& outside) {
+    std::vector<std::vector<std::uint32_t>> members(senders.size());
+    for (std::uint32_t i = 0; i < outside.size(); ++i)
+        if (outside[i] > 0.0) members[senders.leaf_of_surfel[i]].push_back(i);
+    std::vector<std::vector<SparseRows::Entry>> found(senders.leaves.size());
+    parallel_for(senders.leaves.size(), 64, [&](std::size_t leaf) {
+        std::vector<SparseRows::Entry> all;
+        double area = 0.0;
+        for (const std::uint32_t i : members[senders.leaves[leaf]]) {
+            area += outside[i];
+            const auto own = static_cast<float>(areas[i]);
+            for (std::uint32_t k = at_surfels.begin[i]; k < at_surfels.begin[i + 1]; ++k)
+                all.push_back({at_surfels.entries[k].column, own * at_surfels.entries[k].weight});
+        }
+        std::stable_sort(all.begin(), all.end(),
+                         [](const SparseRows::Entry& a, const SparseRows::Entry& b) { return a.column < b.column; });
+        for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
+            double sum = 0.0;
+            for (; to < all.size() && all[to].column == all[from].column; ++to)
+                sum += static_cast<double>(all[to].weight);
+            found[leaf].push_back({all[from].column, static_cast<float>(sum / area)});
+        }
+    });
+    SparseRows out;
+    for (const std::vector<SparseRows::Entry>& row : found) {
+        out.entries.insert(out.entries.end(), row.begin(), row.end());
+        out.end_row();
+    }
+    return out;
+}
+
+}  // namespace surflux

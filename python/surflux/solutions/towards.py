@@ -1,0 +1,52 @@
+"""What surfels of a solution send in a direction: a method of Solution."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surflux._base import check
+from surflux._base.passes import thread_limit
+from surflux._base.types import Floats
+
+
+def radiance_towards(self: Any, directions: ArrayLike, *, threads: int | None = None) -> Floats:
+    """Radiance that leaves each surfel in a direction, emission included.
+
+    Of diffuse surfels B / pi. Those of `DistantTransfer.relight` that are glossy also send what their lobes have
+    (see Surfels.specular), which depends on the direction.
+
+    Args:
+        directions: (3,) for all, or (n, 3), away from the surfels, of any length but 0.
+        threads: at most this many; None for all.
+
+    Returns:
+        (n, 3) in W/(m2 sr) for lights in W; 0 from behind.
+
+    Raises:
+        ValueError: directions of another shape, or of zero length.
+
+    >>> import surflux as sf
+    >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+    >>> print(solution.radiance_towards([0, 0, 1]).round(3)[0], solution.radiance_towards([1, 0, -1]).max())
+    [0.5 0.5 0.5] 0.0
+    """
+    n = len(self.surfels)
+    given = check.numeric("directions", directions)
+    given = np.broadcast_to(given, (n, 3)) if given.shape == (3,) else given
+    towards = check.unit_vectors("directions", check.finite_array("directions", given, (n, 3)))
+    with thread_limit(threads):
+        radiance = self.radiosity / np.pi + glossy(self, towards)
+    return np.where((towards * self.surfels.normals).sum(axis=1)[:, None] > 0.0, radiance, 0.0)
+
+
+def glossy(solution, towards):
+    """What lobes have of radiance_towards, for directions (n, 3), also of length 0, where it is 0; 0 of no lobes."""
+    if solution._mirrored is None:
+        return 0.0
+    incident, specular, exponent = solution._mirrored
+    length = np.linalg.norm(towards, axis=1, keepdims=True)
+    return specular * np.asarray(incident.mirrored(np.divide(towards, np.where(length > 0.0, length, 1.0)), exponent))

@@ -1,0 +1,109 @@
+"""Distant light that turns and changes, on glossy surfaces (Lehtinen and others 2007, sections 5.2 and 6.4)."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.passes import thread_limit
+from surflux._base.types import Floats
+from surflux.geometry.gloss import gloss_arrays, require_energy
+from surflux.scenes.lights import Environment
+from surflux.scenes.scene import Scene
+from surflux.solutions.solution import Solution
+from surflux.solving.harmonics import rotate_harmonics
+from surflux.solving.transfer import Transfer
+
+ORDER = 5  # of the environment
+
+
+class DistantTransfer(Transfer):
+    """How distant light comes to the surfels of a scene: `precompute_transfer(scene, "distant")`."""
+
+    _core: _core.DistantTransfer
+
+    def relight(
+        self,
+        environment: Environment | ArrayLike,
+        *,
+        rotation: ArrayLike | None = None,
+        reflectance: ArrayLike | None = None,
+        specular: ArrayLike | None = None,
+        exponent: ArrayLike | None = None,
+        bounces: int | None = None,
+        threads: int | None = None,
+    ) -> Solution:
+        """The scene in a distant environment, of which five bands of spherical harmonics are taken.
+
+        It is linear in the environment. Reflections between surfels are diffuse, by `reflectance`: only towards the
+        eye surfels are glossy (L07 section 6.4 has the bounces in its matrices likewise). Light that comes to a surfel
+        has 81 harmonics, so that lobes of an exponent far above 40 are blurred.
+
+        Args:
+            environment: Environment, or its harmonics in the scene's axes (see surflux.spherical_harmonics): (n,) or
+                (n, 3), n = 1, 4, 9, 16 or 25.
+            rotation: (3, 3); what came from direction d comes from rotation @ d. None for none.
+            reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
+                the scene's.
+            specular, exponent: likewise, as Surfels have them. None for the scene's.
+            bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
+            threads: at most this many; None for all.
+
+        Returns:
+            Solution at the scene's own surfels, what emissive ones bring in it. Where surfels are glossy, `render` and
+            `radiance_towards` are, too; radiosity is their diffuse part. Its `error` is NaN: it is not estimated. Five
+            bands of a bright small light are below 0 elsewhere; so may irradiance be, which is cut off at 0.
+
+        Raises:
+            ValueError: an argument, by name.
+
+        >>> import surflux as sf
+        >>> ball = sf.Surfels.from_mesh(([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, 0, 1]], [[0, 1, 3], [1, 2, 3]]), 0.1)
+        >>> transfer = sf.precompute_transfer(sf.Scene([ball]), "distant")
+        >>> solution = transfer.relight(sf.Environment(1.0))
+        >>> print(solution.irradiance.round(3)[0])
+        [3.142 3.142 3.142]
+        """
+        light = _harmonics(environment)
+        if rotation is not None:
+            light = rotate_harmonics(light, rotation)
+        reflectance = self._reflectance(reflectance)
+        gloss = self._gloss(reflectance, specular, exponent)
+        with thread_limit(threads):
+            start = perf_counter()
+            incident = self._core.incident(light, reflectance, self._bounces(bounces))
+            direct, irradiance = incident.irradiance()
+            seconds = perf_counter() - start
+        shown = Environment.from_harmonics(light, 32)
+        scene = Scene(self.scene.objects, lights=[shown], camera=self.scene.camera)
+        irradiance, direct = (np.maximum(np.asarray(found), 0.0) for found in (irradiance, direct))
+        solution = self._solution(reflectance, irradiance, direct, timings={"incident": seconds}, scene=scene)
+        if gloss:
+            solution._mirrored = incident, gloss["specular"], gloss["exponent"]
+        return solution
+
+    def _gloss(self, reflectance, specular, exponent):
+        """What `gloss_arrays` gives of these, or else of the scene."""
+        own = self.scene.surfels
+        gloss = gloss_arrays(
+            own.specular if specular is None else specular,
+            own.exponent if exponent is None else exponent,
+            len(own),
+        )
+        return require_energy(own.reflectance if reflectance is None else reflectance, gloss)
+
+
+def _harmonics(environment) -> Floats:
+    if isinstance(environment, Environment):
+        return environment.harmonics(ORDER)
+    array = check.numeric("environment", environment)
+    if array.ndim == 1:
+        array = array[:, None].repeat(3, axis=1)
+    array = check.finite_array("environment", array, (None, 3))
+    if len(array) not in [band**2 for band in range(1, ORDER + 1)]:
+        raise ValueError(f"environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got {len(array)}")
+    return np.concatenate([array, np.zeros((ORDER**2 - len(array), 3))])

@@ -1,0 +1,131 @@
+"""precompute_transfer: light transport found once, for lights that then change."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import Literal, overload
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.passes import stage_callback, thread_limit
+from surflux._base.types import Progress
+from surflux.scenes.scene import Scene
+from surflux.solving.distant_transfer import DistantTransfer
+from surflux.solving.local_transfer import LocalTransfer
+from surflux.solving.run import check_scene
+from surflux.solving.transfer import Transfer
+
+SAMPLES = 4  # of the unoccluded light of each group of senders
+EPSILON = {"local": 0.3, "distant": 0.15}
+VISIBILITY_RAYS = 1024  # of each receiver
+
+
+@overload
+def precompute_transfer(
+    scene: Scene,
+    lighting: Literal["local"] = "local",
+    *,
+    bounces: int | None = 3,
+    epsilon_t: float | None = None,
+    levels: int = 6,
+    radius: float | None = None,
+    rays: int = 512,
+    senders: int = 65536,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> LocalTransfer: ...
+@overload
+def precompute_transfer(
+    scene: Scene,
+    lighting: Literal["distant"],
+    *,
+    bounces: int | None = 3,
+    epsilon_t: float | None = None,
+    levels: int = 6,
+    radius: float | None = None,
+    rays: int = 512,
+    senders: int = 65536,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> DistantTransfer: ...
+def precompute_transfer(
+    scene: Scene,
+    lighting: Literal["local", "distant"] = "local",
+    *,
+    bounces: int | None = 3,
+    epsilon_t: float | None = None,
+    levels: int = 6,
+    radius: float | None = None,
+    rays: int = 512,
+    senders: int = 65536,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Transfer:
+    """Light transport of a scene, found once, for lights that then move, turn and change (L07 sections 6.4 and 6.5).
+
+    Rays from the points of a multilevel basis link them to groups of surfels, whatever the light. `relight` of the
+    result finds the direct light of the groups, and the operator turns what they reflect of it into indirect light
+    everywhere, with one product for each bounce. Points are refined where they differ in what a test tells of them.
+    Surfels whose own rays contradict the basis have rays of their own.
+
+    "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 64 lamps at random places
+    in the air; points keep irradiance and its gradient by the normal.
+
+    "distant" is for an environment by five bands of spherical harmonics: `DistantTransfer.relight` takes it, turned if
+    wanted, and surfels may be glossy. Its test is what points see of the sky; points keep that by 169 harmonics.
+
+    What departs from L07: senders are groups of surfels and no basis functions, so that nothing is interpolated of
+    senders; bounces are products at run time, so that reflectance may change, too; visibility stands for transfer
+    matrices, which are "times visibility".
+
+    Args:
+        scene: Scene; its lights do not matter. `Transfer` keeps it.
+        lighting: "local", lamps in the scene and around it, or "distant".
+        bounces: how often light is reflected; None for until another bounce brings less than a thousandth.
+        epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
+            "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
+            None for .3. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
+        levels, radius: of the basis, as in `solve_meshless`.
+        rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
+        senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
+        seed, threads, progress: see `solve`.
+
+    Returns:
+        LocalTransfer or DistantTransfer.
+
+    Raises:
+        ValueError: an argument out of range, by name.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> corner = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]], [[0, 1, 2, 3], [0, 3, 5, 4]]
+    >>> transfer = sf.precompute_transfer(sf.Scene([sf.Surfels.from_mesh(corner, 0.1)]))
+    >>> near, far = (transfer.indirect(sf.PointLight([x, 0.5, 0.5], 1.0)).mean() for x in (0.2, 0.8))
+    >>> bool(near > far)
+    True
+    """
+    check_scene(scene)
+    check.choice("lighting", lighting, ("local", "distant"))
+    bounces = None if bounces is None else check.count("bounces", bounces, 0)
+    epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
+    options = _core.OperatorOptions(
+        levels=check.count("levels", levels, 1, 10),
+        radius=0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
+        epsilon=check.number("epsilon_t", epsilon_t, 0.0, low_open=True),
+        rays=check.count("rays", rays, 16, 65535),
+        senders=check.count("senders", senders, 1),
+        samples=SAMPLES,
+        seed=check.seed("seed", seed),
+    )
+    with thread_limit(threads):
+        start = perf_counter()
+        core = scene._to_core(progress=progress)
+        seconds = perf_counter() - start
+        with stage_callback(progress) as callback:
+            if lighting == "local":
+                return LocalTransfer(_core.LocalTransfer(core, options, callback), scene, bounces, seconds)
+            distant = _core.DistantTransfer(core, options, VISIBILITY_RAYS, callback)
+            return DistantTransfer(distant, scene, bounces, seconds)

@@ -1,0 +1,210 @@
+"""Light transport of a scene, found once, for environments that turn and change."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from cases.builders import cube_inside
+from quick import quick
+from surflux.scenes import shapes
+
+# Five bands that are nowhere below 0: a bright side, with colours.
+LIGHT = np.zeros((25, 3))
+LIGHT[0] = 4.0
+LIGHT[1:4] = [[0.5, -0.4, 0.2], [0.9, 0.8, 0.7], [-0.6, 0.1, 0.3]]
+LIGHT[4:9] = 0.25
+LIGHT[9:] = 0.06
+TURN = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+
+
+def ball(points=600, **material):
+    unit = shapes.sphere(points)
+    return sf.Surfels(unit.points, unit.normals, radii=unit.radii, **material)
+
+
+def steps(rho=0.6, area=0.004):
+    """A stair of two steps beside a wall: shadows, edges, and reflections between them."""
+    profile = [(0, 0), (0.6, 0), (0.6, 0.4), (1.0, 0.4), (1.0, 1.0)]
+    corners = [(x, y, z) for y in (0.0, 1.0) for x, z in profile]
+    faces = [[k, k + 1, k + 6, k + 5] for k in range(4)]
+    return sf.Surfels.from_mesh((corners, faces), area, rho)
+
+
+@pytest.fixture(scope="module")
+def stair():
+    return sf.Scene([steps()])
+
+
+@pytest.fixture(scope="module")
+def transfer(stair):
+    return sf.precompute_transfer(stair, "distant", epsilon_t=0.05)
+
+
+def relative_rms(found, true, weights):
+    return np.sqrt((weights[:, None] * (found - true) ** 2).sum() / (weights[:, None] * true**2).sum())
+
+
+def test_convex_bodies_have_the_analytic_cosine_transfer_and_no_indirect_light():
+    scene = sf.Scene([ball(reflectance=0.7)])
+    solution = sf.precompute_transfer(scene, "distant").relight(LIGHT)
+    exact = sf.spherical_harmonics(scene.surfels.normals, 5) @ sf.convolve_harmonics(LIGHT)
+    np.testing.assert_allclose(solution.irradiance, exact, rtol=1e-5)
+    np.testing.assert_array_equal(solution.irradiance, solution.direct)
+
+
+def test_stair_faces_outwards(stair, transfer):
+    assert (stair.surfels.normals @ [-1, 0, 1] > 0).all()
+    assert transfer.relight(LIGHT).irradiance.min() > 0.0
+
+
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+def test_agrees_with_the_solver(stair, seed):
+    """In mean light within 1 %, surfel by surfel within 2 %: both have noise of their own."""
+    transfer = sf.precompute_transfer(stair, "distant", epsilon_t=0.05, bounces=None, seed=seed)
+    found = transfer.relight(LIGHT)
+    true = sf.solve_meshless(sf.Scene(stair.objects, lights=[sf.Environment.from_harmonics(LIGHT)]), seed=seed)
+    areas = true.surfels.areas
+    for mine, theirs in ((found.irradiance, true.irradiance), (found.direct, true.direct)):
+        assert relative_rms(mine, theirs, areas) < 0.02
+        np.testing.assert_allclose(
+            np.average(mine, axis=0, weights=areas), np.average(theirs, axis=0, weights=areas), rtol=0.01
+        )
+
+
+def test_light_is_linear_and_additive(transfer):
+    dim = np.zeros((25, 3))
+    dim[0] = 1.0
+    one, other, both = (transfer.relight(light).irradiance for light in (LIGHT, dim, 2 * LIGHT + dim))
+    np.testing.assert_allclose(2 * one + other, both, rtol=1e-5)
+
+
+def test_fewer_harmonics_are_as_many_with_zeros(transfer):
+    even = transfer.relight(np.full((1, 3), np.sqrt(4 * np.pi)))
+    np.testing.assert_allclose(even.irradiance, transfer.relight(sf.Environment(1.0)).irradiance, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+def test_a_turned_environment_is_a_turned_scene(stair, transfer, seed):
+    back = np.eye(4)
+    back[:3, :3] = TURN.T
+    turned = sf.Scene([stair.objects[0].transformed(back)])
+    theirs = sf.precompute_transfer(turned, "distant", epsilon_t=0.05, seed=seed).relight(LIGHT)
+    mine = transfer.relight(LIGHT, rotation=TURN)
+    assert relative_rms(mine.irradiance, theirs.irradiance, mine.surfels.areas) < 0.01
+    np.testing.assert_allclose(
+        transfer.relight(sf.rotate_harmonics(LIGHT, TURN)).irradiance, mine.irradiance, rtol=1e-12
+    )
+
+
+def lobe_of(light, mirror, normal, exponent, many=400):
+    """Of radiance by harmonics, the mean over a lobe above the horizon, by brute force: cos^(s + 1) is uniform."""
+    part = (np.arange(many) + 0.5) / many
+    cosine, phi = (a.ravel() for a in np.meshgrid(part ** (1 / (exponent + 1)), 2 * np.pi * part, indexing="ij"))
+    sine = np.sqrt(1 - cosine**2)
+    u = np.cross(mirror, [0.6, 0.0, 0.8])
+    u /= np.linalg.norm(u)
+    d = np.outer(sine * np.cos(phi), u) + np.outer(sine * np.sin(phi), np.cross(mirror, u)) + np.outer(cosine, mirror)
+    return (d @ normal > 0) @ (sf.spherical_harmonics(d, 5) @ light) / len(d)
+
+
+@pytest.mark.parametrize("exponent", quick(20.0, of=[1.0, 5.0, 20.0, 60.0]))
+def test_lobes_of_a_ball_are_those_of_the_environment(exponent):
+    """From in front to grazing, where half a lobe is below the horizon."""
+    scene = sf.Scene([ball(reflectance=0.2, specular=[0.7, 0.5, 0.3], exponent=exponent)])
+    solution = sf.precompute_transfer(scene, "distant").relight(LIGHT)
+    towards = np.array([0.0, 0.0, 1.0])
+    radiance = solution.radiance_towards(towards)
+    normals = scene.surfels.normals
+    cosine = normals @ towards
+    assert (radiance[cosine <= 0] == 0).all()
+    for wanted in (1.0, 0.8, 0.6, 0.4, 0.2, 0.05):
+        i = np.argmin(np.abs(cosine - wanted))
+        mirror = 2 * cosine[i] * normals[i] - towards
+        lobe = lobe_of(LIGHT, mirror, normals[i], exponent)
+        expected = 0.2 * solution.irradiance[i] / np.pi + [0.7, 0.5, 0.3] * lobe
+        np.testing.assert_allclose(radiance[i], expected, rtol=4e-3)
+
+
+@pytest.mark.parametrize("exponent", quick(20.0, of=[3.0, 20.0]))
+def test_gloss_agrees_with_path_tracing(stair, exponent):
+    """Within 5 % of the RMS, standard errors of 1 % of it and edges of shadows included."""
+    transfer = sf.precompute_transfer(stair, "distant", epsilon_t=0.05)
+    solution = transfer.relight(LIGHT, specular=0.3, exponent=exponent)
+    s = solution.surfels
+    eye = np.array([-1.5, 0.2, 2.0])
+    towards = eye - s.points
+    picked = np.random.default_rng(0).choice(len(s), 150, replace=False)
+    scene = sf.Scene(stair.objects, lights=[sf.Environment.from_harmonics(LIGHT, 64)])
+    true, error = sf.reference_radiance(
+        scene, s.points[picked], s.normals[picked], towards[picked], reflectance=0.6, specular=0.3, exponent=exponent,
+        glossy_bounces=False, samples=1024,
+    )  # fmt: skip
+    rms = np.sqrt((true**2).mean())
+    assert np.sqrt((error**2).mean()) < 0.01 * rms
+    assert np.sqrt(((solution.radiance_towards(towards)[picked] - true) ** 2).mean()) < 0.05 * rms
+
+
+def test_pictures_are_glossy(transfer):
+    dull, glossy = (transfer.relight(LIGHT, specular=k) for k in (0.0, 0.35))
+    camera = sf.Camera([0.2, -1.2, 1.6], [0.5, 0.5, 0.3])
+    shown = [s.render(camera, (60, 45), layers=["radiance", "index"]) for s in (dull, glossy)]
+    seen = shown[0]["index"] >= 0
+    more = (shown[1]["radiance"] - shown[0]["radiance"])[seen]
+    expected = glossy.radiance_towards(np.subtract(camera.eye, glossy.surfels.points)) - dull.radiosity / np.pi
+    np.testing.assert_allclose(np.median(more, axis=0), np.median(expected[shown[0]["index"][seen]], axis=0), rtol=0.1)
+    np.testing.assert_array_equal(dull.radiosity, glossy.radiosity)
+
+
+def test_reflectance_and_gloss_are_those_of_the_scene_unless_given(stair):
+    own = sf.Scene([stair.objects[0].replace(specular=0.2, exponent=7.0)])
+    transfer = sf.precompute_transfer(own, "distant")
+    towards = [-0.5, 0.1, 1.0]
+    mine, same = transfer.relight(LIGHT), transfer.relight(LIGHT, reflectance=0.6, specular=0.2, exponent=7.0)
+    np.testing.assert_allclose(mine.radiance_towards(towards), same.radiance_towards(towards), rtol=1e-6)
+    assert (transfer.relight(LIGHT, reflectance=0.1).irradiance < mine.irradiance + 1e-9).all()
+
+
+def test_same_for_any_number_of_threads(stair):
+    one, two = (
+        sf.precompute_transfer(stair, "distant", threads=n, levels=3).relight(LIGHT, specular=0.3, threads=n)
+        for n in (1, 2)
+    )
+    np.testing.assert_array_equal(one.irradiance, two.irradiance)
+    towards = [0.0, 0.0, 1.0]
+    np.testing.assert_array_equal(one.radiance_towards(towards, threads=1), two.radiance_towards(towards, threads=2))
+
+
+def test_what_surfels_emit_is_part_of_the_light():
+    """In a closed uniform furnace, which sees nothing of the sky, H = E (1 + rho + rho^2) after two reflections."""
+    furnace = sf.precompute_transfer(sf.Scene([cube_inside(6, 0.5, 2.0)]), "distant", bounces=2)
+    solution = furnace.relight(LIGHT)
+    np.testing.assert_allclose(solution.irradiance, 2.0 * (1 + 0.5 + 0.25), rtol=1e-5)
+    assert solution.direct.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"environment": np.zeros((3, 3))}, "environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got 3"),
+        ({"environment": np.zeros((36, 3))}, "environment: wanted"),
+        ({"environment": "sky"}, "environment: "),
+        ({"environment": sf.PointLight([0, 0, 1], 1.0)}, "environment: "),
+        ({"environment": [np.nan]}, "environment: "),
+        ({"environment": LIGHT, "rotation": np.diag([1, 1, -1])}, "rotation: "),
+        ({"environment": LIGHT, "reflectance": 0.7, "specular": 0.4}, "specular: wanted reflectance"),
+        ({"environment": LIGHT, "specular": -0.1}, "specular: "),
+        ({"environment": LIGHT, "exponent": -1.0}, "exponent: "),
+        ({"environment": LIGHT, "bounces": -1}, "bounces: "),
+    ],
+)
+def test_arguments_out_of_range_are_refused(transfer, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        transfer.relight(**arguments)
+
+
+def test_directions_are_checked(transfer):
+    solution = transfer.relight(LIGHT)
+    with pytest.raises(ValueError, match="directions: "):
+        solution.radiance_towards([0, 0, 0])
+    with pytest.raises(ValueError, match="directions: "):
+        solution.radiance_towards([[0, 0, 1], [0, 1, 0]])
