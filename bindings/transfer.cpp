@@ -3,6 +3,7 @@
 #include "solution_dict.h"
 #include "surflux/transfer/distant_transfer.h"
 #include "surflux/transfer/local_transfer.h"
+#include "surflux/transfer/sky_transfer.h"
 
 namespace surflux::bindings {
 
@@ -32,6 +33,17 @@ std::unique_ptr<DistantTransfer> make_distant(const std::shared_ptr<CompiledScen
         auto [transport, timings] = operator_of(*scene, options, report);
         const DistantTransfer::Options own{visibility_rays, options.seed};
         return std::make_unique<DistantTransfer>(scene, std::move(transport), own, report, std::move(timings));
+    });
+}
+
+std::unique_ptr<SkyTransfer> make_sky(const std::shared_ptr<CompiledScene>& scene, OperatorOptions options,
+                                      const SkyPatches& patches, const py::object& progress) {
+    options.lighting = OperatorOptions::Lighting::sky;
+    const StageProgress report = to_stage_progress(progress);
+    return without_gil([&] {
+        auto [transport, timings] = operator_of(*scene, options, report);
+        return std::make_unique<SkyTransfer>(scene, std::move(transport), patches, options.seed, report,
+                                             std::move(timings));
     });
 }
 
@@ -135,6 +147,33 @@ void bind_transfer(py::module_& module) {
             },
             py::arg("environment"), py::arg("reflectance"), py::arg("bounces"));
     bind_operator(distant);
+    py::class_<SkyTransfer> sky(module, "SkyTransfer");
+    sky.def(py::init(&make_sky), py::arg("scene"), py::arg("options"), py::arg("patches"),
+            py::arg("progress") = py::none())
+        .def(
+            "irradiance",
+            [](const SkyTransfer& transfer, const Doubles& radiances, const py::object& reflectance, int bounces) {
+                const std::vector<Rgb> of_patches = to_vec3s(radiances, "radiances");
+                require(of_patches.size() == transfer.patches().size(), "radiances: wanted one for each patch");
+                const std::vector<Rgb> own = to_reflectance(reflectance);
+                SkyTransfer::Irradiance found =
+                    without_gil([&] { return transfer.irradiance(of_patches, own, bounces); });
+                return py::make_tuple(handed_over(std::move(found.direct)), handed_over(std::move(found.all)));
+            },
+            py::arg("radiances"), py::arg("reflectance"), py::arg("bounces"))
+        .def(
+            "coefficients",
+            [](const SkyTransfer& transfer, const Indices& surfels, int bounces, const py::object& progress) {
+                const std::vector<std::uint32_t> of = to_vector(surfels);
+                const Progress report = to_progress(progress);
+                const std::vector<float> found =
+                    without_gil([&] { return transfer.coefficients(of, bounces, report); });
+                py::array_t<float> out({of.size(), transfer.patches().size(), std::size_t{3}});
+                std::copy(found.begin(), found.end(), out.mutable_data());
+                return out;
+            },
+            py::arg("surfels"), py::arg("bounces"), py::arg("progress") = py::none());
+    bind_operator(sky);
 }
 
 }  // namespace surflux::bindings

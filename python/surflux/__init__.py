@@ -27,6 +27,7 @@ _HOME = {
     "PointLight": "scenes.lights",
     "Scene": "scenes.scene",
     "SkyPatches": "scenes.sky_patches",
+    "SkyTransfer": "solving.sky_transfer",
     "Solution": "solutions.solution",
     "SpotLight": "scenes.lights",
     "Surfels": "points.surfels",

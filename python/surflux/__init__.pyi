@@ -45,6 +45,7 @@ from surflux.solving.meshless import solve_meshless as solve_meshless
 from surflux.solving.precomputing import precompute_transfer as precompute_transfer
 from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
+from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.viewing.page import Page as Page
 from surflux.viewing.viewer import view as view

@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FormFactorOperator', 'IncidentLight', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PointLight', 'Scene', 'SkyPatches', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'form_factor_operator', 'form_factors', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FormFactorOperator', 'IncidentLight', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'form_factor_operator', 'form_factors', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -282,6 +282,34 @@ class DistantTransfer:
     def __init__(self, scene: Scene, options: OperatorOptions, visibility_rays: typing.SupportsInt | typing.SupportsIndex, progress: typing.Any = None) -> None:
         ...
     def incident(self, environment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], reflectance: typing.Any, bounces: typing.SupportsInt | typing.SupportsIndex) -> IncidentLight:
+        ...
+    @property
+    def areas(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def bytes(self) -> int:
+        ...
+    @property
+    def links(self) -> int:
+        ...
+    @property
+    def rays(self) -> int:
+        ...
+    @property
+    def receivers(self) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        ...
+    @property
+    def sizes(self) -> dict:
+        ...
+    @property
+    def timings(self) -> dict:
+        ...
+class SkyTransfer:
+    def __init__(self, scene: Scene, options: OperatorOptions, patches: SkyPatches, progress: typing.Any = None) -> None:
+        ...
+    def coefficients(self, surfels: typing.Annotated[numpy.typing.ArrayLike, numpy.uint32], bounces: typing.SupportsInt | typing.SupportsIndex, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.float32]:
+        ...
+    def irradiance(self, radiances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], reflectance: typing.Any, bounces: typing.SupportsInt | typing.SupportsIndex) -> tuple[numpy.ndarray[typing.Any, numpy.dtype[typing.Any]], numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]:
         ...
     @property
     def areas(self) -> numpy.typing.NDArray[numpy.float64]:

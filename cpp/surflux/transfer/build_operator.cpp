@@ -15,6 +15,7 @@
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/function_means.h"
 #include "surflux/transfer/row_shooter.h"
+#include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/sky_visibility.h"
 #include "surflux/transfer/test_lights.h"
 #include "surflux/transfer/transport_operator.h"
@@ -113,7 +114,7 @@ private:
             stage("grouping"));
     }
     double length_of(const Hit& hit) const {
-        if (options_.lighting == OperatorOptions::Lighting::distant) return hit ? 0.0 : 1.0;
+        if (options_.lighting != OperatorOptions::Lighting::local) return hit ? 0.0 : 1.0;
         return hit ? hit.distance : 0.0;
     }
 
@@ -155,25 +156,39 @@ private:
         watch_.lap("placement");
     }
 
+    // Tests but that of visibility, which has a scale of its own, are made to count all that they tell alike.
     void make_test() {
-        if (options_.lighting == OperatorOptions::Lighting::distant) {
+        using Lighting = OperatorOptions::Lighting;
+        const auto reflectance = [&] { return out_.senders.means(scene_.surfels.reflectance, out_.areas); };
+        if (options_.lighting == Lighting::distant)
             test_ = std::make_unique<VisibilityTest>(tracer_, options_.seed + sky_stream);
+        else if (options_.lighting == Lighting::sky)
+            test_ = std::make_unique<SkyTest>(tracer_, out_, scene_.surfels.normals, reflectance(),
+                                              options_.seed + sky_stream);
+        else
+            test_ = std::make_unique<TestLights>(compiled_, out_, reflectance(), test_lamps(), options_.seed,
+                                                 stage("test lights"));
+        test_->receive(out_, received_);
+        if (options_.lighting != Lighting::distant) {
+            std::vector<double> weights;
+            for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) weights.push_back(stands_for(j));
+            test_->normalize(received_, weights);
+            received_ = {};
             test_->receive(out_, received_);
-        } else {
-            test_ = make_lights();
         }
         watch_.lap("test lights");
     }
+    double stands_for(std::uint32_t function) const {
+        const double r = placed_.first_radius()[basis_.object(function)];
+        return r * r;
+    }
 
     // Lamps at random places in the air.
-    std::unique_ptr<RowTest> make_lights() {
-        std::vector<double> up_to, weights;  // by the air before receivers; by what these stand for
+    std::vector<Vec3> test_lamps() const {
+        std::vector<double> up_to;  // by the air before receivers
         double all = 0.0;
-        for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) {
-            const double r = placed_.first_radius()[basis_.object(j)];
-            up_to.push_back(all += r * r * free_path_[receivers_.row(j)]);
-            weights.push_back(r * r);
-        }
+        for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j)
+            up_to.push_back(all += stands_for(j) * free_path_[receivers_.row(j)]);
         std::vector<Vec3> lamps;
         HemisphereRow row;
         const std::size_t count = up_to.empty() ? 0 : options_.test_lights;  // none where all is inside geometry
@@ -191,14 +206,7 @@ private:
             const std::size_t ray = pick(lengths);
             lamps.push_back(place.position + random.uniform() * length_of(row.hits[ray]) * row.rays[ray].direction);
         }
-        auto lights =
-            std::make_unique<TestLights>(compiled_, out_, out_.senders.means(scene_.surfels.reflectance, out_.areas),
-                                         lamps, options_.seed, stage("test lights"));
-        lights->receive(out_, received_);
-        lights->normalize(received_, weights);
-        received_ = {};
-        lights->receive(out_, received_);
-        return lights;
+        return lamps;
     }
 
     // As RECEIVER-ORACLE of L07 6.3: on the coarsest level around those that differ from others nearby, on finer ones

@@ -151,7 +151,7 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
     operator_->coefficients(irradiance, 3, coefs);
     operator_->receive(coefs, 3, direct);
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_->areas);
-    const std::vector<float> sent = sent_after(bounces, *operator_, emission_, own, direct);
+    const std::vector<float> sent = sent_after(bounces, *operator_, 3, emission_, own, direct);
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
         double found[3 * reflected];
         for (std::size_t k = begin; k < end; ++k) {

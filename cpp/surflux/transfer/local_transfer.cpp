@@ -34,7 +34,7 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     std::vector<float> direct(emission_.size(), 0.0f);
     if (options.bounces != 0) direct = light.irradiance(lights, own, {options.shadow_rays, options.seed});
     std::vector<float> values, coefs;
-    const std::vector<float> all = sent_after(options.bounces, operator_, emission_, own, direct);
+    const std::vector<float> all = sent_after(options.bounces, operator_, 3, emission_, own, direct);
     operator_.gather_tilted(all, values);
     operator_.coefficients(values, 3 * TransportOperator::tilted_channels, coefs);
     const Surfels& s = scene_->scene().surfels;

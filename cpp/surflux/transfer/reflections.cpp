@@ -10,38 +10,41 @@ constexpr double negligible = 1e-3;  // of all the light that is sent: what anot
 constexpr int most_bounces = 1000;
 
 // By area, of what is below 0, too: harmonics of a light may be.
-double power(const SenderGroups& senders, const std::vector<float>& sent) {
+double power(const SenderGroups& senders, const std::vector<float>& sent, std::size_t channels) {
     double sum = 0.0;
     for (const std::uint32_t leaf : senders.leaves)
-        for (std::size_t c = 0; c < 3; ++c)
-            sum += static_cast<double>(senders.nodes[leaf].area * std::abs(sent[3 * leaf + c]));
+        for (std::size_t c = 0; c < channels; ++c)
+            sum += static_cast<double>(senders.nodes[leaf].area * std::abs(sent[channels * leaf + c]));
     return sum;
 }
 
 }  // namespace
 
-std::vector<float> sent_after(int bounces, const TransportOperator& transport, const std::vector<float>& emission,
-                              const std::vector<float>& reflectance, const std::vector<float>& direct) {
+std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
+                              const std::vector<float>& emission, const std::vector<float>& reflectance,
+                              const std::vector<float>& direct) {
     const SenderGroups& senders = transport.senders;
     std::vector<float> sent = emission, all = emission, received(sent.size(), 0.0f), values, coefs;
-    bool is_dark = power(senders, sent) == 0.0;
+    bool is_dark = power(senders, sent, channels) == 0.0;
     for (int bounce = 1; bounce <= (bounces < 0 ? most_bounces : bounces); ++bounce) {
         if (!is_dark) {
-            senders.pull_up(sent, 3);
-            transport.gather(sent, 3, values);
-            transport.coefficients(values, 3, coefs);
-            transport.receive(coefs, 3, received);
+            senders.pull_up(sent, channels);
+            transport.gather(sent, channels, values);
+            transport.coefficients(values, channels, coefs);
+            transport.receive(coefs, channels, received);
         }
-        for (std::size_t k = 0; k < sent.size(); ++k) {
-            if (bounce == 1) received[k] += direct[k];
-            sent[k] = reflectance[k] * received[k];
-            all[k] += sent[k];
-        }
-        const double left = power(senders, sent);
+        for (std::size_t node = 0; node < senders.size(); ++node)
+            for (std::size_t c = 0; c < channels; ++c) {
+                const std::size_t k = channels * node + c;
+                if (bounce == 1) received[k] += direct[k];
+                sent[k] = reflectance[3 * node + c % 3] * received[k];
+                all[k] += sent[k];
+            }
+        const double left = power(senders, sent, channels);
         is_dark = left == 0.0;
-        if (is_dark || (bounces < 0 && left <= negligible * power(senders, all))) break;
+        if (is_dark || (bounces < 0 && left <= negligible * power(senders, all, channels))) break;
     }
-    senders.pull_up(all, 3);
+    senders.pull_up(all, channels);
     return all;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "surflux/core/vec.h"
@@ -7,9 +8,11 @@
 
 namespace surflux {
 
-// What senders send all in all, three channels by node: what is emitted, and so many reflections of it and of the
-// direct irradiance of the leaves. `bounces` < 0: until what another would bring is no thousandth.
-std::vector<float> sent_after(int bounces, const TransportOperator& transport, const std::vector<float>& emission,
-                              const std::vector<float>& reflectance, const std::vector<float>& direct);
+// What senders send all in all, by node: what is emitted, and so many reflections of it and of the direct irradiance of
+// the leaves. Each is `channels` interleaved values, three for each of several lights, of `reflectance` three for all.
+// `bounces` < 0: until what another would bring is no thousandth.
+std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
+                              const std::vector<float>& emission, const std::vector<float>& reflectance,
+                              const std::vector<float>& direct);
 
 }  // namespace surflux

@@ -11,7 +11,6 @@ namespace surflux {
 // apart needs no finer receivers, whatever the light.
 class RowTest {
 public:
-    explicit RowTest(std::size_t size) : size_(size) {}
     virtual ~RowTest() = default;
 
     // By row, size() interleaved values, and the mean square of their standard error, from two halves of the rays.
@@ -20,17 +19,24 @@ public:
         std::vector<float> variance;
     };
     // Appends the rows of an operator that are not there yet.
-    virtual void receive(const TransportOperator& of, Received& out) const = 0;
+    void receive(const TransportOperator& of, Received& out) const;
+    // Makes each of the numbers count alike: an RMS of 1, where `weights` says how much of the surface rows stand for.
+    void normalize(const Received& rows, const std::vector<double>& weights);
 
-    std::size_t size() const { return size_; }
-    double mean_square(const float* values) const {
-        double sum = 0.0;
-        for (std::size_t c = 0; c < size_; ++c) sum += static_cast<double>(values[c] * values[c]);
-        return size_ > 0 ? sum / static_cast<double>(size_) : 0.0;
-    }
+    std::size_t size() const { return scale_.size(); }
+    double mean_square(const float* values) const;
+
+protected:
+    RowTest(std::size_t size, float scale) : scale_(size, scale) {}
+    // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.
+    void add_reflected(const TransportOperator& of, std::size_t row, const std::vector<float>& sent,
+                       float* halves) const;
 
 private:
-    std::size_t size_;
+    // What the first and the second half of the rays tell of rows, 2 size() of each, each an estimate by itself.
+    virtual void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const = 0;
+
+    std::vector<float> scale_;
 };
 
 }  // namespace surflux

@@ -48,25 +48,18 @@ void SkyVisibility::find(const Vec3& position, const Vec3& normal, std::uint32_t
     }
 }
 
-void VisibilityTest::receive(const TransportOperator& of, Received& out) const {
-    const std::size_t from = out.variance.size(), n = size();
-    out.values.resize(of.rows.size() * n, 0.0f);
-    out.variance.resize(of.rows.size(), 0.0f);
-    const auto scale = static_cast<float>(std::sqrt(static_cast<double>(n) / (4.0 * pi)));  // mean over the sphere
-    parallel_blocks(of.rows.size() - from, 16, [&](std::size_t begin, std::size_t end) {
-        SkyVisibility::Scratch scratch;
-        std::vector<float> halves(2 * n);
-        for (std::size_t k = from + begin; k < from + end; ++k) {
-            const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));
-            float* values = out.values.data() + k * n;
-            visibility_.find(of.positions[k], of.normals[k], of.surfels[k], rays, scratch, values, halves.data());
-            for (std::size_t c = 0; c < n; ++c) {
-                values[c] *= scale;
-                halves[c] = 0.5f * scale * (halves[c] - halves[n + c]);
-            }
-            out.variance[k] = static_cast<float>(mean_square(halves.data()));
-        }
-    });
+// The mean square is one over the sphere.
+VisibilityTest::VisibilityTest(const Tracer& tracer, std::uint64_t seed)
+    : RowTest(SphericalHarmonics::count(order), static_cast<float>(order / std::sqrt(4.0 * pi))),
+      visibility_(tracer, order, seed) {}
+
+void VisibilityTest::find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const {
+    SkyVisibility::Scratch scratch;
+    std::vector<float> all(size());
+    for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {
+        const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));
+        visibility_.find(of.positions[k], of.normals[k], of.surfels[k], rays, scratch, all.data(), halves);
+    }
 }
 
 }  // namespace surflux

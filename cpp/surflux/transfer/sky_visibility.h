@@ -43,12 +43,11 @@ class VisibilityTest : public RowTest {
 public:
     static constexpr int order = 5;
 
-    VisibilityTest(const Tracer& tracer, std::uint64_t seed)
-        : RowTest(SphericalHarmonics::count(order)), visibility_(tracer, order, seed) {}
-
-    void receive(const TransportOperator& of, Received& out) const override;
+    VisibilityTest(const Tracer& tracer, std::uint64_t seed);
 
 private:
+    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;
+
     SkyVisibility visibility_;
 };
 

@@ -15,12 +15,12 @@
 namespace surflux {
 
 struct OperatorOptions {
-    enum class Lighting { local, distant };
+    enum class Lighting { local, distant, sky };
     Lighting lighting = Lighting::local;
     int levels = 6;                // of the basis, at most
     double radius = 0.0;           // of the Poisson disks of the first; 0: by the size of each object
     double epsilon = 0.1;          // what a receiver may be off by before it is refined: of the RMS of test lights,
-                                   // or the RMS over the sphere of what it sees of the sky
+                                   // of distant light the RMS over the sphere of what it sees
     int rays = 512;                // of a receiver
     std::size_t senders = 65536;   // groups of surfels whose light is known
     std::size_t samples = 4;       // of unoccluded light in each of those
@@ -84,8 +84,8 @@ struct TransportOperator {
 };
 
 // Points are placed and rays shot level by level, around where receivers differ by `epsilon` in what lamps at random
-// places in the air bring by way of one reflection (TestLights), or in what they see of the sky (VisibilityTest).
-// Surfels whose own rays contradict the basis are receivers, too.
+// places in the air bring by way of one reflection (TestLights), or in what they see of the sky (VisibilityTest), or
+// receive of it (SkyTest). Surfels whose own rays contradict the basis are receivers, too.
 TransportOperator build_operator(const CompiledScene& compiled, const OperatorOptions& options,
                                  const StageProgress& progress, Figures& timings);
 

@@ -10,13 +10,15 @@ from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Progress
 from surflux.scenes.scene import Scene
+from surflux.scenes.sky_patches import SkyPatches
 from surflux.solving.distant_transfer import DistantTransfer
 from surflux.solving.local_transfer import LocalTransfer
 from surflux.solving.run import check_scene
+from surflux.solving.sky_transfer import SkyTransfer
 from surflux.solving.transfer import Transfer
 
 SAMPLES = 4  # of the unoccluded light of each group of senders
-EPSILON = {"local": 0.3, "distant": 0.15}
+EPSILON = {"local": 0.3, "distant": 0.15, "sky": 0.3}
 VISIBILITY_RAYS = 1024  # of each receiver
 
 
@@ -50,9 +52,10 @@ def precompute_transfer(
     threads: int | None = None,
     progress: Progress = False,
 ) -> DistantTransfer: ...
+@overload
 def precompute_transfer(
     scene: Scene,
-    lighting: Literal["local", "distant"] = "local",
+    lighting: Literal["sky"],
     *,
     bounces: int | None = 3,
     epsilon_t: float | None = None,
@@ -60,6 +63,22 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int = 512,
     senders: int = 65536,
+    patches: int = 145,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> SkyTransfer: ...
+def precompute_transfer(
+    scene: Scene,
+    lighting: Literal["local", "distant", "sky"] = "local",
+    *,
+    bounces: int | None = 3,
+    epsilon_t: float | None = None,
+    levels: int = 6,
+    radius: float | None = None,
+    rays: int = 512,
+    senders: int = 65536,
+    patches: int = 145,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -77,24 +96,30 @@ def precompute_transfer(
     "distant" is for an environment by five bands of spherical harmonics: `DistantTransfer.relight` takes it, turned if
     wanted, and surfels may be glossy. Its test is what points see of the sky; points keep that by 169 harmonics.
 
+    "sky" is for skies in patches: `SkyTransfer.relight` takes one, and its coefficients, bounces included, a year of
+    them. Its test is what points receive of distant light, directly and by way of one reflection; points keep what each
+    patch brings directly.
+
     What departs from L07: senders are groups of surfels and no basis functions, so that nothing is interpolated of
     senders; bounces are products at run time, so that reflectance may change, too; visibility stands for transfer
     matrices, which are "times visibility".
 
     Args:
         scene: Scene; its lights do not matter. `Transfer` keeps it.
-        lighting: "local", lamps in the scene and around it, or "distant".
+        lighting: "local", lamps in the scene and around it; "distant"; "sky".
         bounces: how often light is reflected; None for until another bounce brings less than a thousandth.
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
             None for .3. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
+            "sky": what it has of a distant light, as of lamps; None for .3.
         levels, radius: of the basis, as in `solve_meshless`.
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
         senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
+        patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
         seed, threads, progress: see `solve`.
 
     Returns:
-        LocalTransfer or DistantTransfer.
+        LocalTransfer, DistantTransfer or SkyTransfer.
 
     Raises:
         ValueError: an argument out of range, by name.
@@ -108,7 +133,8 @@ def precompute_transfer(
     True
     """
     check_scene(scene)
-    check.choice("lighting", lighting, ("local", "distant"))
+    check.choice("lighting", lighting, tuple(EPSILON))
+    sky = SkyPatches(patches)
     bounces = None if bounces is None else check.count("bounces", bounces, 0)
     epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
     options = _core.OperatorOptions(
@@ -127,5 +153,8 @@ def precompute_transfer(
         with stage_callback(progress) as callback:
             if lighting == "local":
                 return LocalTransfer(_core.LocalTransfer(core, options, callback), scene, bounces, seconds)
+            if lighting == "sky":
+                found = _core.SkyTransfer(core, options, sky._core, callback)
+                return SkyTransfer(found, scene, bounces, seconds, sky)
             distant = _core.DistantTransfer(core, options, VISIBILITY_RAYS, callback)
             return DistantTransfer(distant, scene, bounces, seconds)

@@ -30,7 +30,7 @@ class Transfer:
     scene: Scene
     bounces: int | None
     timings: dict[str, float]
-    _core: _core.LocalTransfer | _core.DistantTransfer
+    _core: _core.LocalTransfer | _core.DistantTransfer | _core.SkyTransfer
 
     def __init__(self, core: Any, scene: Scene, bounces: int | None, seconds: float) -> None:
         """Not called by users: see `precompute_transfer`."""

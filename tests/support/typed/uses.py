@@ -118,7 +118,10 @@ transfer: sf.LocalTransfer = sf.precompute_transfer(scene, "local", bounces=None
 distant: sf.DistantTransfer = sf.precompute_transfer(scene, "distant")
 radiance = distant.relight(sf.Environment(1.0), rotation=np.eye(3), specular=0.2).radiance_towards([0, 0, 1])
 assert_type(radiance, Floats)
-kinds: list[sf.Transfer] = [transfer, distant]
+daylight: sf.SkyTransfer = sf.precompute_transfer(scene, "sky", patches=577)
+coefficients: NDArray[np.float32] = daylight.coefficients([0, 1])
+assert_type(daylight.relight(np.ones(len(daylight.patches))), sf.Solution)
+kinds: list[sf.Transfer] = [transfer, distant, daylight]
 assert_type(transfer.relight([sf.PointLight([0, 0, 1], 2.0)], reflectance=[0.5, 0.4, 0.3]), sf.Solution)
 assert_type(transfer.indirect(sf.PointLight([0, 0, 1], 2.0), bounces=2), Floats)
 

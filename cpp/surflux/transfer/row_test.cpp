@@ -1,0 +1,66 @@
+#include "surflux/transfer/row_test.h"
+
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+void RowTest::receive(const TransportOperator& of, Received& out) const {
+    const std::size_t from = out.variance.size(), n = size();
+    out.values.resize(of.rows.size() * n, 0.0f);
+    out.variance.resize(of.rows.size(), 0.0f);
+    parallel_blocks(of.rows.size() - from, 16, [&](std::size_t begin, std::size_t end) {
+        std::vector<float> halves(2 * n * (end - begin));
+        find(of, from + begin, from + end, halves.data());
+        for (std::size_t k = begin; k < end; ++k) {
+            float* first = halves.data() + 2 * n * (k - begin);
+            const float* second = first + n;
+            float* values = out.values.data() + n * (from + k);
+            for (std::size_t c = 0; c < n; ++c) {
+                values[c] = 0.5f * scale_[c] * (first[c] + second[c]);
+                first[c] = 0.5f * scale_[c] * (first[c] - second[c]);
+            }
+            out.variance[from + k] = static_cast<float>(mean_square(first));
+        }
+    });
+}
+
+void RowTest::add_reflected(const TransportOperator& of, std::size_t k, const std::vector<float>& sent,
+                            float* halves) const {
+    const TransportOperator::Row& row = of.rows[k];
+    const std::size_t n = size();
+    for (std::uint32_t l = row.begin; l < row.end; ++l) {
+        const TransportOperator::Link& link = of.links[l];
+        const float* from = sent.data() + link.sender * n;
+        const float first = 2.0f * row.per_ray * static_cast<float>(link.first);
+        const float second = 2.0f * row.per_ray * static_cast<float>(link.second);
+        for (std::size_t c = 0; c < n; ++c) {
+            halves[c] += first * from[c];
+            halves[n + c] += second * from[c];
+        }
+    }
+}
+
+void RowTest::normalize(const Received& rows, const std::vector<double>& weights) {
+    const std::size_t n = size();
+    std::vector<double> squares(n, 0.0);
+    double all = 0.0;
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+        for (std::size_t c = 0; c < n; ++c) {
+            const auto value = static_cast<double>(rows.values[k * n + c]);
+            squares[c] += weights[k] * value * value;
+        }
+        all += weights[k];
+    }
+    for (std::size_t c = 0; c < n; ++c)
+        scale_[c] *= squares[c] > 0.0 ? static_cast<float>(std::sqrt(all / squares[c])) : 0.0f;
+}
+
+double RowTest::mean_square(const float* values) const {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < size(); ++c) sum += static_cast<double>(values[c] * values[c]);
+    return size() > 0 ? sum / static_cast<double>(size()) : 0.0;
+}
+
+}  // namespace surflux

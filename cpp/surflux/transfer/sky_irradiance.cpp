@@ -1,0 +1,192 @@
+#include "surflux/transfer/sky_irradiance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/core/parallel.h"
+#include "surflux/core/sampling.h"
+#include "surflux/lights/sample_points.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t rays_of_sky = 1152;  // at least, of a receiver, were its horizon down
+constexpr std::size_t rays_of_ground = 128;
+constexpr std::size_t across = 4;  // directions of a patch that it is integrated by, each way
+constexpr std::size_t across_ground = 32;
+constexpr int rays_of_sender = 32;
+constexpr float finest = 65535.0f;
+
+// Directions that stand for equal parts of each patch.
+struct PatchDirections {
+    explicit PatchDirections(const SkyPatches& patches) {
+        for (std::size_t patch = 0; patch < patches.size(); ++patch) {
+            const std::size_t n = patch == 0 ? across_ground : across;
+            for (std::size_t i = 0; i < n * n; ++i)
+                directions.push_back(patches.place_in(patch,
+                                                      (static_cast<double>(i % n) + 0.5) / static_cast<double>(n),
+                                                      (static_cast<double>(i / n) + 0.5) / static_cast<double>(n)));
+            begin.push_back(directions.size());
+        }
+    }
+    std::vector<Vec3> directions;
+    std::vector<std::size_t> begin{0};
+};
+
+}  // namespace
+
+SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
+                             std::uint64_t seed, const Progress& progress) {
+    constexpr std::size_t grain = 16;
+    const PatchDirections parts(patches);
+    const std::size_t rows = transport.rows.size(), of_patch = std::max<std::size_t>(1, rays_of_sky / patches.size());
+    std::vector<std::vector<Entry>> found(rows);
+    scale_.resize(rows);
+    parallel_blocks(
+        rows, grain,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Ray> rays;
+            std::vector<char> free;
+            struct Patch {
+                std::uint16_t index;
+                double unoccluded;
+                std::size_t first;  // ray
+            };
+            std::vector<Patch> asked;
+            std::vector<double> cosines, values;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Departure from{transport.positions[k], transport.normals[k], transport.surfels[k]};
+                EvenPoints even(2, seed, stream_of({from.position, from.normal, from.surfel}));
+                rays.clear();
+                asked.clear();
+                cosines.clear();
+                const auto shoot = [&](const Vec3& direction) {
+                    const double cosine = dot(direction, from.normal);
+                    if (cosine <= 0.0) return;
+                    rays.push_back({from, direction});
+                    cosines.push_back(cosine);
+                };
+                for (std::size_t patch = 0; patch < patches.size(); ++patch) {
+                    double sum = 0.0, most = 0.0;
+                    Vec3 highest;
+                    for (std::size_t i = parts.begin[patch]; i < parts.begin[patch + 1]; ++i) {
+                        const double cosine = dot(parts.directions[i], from.normal);
+                        if (cosine > most) most = cosine, highest = parts.directions[i];
+                        sum += std::max(0.0, cosine);
+                    }
+                    if (sum == 0.0) continue;
+                    const auto count = static_cast<double>(parts.begin[patch + 1] - parts.begin[patch]);
+                    asked.push_back(
+                        {static_cast<std::uint16_t>(patch), patches.solid_angles()[patch] * sum / count, rays.size()});
+                    for (std::size_t r = 0; r < (patch == 0 ? rays_of_ground : of_patch); ++r) {
+                        const double* u = even.next();
+                        shoot(patches.place_in(patch, u[0], u[1]));
+                    }
+                    if (rays.size() == asked.back().first) shoot(highest);
+                }
+                tracer.free(rays, free);
+                values.clear();
+                for (std::size_t a = 0; a < asked.size(); ++a) {
+                    const std::size_t last = a + 1 < asked.size() ? asked[a + 1].first : rays.size();
+                    double arrived = 0.0, all = 0.0;
+                    for (std::size_t r = asked[a].first; r < last; ++r) {
+                        all += cosines[r];
+                        arrived += free[r] != 0 ? cosines[r] : 0.0;
+                    }
+                    values.push_back(asked[a].unoccluded * arrived / all);
+                }
+                const double most = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+                scale_[k] = static_cast<float>(most) / finest;
+                for (std::size_t a = 0; a < asked.size() && most > 0.0; ++a)
+                    if (const auto share =
+                            static_cast<std::uint16_t>(std::lround(values[a] / most * static_cast<double>(finest)));
+                        share > 0)
+                        found[k].push_back({asked[a].index, share});
+            }
+        },
+        progress);
+    for (const std::vector<Entry>& row : found) {
+        entries_.insert(entries_.end(), row.begin(), row.end());
+        begin_.push_back(entries_.size());
+    }
+}
+
+void SkyIrradiance::receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const {
+    const std::size_t rows = scale_.size();
+    out.assign(rows * channels, 0.0f);
+    with_fixed(channels, [&](const auto count) {
+        parallel_for(rows, 64, [&](std::size_t k) {
+            float* sum = out.data() + k * count;
+            for (std::uint64_t e = begin_[k]; e < begin_[k + 1]; ++e) {
+                const float weight = scale_[k] * static_cast<float>(entries_[e].share);
+                const float* from = radiances.data() + entries_[e].patch * count;
+                for (std::size_t c = 0; c < count; ++c) sum[c] += weight * from[c];
+            }
+        });
+    });
+}
+
+std::size_t SkyIrradiance::bytes() const {
+    return begin_.size() * sizeof begin_[0] + entries_.size() * sizeof entries_[0] + scale_.size() * sizeof scale_[0];
+}
+
+struct SkyTest::Scratch {
+    std::vector<Ray> rays;
+    std::vector<char> free;
+    std::vector<double> at = std::vector<double>(SphericalHarmonics::count(order));
+};
+
+SkyTest::SkyTest(const Tracer& tracer, const TransportOperator& of, const std::vector<Vec3>& normals,
+                 const std::vector<float>& reflectance, std::uint64_t seed)
+    : RowTest(SphericalHarmonics::count(order), 1.0f),
+      tracer_(tracer),
+      seed_(seed),
+      sent_(of.senders.size() * SphericalHarmonics::count(order), 0.0f) {
+    const std::size_t n = size();
+    parallel_blocks(of.senders.leaves.size(), 16, [&](std::size_t begin, std::size_t end) {
+        Scratch scratch;
+        std::vector<float> halves(2 * n);
+        for (std::size_t leaf = begin; leaf < end; ++leaf) {
+            const std::size_t node = of.senders.leaves[leaf], sample = leaf * of.samples.of_leaf;
+            const std::uint32_t surfel = of.samples.surfels[sample];
+            std::fill(halves.begin(), halves.end(), 0.0f);
+            add_direct({of.samples.positions[sample], normals[surfel], surfel}, rays_of_sender, scratch, halves.data());
+            const Rgb own{static_cast<double>(reflectance[3 * node]), static_cast<double>(reflectance[3 * node + 1]),
+                          static_cast<double>(reflectance[3 * node + 2])};
+            for (std::size_t c = 0; c < n; ++c)
+                sent_[n * node + c] = 0.5f * static_cast<float>(luminance(own)) * (halves[c] + halves[n + c]);
+        }
+    });
+    of.senders.pull_up(sent_, n);
+}
+
+void SkyTest::add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const {
+    const Frame frame = frame_around(from.normal);
+    EvenPoints even(2, seed_, stream_of({from.position, from.normal, from.surfel}));
+    scratch.rays.clear();
+    for (int k = 0; k < rays; ++k) {
+        const double* u = even.next();
+        scratch.rays.push_back({from, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+    }
+    tracer_.free(scratch.rays, scratch.free);
+    const std::size_t n = size();
+    const auto of_ray = static_cast<float>(2.0 * pi / rays);
+    for (int k = 0; k < rays; ++k) {
+        if (scratch.free[static_cast<std::size_t>(k)] == 0) continue;
+        harmonics_.evaluate(scratch.rays[static_cast<std::size_t>(k)].direction, scratch.at.data());
+        float* half = halves + (2 * k < rays ? 0 : n);
+        for (std::size_t c = 0; c < n; ++c) half[c] += of_ray * static_cast<float>(scratch.at[c]);
+    }
+}
+
+void SkyTest::find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const {
+    Scratch scratch;
+    for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {
+        const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));
+        add_direct({of.positions[k], of.normals[k], of.surfels[k]}, rays, scratch, halves);
+        add_reflected(of, k, sent_, halves);
+    }
+}
+
+}  // namespace surflux

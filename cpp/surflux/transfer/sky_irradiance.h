@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sky_patches.h"
+#include "surflux/trace/tracer.h"
+#include "surflux/transfer/row_test.h"
+#include "surflux/transfer/spherical_harmonics.h"
+
+namespace surflux {
+
+// Irradiance at the receivers of a transport operator from each patch of the sky and from the ground, where radiance is
+// 1: daylight coefficients of direct light (Tregenza and Waters 1983). What a patch would bring is integrated, and the
+// share of it that arrives is found by rays into all of it, so that it is exact where a patch is free, or is not.
+class SkyIrradiance {
+public:
+    SkyIrradiance() = default;
+    SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
+                  std::uint64_t seed, const Progress& progress);
+
+    // By row, from radiances of patches: `channels` interleaved values each.
+    void receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const;
+    std::size_t bytes() const;
+
+private:
+    struct Entry {
+        std::uint16_t patch, share;  // of the scale of the row
+    };
+    std::vector<std::uint64_t> begin_{0};  // of each row, and the end
+    std::vector<Entry> entries_;
+    std::vector<float> scale_;
+};
+
+// Rows of a transport operator differ in what they receive of distant light, directly and by way of one reflection: of
+// each of 25 spherical harmonics, a transfer vector (Sloan, Kautz and Snyder 2002).
+class SkyTest : public RowTest {
+public:
+    static constexpr int order = 5;
+
+    // `reflectance`: by node of the senders, three channels.
+    SkyTest(const Tracer& tracer, const TransportOperator& of, const std::vector<Vec3>& normals,
+            const std::vector<float>& reflectance, std::uint64_t seed);
+
+private:
+    struct Scratch;
+    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;
+    // Adds what the halves of so many rays bring, each as an estimate.
+    void add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const;
+
+    const Tracer& tracer_;
+    SphericalHarmonics harmonics_{order};
+    std::uint64_t seed_;
+    std::vector<float> sent_;  // size() of each node of the senders
+};
+
+}  // namespace surflux

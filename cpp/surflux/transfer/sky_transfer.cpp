@@ -1,0 +1,89 @@
+#include "surflux/transfer/sky_transfer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "surflux/core/parallel.h"
+#include "surflux/solution/stopwatch.h"
+#include "surflux/transfer/reflections.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::uint64_t patch_stream = 0x6a91;
+constexpr std::size_t at_once = 16;  // patches, whose coefficients are found together
+
+}  // namespace
+
+SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, SkyPatches patches,
+                         std::uint64_t seed, const StageProgress& progress, Figures timings)
+    : scene_(std::move(scene)),
+      operator_(std::move(transport)),
+      patches_(std::move(patches)),
+      timings_(std::move(timings)) {
+    Stopwatch watch(timings_);
+    const Surfels& s = scene_->scene().surfels;
+    reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
+    emission_ = operator_.senders.means(s.emission, operator_.areas);
+    direct_ = SkyIrradiance(operator_, scene_->tracer(), patches_, seed + patch_stream,
+                            progress ? progress("sky") : Progress{});
+    watch.lap("sky");
+}
+
+SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std::size_t channels,
+                                        const std::vector<float>& emission, const std::vector<float>& reflectance,
+                                        int bounces) const {
+    std::vector<float> direct, reflected, received;
+    direct_.receive(radiances, channels, direct);
+    Fields out;
+    operator_.coefficients(direct, channels, out.direct);
+    operator_.receive(out.direct, channels, received);
+    const std::vector<float> sent = sent_after(bounces, operator_, channels, emission, reflectance, received);
+    operator_.gather(sent, channels, reflected);
+    for (std::size_t k = 0; k < direct.size(); ++k) reflected[k] += direct[k];
+    operator_.coefficients(reflected, channels, out.all);
+    return out;
+}
+
+SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& reflectance,
+                                                int bounces) const {
+    std::vector<float> sky;
+    for (const Rgb& radiance : radiances)
+        for (int c = 0; c < 3; ++c) sky.push_back(static_cast<float>(radiance[c]));
+    const Fields found =
+        fields(sky, 3, emission_,
+               reflectance.empty() ? reflectance_ : operator_.senders.means(reflectance, operator_.areas), bounces);
+    const auto at_surfels = [&](const std::vector<float>& coefs) {
+        std::vector<Rgb> out(operator_.areas.size());
+        operator_.at_surfels.multiply(coefs, 3, [&](std::size_t i, const float* sum) {
+            for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, static_cast<double>(sum[c]));
+        });
+        return out;
+    };
+    return {at_surfels(found.direct), at_surfels(found.all)};
+}
+
+std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& surfels, int bounces,
+                                             const Progress& progress) const {
+    const std::size_t patches = patches_.size(), channels = 3 * at_once;
+    const std::vector<float> none(operator_.senders.size() * channels, 0.0f);
+    const SparseRows& at = operator_.at_surfels;
+    std::vector<float> out(surfels.size() * patches * 3);
+    for (std::size_t first = 0; first < patches; first += at_once) {
+        report(progress, first, patches);
+        const std::size_t count = std::min(at_once, patches - first);
+        std::vector<float> sky(patches * channels, 0.0f);
+        for (std::size_t p = 0; p < 3 * count; ++p) sky[(first + p / 3) * channels + p] = 1.0f;
+        const std::vector<float> coefs = fields(sky, channels, none, reflectance_, bounces).all;
+        parallel_for(surfels.size(), 64, [&](std::size_t k) {
+            float* to = out.data() + (k * patches + first) * 3;
+            for (std::uint32_t e = at.begin[surfels[k]]; e < at.begin[surfels[k] + 1]; ++e)
+                for (std::size_t c = 0; c < 3 * count; ++c)
+                    to[c] += at.entries[e].weight * coefs[at.entries[e].column * channels + c];
+        });
+    }
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sky_patches.h"
+#include "surflux/solution/solution.h"
+#include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/sky_irradiance.h"
+#include "surflux/transfer/transport_operator.h"
+
+namespace surflux {
+
+// Transfer from patches of the sky and the ground (Tregenza and Waters 1983: daylight coefficients): direct light of
+// receivers by patches, reflections by the operator, as of lamps.
+class SkyTransfer {
+public:
+    SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, SkyPatches patches,
+                std::uint64_t seed, const StageProgress& progress, Figures timings);
+
+    const TransportOperator& transport() const { return operator_; }
+    const SkyPatches& patches() const { return patches_; }
+    const Figures& timings() const { return timings_; }  // of how it was made
+    std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
+
+    // At all surfels, under a sky of such radiances of patches. `bounces`: as sent_after() has it. `reflectance`: of
+    // each surfel, or empty for that of the scene.
+    struct Irradiance {
+        std::vector<Rgb> direct, all;
+    };
+    Irradiance irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& reflectance, int bounces) const;
+    // Irradiance at some surfels by each patch alone, with a radiance of 1: (surfels, patches, 3). What surfels emit is
+    // left out.
+    std::vector<float> coefficients(const std::vector<std::uint32_t>& surfels, int bounces,
+                                    const Progress& progress) const;
+
+private:
+    // Coefficients of functions: of direct light, and of all, `channels` interleaved values each.
+    struct Fields {
+        std::vector<float> direct, all;
+    };
+    Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& emission,
+                  const std::vector<float>& reflectance, int bounces) const;
+
+    std::shared_ptr<const CompiledScene> scene_;
+    TransportOperator operator_;
+    SkyPatches patches_;
+    SkyIrradiance direct_;
+    Figures timings_;
+    std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+};
+
+}  // namespace surflux

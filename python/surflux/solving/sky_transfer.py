@@ -1,0 +1,119 @@
+"""Skies that change over days and years: daylight coefficients of patches of the sky, bounces included."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from surflux import _core
+from surflux._base import check
+from surflux._base.passes import stage, thread_limit, watched
+from surflux._base.types import Progress
+from surflux.scenes.lights import Environment
+from surflux.scenes.scene import Scene
+from surflux.scenes.sky_patches import SkyPatches
+from surflux.solutions.solution import Solution
+from surflux.solving.transfer import Transfer
+
+
+class SkyTransfer(Transfer):
+    """What patches of the sky bring to the surfels of a scene: `precompute_transfer(scene, "sky")`.
+
+    Attributes:
+        patches: SkyPatches; +z is up, +y is north.
+    """
+
+    patches: SkyPatches
+    _core: _core.SkyTransfer
+
+    def __init__(self, core: Any, scene: Scene, bounces: int | None, seconds: float, patches: SkyPatches) -> None:
+        """Not called by users: see `precompute_transfer`."""
+        super().__init__(core, scene, bounces, seconds)
+        self.patches = patches
+
+    def relight(
+        self,
+        sky: Environment | ArrayLike,
+        *,
+        reflectance: ArrayLike | None = None,
+        bounces: int | None = None,
+        threads: int | None = None,
+    ) -> Solution:
+        """The scene under a sky, of which each patch is even. It is linear in the sky.
+
+        Args:
+            sky: Environment, or radiances of the patches and of the ground, in their order: (patches,) or (patches, 3).
+            reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
+                the scene's.
+            bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
+            threads: at most this many; None for all.
+
+        Returns:
+            Solution at the scene's own surfels, what emissive ones bring in it. Its `error` is NaN, not estimated.
+
+        Raises:
+            ValueError: an argument, by name.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1)
+        >>> transfer = sf.precompute_transfer(sf.Scene([floor]), "sky")
+        >>> print(transfer.relight(sf.Environment(1.0)).irradiance.round(3)[0])
+        [3.142 3.142 3.142]
+        """
+        if isinstance(sky, Environment):
+            radiances = self.patches.radiance(sky)
+        else:
+            radiances = check.numeric("sky", sky)
+            if radiances.ndim == 1:
+                radiances = radiances[:, None].repeat(3, axis=1)
+            radiances = check.in_range("sky", check.finite_array("sky", radiances, (len(self.patches), 3)), 0.0)
+        reflectance = self._reflectance(reflectance)
+        with thread_limit(threads):
+            start = perf_counter()
+            direct, irradiance = self._core.irradiance(radiances, reflectance, self._bounces(bounces))
+            seconds = perf_counter() - start
+        lights = [sky] if isinstance(sky, Environment) else []
+        scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
+        found = np.asarray(irradiance), np.asarray(direct)
+        return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene)
+
+    def coefficients(
+        self,
+        surfels: ArrayLike | None = None,
+        *,
+        bounces: int | None = None,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> NDArray[np.float32]:
+        """Daylight coefficients: irradiance at surfels by each patch alone, where its radiance is 1, bounces included.
+
+        One product makes irradiance of them under any sky, and a year of hours of a matrix of 8760 skies, such as
+        Radiance's gendaymtx writes: `np.einsum("npc,hpc->hnc", coefficients, skies)`. What surfels emit is left out.
+        For a single sky `relight` is quicker.
+
+        Args:
+            surfels: (m,) indices of scene.surfels, or a mask (n,); None for all.
+            bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
+            threads: at most this many; None for all.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
+
+        Returns:
+            (m, patches, 3) float32 in steradians, for red, green and blue.
+
+        Raises:
+            ValueError, IndexError: an argument, by name.
+            Cancelled: the callback returned False.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1)
+        >>> transfer = sf.precompute_transfer(sf.Scene([floor]), "sky")
+        >>> found = transfer.coefficients([0, 1])
+        >>> found.shape, found[0].sum(axis=0).round(3).tolist()  # an even sky of radiance 1: pi
+        ((2, 146, 3), [3.1419999599456787, 3.1419999599456787, 3.1419999599456787])
+        """
+        chosen = check.selection("surfels", slice(None) if surfels is None else surfels, len(self.scene.surfels))
+        with watched(threads, progress):
+            return self._core.coefficients(chosen, self._bounces(bounces), stage("coefficients"))

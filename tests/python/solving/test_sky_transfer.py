@@ -1,0 +1,159 @@
+"""Daylight coefficients: what each patch of the sky brings, bounces included."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from cases.builders import cube_inside
+from quick import quick
+
+SKY = np.random.default_rng(1).uniform(0.2, 3.0, (146, 3))
+
+
+def steps(rho=0.6, area=0.004):
+    """A stair of two steps beside a wall: shadows, edges, and reflections between them."""
+    profile = [(0, 0), (0.6, 0), (0.6, 0.4), (1.0, 0.4), (1.0, 1.0)]
+    corners = [(x, y, z) for y in (0.0, 1.0) for x, z in profile]
+    return sf.Surfels.from_mesh((corners, [[k, k + 1, k + 6, k + 5] for k in range(4)]), area, rho)
+
+
+def plane(turned=False):
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    return sf.Surfels.from_mesh((corners[::-1] if turned else corners, [[0, 1, 2, 3]]), 0.1, 0.5)
+
+
+@pytest.fixture(scope="module")
+def stair():
+    return sf.Scene([steps([0.7, 0.5, 0.3])])
+
+
+@pytest.fixture(scope="module")
+def transfer(stair):
+    return sf.precompute_transfer(stair, "sky", bounces=None)
+
+
+def relative_rms(found, true, areas):
+    return np.sqrt((areas[:, None] * (found - true) ** 2).sum() / (areas[:, None] * true**2).sum())
+
+
+def test_an_open_floor_has_the_cosine_of_each_patch():
+    transfer = sf.precompute_transfer(sf.Scene([plane()]), "sky")
+    found = transfer.coefficients([3])[0, :, 0]
+    patches = transfer.patches
+    assert found[0] == 0.0  # the ground is below
+    expected = patches.solid_angles[1:] * patches.directions[1:, 2]
+    np.testing.assert_allclose(found[1:-1], expected[:-1], rtol=0.01)
+    assert found[-1] == pytest.approx(
+        np.pi * np.sin(np.arccos(1 - patches.solid_angles[-1] / (2 * np.pi))) ** 2, rel=2e-3
+    )
+    assert found.sum() == pytest.approx(np.pi, rel=1e-3)
+
+
+def test_a_ceiling_has_the_light_of_the_ground():
+    transfer = sf.precompute_transfer(sf.Scene([plane(turned=True)]), "sky")
+    found = transfer.coefficients()[:, :, 0]
+    np.testing.assert_allclose(found[:, 0], np.pi, rtol=1e-3)
+    assert found[:, 1:].max() == 0.0
+
+
+@pytest.mark.parametrize("count", quick(145, of=[145, 577, 2305]))
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+def test_all_patches_together_are_an_even_sky(stair, count, seed):
+    """As `solve` of all pairs has it, within .7 % surfel by surfel and .2 % in the mean."""
+    light = sf.Environment([1.0, 2.0, 0.5])
+    true = sf.solve(sf.Scene(stair.objects, lights=[light]), transport="pairs", insert=False)
+    found = sf.precompute_transfer(stair, "sky", bounces=None, patches=count, seed=seed).relight(light)
+    areas = true.surfels.areas
+    assert relative_rms(found.irradiance, true.irradiance, areas) < 0.007
+    assert relative_rms(found.direct, true.direct, areas) < 0.007
+    means = (np.average(s.irradiance, axis=0, weights=areas) for s in (found, true))
+    np.testing.assert_allclose(*means, rtol=2e-3)
+
+
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+def test_a_room_with_a_window_is_lit_through_it(seed):
+    """All that comes through a hole of area a, pi a of an even sky, falls on the walls: within 1.5 %."""
+    cube = cube_inside(12, 0.7)
+    hole = (cube.normals[:, 2] < 0) & (np.abs(cube.points[:, :2] - 0.5).max(axis=1) < 0.2)
+    scene = sf.Scene([cube[~hole]])
+    light = sf.Environment(1.0)
+    found = sf.precompute_transfer(scene, "sky", bounces=None, patches=577, seed=seed).relight(light)
+    areas = found.surfels.areas
+    assert (areas * found.direct[:, 0]).sum() == pytest.approx(np.pi * cube.areas[hole].sum(), rel=0.015)
+    true = sf.solve(sf.Scene(scene.objects, lights=[light]), insert=False)
+    assert (areas * found.irradiance[:, 0]).sum() == pytest.approx((areas * true.irradiance[:, 0]).sum(), rel=0.015)
+    assert relative_rms(found.irradiance, true.irradiance, areas) < 0.05
+
+
+def test_one_light_by_harmonics_by_patches_and_by_the_solver(stair):
+    """Smooth light, so that patches of 12 degrees cost little and five bands nothing, on floors: walls see the ground,
+    which is one patch."""
+    harmonics = np.zeros((25, 3))
+    harmonics[:4] = [[4, 3, 2], [0.5, -0.4, 0.2], [0.9, 0.8, 0.7], [-0.6, 0.1, 0.3]]
+    light = sf.Environment.from_harmonics(harmonics)
+    true = sf.solve(sf.Scene(stair.objects, lights=[light]), transport="pairs", insert=False)
+    floors = true.surfels.normals[:, 2] > 0.5
+    for lighting in ("sky", "distant"):
+        found = sf.precompute_transfer(stair, lighting, bounces=None, epsilon_t=0.1).relight(light)
+        assert relative_rms(found.irradiance[floors], true.irradiance[floors], true.surfels.areas[floors]) < 0.02
+
+
+def test_coefficients_times_a_sky_are_its_light(stair, transfer):
+    coefficients = transfer.coefficients()
+    assert coefficients.dtype == np.float32
+    assert coefficients.shape == (len(stair.surfels), 146, 3)
+    found = np.einsum("npc,pc->nc", coefficients, SKY)
+    np.testing.assert_allclose(found, transfer.relight(SKY).irradiance, rtol=2e-3)  # both up to the last thousandth
+    few = transfer.coefficients([5, 2], bounces=3)
+    np.testing.assert_allclose(np.einsum("npc,pc->nc", few, SKY), transfer.relight(SKY, bounces=3).irradiance[[5, 2]],
+                               rtol=1e-4)  # fmt: skip
+
+
+def test_grey_skies_and_other_reflectances(stair, transfer):
+    grey = transfer.relight(SKY[:, 0], reflectance=0.0)
+    np.testing.assert_allclose(grey.irradiance, grey.direct)
+    np.testing.assert_allclose(grey.irradiance[:, 0], grey.irradiance[:, 2])
+    brighter = transfer.relight(SKY, reflectance=0.9)
+    assert (brighter.irradiance >= transfer.relight(SKY).irradiance - 1e-9).all()
+
+
+def test_what_surfels_emit_is_part_of_relight_and_not_of_coefficients():
+    """In a closed uniform furnace, which sees nothing of the sky, H = E (1 + rho + rho^2) after two reflections."""
+    furnace = sf.precompute_transfer(sf.Scene([cube_inside(6, 0.5, 2.0)]), "sky", bounces=2)
+    np.testing.assert_allclose(furnace.relight(SKY).irradiance, 2.0 * (1 + 0.5 + 0.25), rtol=1e-5)
+    assert furnace.coefficients([0]).max() == 0.0
+
+
+def test_same_for_any_number_of_threads(stair):
+    one, two = (
+        sf.precompute_transfer(stair, "sky", threads=n, levels=3).relight(SKY, threads=n).irradiance for n in (1, 2)
+    )
+    np.testing.assert_array_equal(one, two)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"sky": np.ones(145)}, ValueError, "sky: wanted shape"),
+        ({"sky": -SKY}, ValueError, "sky: "),
+        ({"sky": "clear"}, ValueError, "sky: "),
+        ({"sky": sf.PointLight([0, 0, 1], 1.0)}, ValueError, "sky: "),
+        ({"sky": SKY, "reflectance": 1.0}, ValueError, "reflectance: "),
+        ({"sky": SKY, "bounces": -1}, ValueError, "bounces: "),
+    ],
+)
+def test_skies_that_are_none_are_refused(transfer, arguments, error, message):
+    with pytest.raises(error, match=message):
+        transfer.relight(**arguments)
+
+
+def test_counts_of_patches_and_surfels_are_checked(stair, transfer):
+    with pytest.raises(ValueError, match="count: wanted one of 145, 577"):
+        sf.precompute_transfer(stair, "sky", patches=146)
+    with pytest.raises(IndexError, match="surfels: index 9999"):
+        transfer.coefficients([9999])
+
+
+def test_coefficients_can_be_cancelled(transfer):
+    with pytest.raises(sf.Cancelled):
+        transfer.coefficients(progress=lambda done, total: False)
