@@ -36,6 +36,7 @@ PYBIND11_MODULE(_core, module) {
     module.def("versions", &versions);
 
     bind_scene(module);
+    bind_scene_arrays(module);
     bind_neighbors(module);
     bind_area(module);
     bind_trace(module);

@@ -7,6 +7,7 @@ namespace surflux::bindings {
 
 void bind_files(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
+void bind_scene_arrays(pybind11::module_& module);
 void bind_neighbors(pybind11::module_& module);
 void bind_area(pybind11::module_& module);
 void bind_trace(pybind11::module_& module);

@@ -1,49 +1,132 @@
-#include "convert.h"
+#include "arrays.h"
 #include "rooms.h"
 #include "solution_dict.h"
+#include "surflux/solution/stopwatch.h"
 #include "surflux/transfer/distant_transfer.h"
 #include "surflux/transfer/local_transfer.h"
+#include "surflux/transfer/operator_arrays.h"
 #include "surflux/transfer/sky_transfer.h"
 
 namespace surflux::bindings {
 
 namespace {
 
-std::pair<TransportOperator, Figures> operator_of(const CompiledScene& scene, const OperatorOptions& options,
-                                                  const StageProgress& progress) {
-    Figures timings;
-    TransportOperator transport = build_operator(scene, options, progress, timings);
-    return {std::move(transport), std::move(timings)};
-}
+using Compiled = std::shared_ptr<CompiledScene>;
 
-std::unique_ptr<LocalTransfer> make_local(const std::shared_ptr<CompiledScene>& scene, const OperatorOptions& options,
+constexpr std::uint64_t visibility_stream = 0x5f70, patch_stream = 0x6a91;
+
+std::unique_ptr<LocalTransfer> make_local(const Compiled& scene, const OperatorOptions& options,
                                           const py::object& progress) {
     const StageProgress report = to_stage_progress(progress);
     return without_gil([&] {
-        auto [transport, timings] = operator_of(*scene, options, report);
+        Figures timings;
+        TransportOperator transport = build_operator(*scene, options, report, timings);
         return std::make_unique<LocalTransfer>(scene, std::move(transport), std::move(timings));
     });
 }
 
-std::unique_ptr<DistantTransfer> make_distant(const std::shared_ptr<CompiledScene>& scene, OperatorOptions options,
-                                              int visibility_rays, const py::object& progress) {
+std::unique_ptr<DistantTransfer> make_distant(const Compiled& scene, OperatorOptions options, int visibility_rays,
+                                              const py::object& progress) {
     options.lighting = OperatorOptions::Lighting::distant;
     const StageProgress report = to_stage_progress(progress);
     return without_gil([&] {
-        auto [transport, timings] = operator_of(*scene, options, report);
-        const DistantTransfer::Options own{visibility_rays, options.seed};
-        return std::make_unique<DistantTransfer>(scene, std::move(transport), own, report, std::move(timings));
+        Figures timings;
+        TransportOperator transport = build_operator(*scene, options, report, timings);
+        Stopwatch watch(timings);
+        DistantTransfer::Visibility visibility =
+            find_visibility(transport, scene->tracer(), visibility_rays, options.seed + visibility_stream,
+                            report ? report("visibility") : Progress{});
+        watch.lap("visibility");
+        return std::make_unique<DistantTransfer>(scene, std::move(transport), std::move(visibility),
+                                                 std::move(timings));
     });
 }
 
-std::unique_ptr<SkyTransfer> make_sky(const std::shared_ptr<CompiledScene>& scene, OperatorOptions options,
-                                      const SkyPatches& patches, const py::object& progress) {
+std::unique_ptr<SkyTransfer> make_sky(const Compiled& scene, OperatorOptions options, const SkyPatches& patches,
+                                      const py::object& progress) {
     options.lighting = OperatorOptions::Lighting::sky;
     const StageProgress report = to_stage_progress(progress);
     return without_gil([&] {
-        auto [transport, timings] = operator_of(*scene, options, report);
-        return std::make_unique<SkyTransfer>(scene, std::move(transport), patches, options.seed, report,
+        Figures timings;
+        TransportOperator transport = build_operator(*scene, options, report, timings);
+        Stopwatch watch(timings);
+        SkyIrradiance direct(transport, scene->tracer(), patches, options.seed + patch_stream,
+                             report ? report("sky") : Progress{});
+        watch.lap("sky");
+        return std::make_unique<SkyTransfer>(scene, std::move(transport), patches, std::move(direct),
                                              std::move(timings));
+    });
+}
+
+// What an operator is made of, and under "counts" the samples of each group, rays and what was left out.
+py::dict operator_arrays(const TransportOperator& of, const py::object& owner) {
+    py::dict out;
+    for_arrays(of, [&](const char* name, const auto& values) { out[name] = view_of(values, owner); });
+    out["counts"] = to_array(std::vector<std::uint64_t>{of.samples.of_leaf, of.rays, of.left_out});
+    return out;
+}
+
+TransportOperator take_operator(const py::dict& arrays, const CompiledScene& scene) {
+    TransportOperator out;
+    for_arrays(out, [&](const char* name, auto& values) { take(arrays, name, values); });
+    std::vector<std::uint64_t> counts;
+    take(arrays, "counts", counts);
+    require(counts.size() == 3, "counts: wanted 3");
+    out.samples.of_leaf = counts[0];
+    out.rays = counts[1];
+    out.left_out = counts[2];
+    without_gil([&] { require_whole(out, scene.scene().surfels.size()); });
+    return out;
+}
+
+std::unique_ptr<LocalTransfer> local_of_arrays(const Compiled& scene, const py::dict& arrays, const Figures& timings) {
+    TransportOperator transport = take_operator(arrays, *scene);
+    return without_gil([&] { return std::make_unique<LocalTransfer>(scene, std::move(transport), timings); });
+}
+
+py::dict distant_arrays(const py::object& self) {
+    const auto& of = self.cast<const DistantTransfer&>();
+    py::dict out = operator_arrays(of.transport(), self);
+    out["visibility"] = view_of(of.visibility().values, self);
+    out["visibility_scale"] = view_of(of.visibility().scale, self);
+    return out;
+}
+
+std::unique_ptr<DistantTransfer> distant_of_arrays(const Compiled& scene, const py::dict& arrays,
+                                                   const Figures& timings) {
+    TransportOperator transport = take_operator(arrays, *scene);
+    DistantTransfer::Visibility visibility;
+    take(arrays, "visibility", visibility.values);
+    take(arrays, "visibility_scale", visibility.scale);
+    return without_gil(
+        [&] { return std::make_unique<DistantTransfer>(scene, std::move(transport), std::move(visibility), timings); });
+}
+
+py::dict sky_arrays(const py::object& self) {
+    const auto& of = self.cast<const SkyTransfer&>();
+    py::dict out = operator_arrays(of.transport(), self);
+    out["sky_begin"] = view_of(of.direct().begin, self);
+    out["sky"] = view_of(of.direct().entries, self);
+    out["sky_scale"] = view_of(of.direct().scale, self);
+    out["patches"] = to_array(std::vector<std::uint32_t>{static_cast<std::uint32_t>(of.patches().size())});
+    return out;
+}
+
+std::unique_ptr<SkyTransfer> sky_of_arrays(const Compiled& scene, const py::dict& arrays, const Figures& timings) {
+    TransportOperator transport = take_operator(arrays, *scene);
+    SkyIrradiance direct;
+    take(arrays, "sky_begin", direct.begin);
+    take(arrays, "sky", direct.entries);
+    take(arrays, "sky_scale", direct.scale);
+    std::vector<std::uint32_t> count;
+    take(arrays, "patches", count);
+    int subdivision = 1;
+    while (subdivision < 8 && SkyPatches(subdivision).size() < (count.empty() ? 0 : count[0])) ++subdivision;
+    SkyPatches patches(subdivision);
+    require(count.size() == 1 && count[0] == patches.size(), "patches: wanted a number of them");
+    return without_gil([&] {
+        return std::make_unique<SkyTransfer>(scene, std::move(transport), std::move(patches), std::move(direct),
+                                             timings);
     });
 }
 
@@ -62,6 +145,7 @@ void bind_operator(py::class_<Transfer>& to) {
                                })
         .def_property_readonly("bytes", [](const Transfer& t) { return t.bytes(); })
         .def_property_readonly("rays", [](const Transfer& t) { return t.transport().rays; })
+        .def_property_readonly("left_out", [](const Transfer& t) { return t.transport().left_out; })
         .def_property_readonly("links", [](const Transfer& t) { return t.transport().links.size(); })
         .def_property_readonly("areas", [](const Transfer& t) { return to_array(t.transport().areas); })
         .def_property_readonly("sizes", [](const Transfer& t) {
@@ -79,9 +163,14 @@ void bind_operator(py::class_<Transfer>& to) {
 }  // namespace
 
 void bind_transfer(py::module_& module) {
+    PYBIND11_NUMPY_DTYPE(TransportOperator::Row, begin, end, per_ray, u, v);
+    PYBIND11_NUMPY_DTYPE(TransportOperator::Link, sender, first, second, u, v);
+    PYBIND11_NUMPY_DTYPE(SparseRows::Entry, column, weight);
+    PYBIND11_NUMPY_DTYPE(SenderGroups::Node, parent, child, area, radius, alike, weight);
+    PYBIND11_NUMPY_DTYPE(SkyIrradiance::Entry, patch, share);
     py::class_<OperatorOptions>(module, "OperatorOptions")
         .def(py::init([](int levels, double radius, double epsilon, int rays, std::size_t senders, std::size_t samples,
-                         std::uint64_t seed) {
+                         double max_memory, std::uint64_t seed) {
                  OperatorOptions options;
                  options.levels = levels;
                  options.radius = radius;
@@ -89,11 +178,12 @@ void bind_transfer(py::module_& module) {
                  options.rays = rays;
                  options.senders = senders;
                  options.samples = samples;
+                 options.max_memory = max_memory;
                  options.seed = seed;
                  return options;
              }),
              py::kw_only(), py::arg("levels"), py::arg("radius"), py::arg("epsilon"), py::arg("rays"),
-             py::arg("senders"), py::arg("samples"), py::arg("seed"));
+             py::arg("senders"), py::arg("samples"), py::arg("max_memory"), py::arg("seed"));
     py::class_<LocalTransfer> local(module, "LocalTransfer");
     local.def(py::init(&make_local), py::arg("scene"), py::arg("options"), py::arg("progress") = py::none())
         .def(
@@ -115,6 +205,10 @@ void bind_transfer(py::module_& module) {
             },
             py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
             py::arg("progress") = py::none());
+    local.def_static("of_arrays", &local_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
+        .def("arrays", [](const py::object& self) {
+            return operator_arrays(self.cast<const LocalTransfer&>().transport(), self);
+        });
     bind_operator(local);
     py::class_<IncidentLight>(module, "IncidentLight")
         .def("irradiance",
@@ -146,10 +240,13 @@ void bind_transfer(py::module_& module) {
                 return without_gil([&] { return transfer.incident(coefficients, own, bounces); });
             },
             py::arg("environment"), py::arg("reflectance"), py::arg("bounces"));
+    distant.def_static("of_arrays", &distant_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
+        .def("arrays", &distant_arrays);
     bind_operator(distant);
     py::class_<SkyTransfer> sky(module, "SkyTransfer");
-    sky.def(py::init(&make_sky), py::arg("scene"), py::arg("options"), py::arg("patches"),
-            py::arg("progress") = py::none())
+    sky.def_property_readonly("patches", &SkyTransfer::patches)
+        .def(py::init(&make_sky), py::arg("scene"), py::arg("options"), py::arg("patches"),
+             py::arg("progress") = py::none())
         .def(
             "irradiance",
             [](const SkyTransfer& transfer, const Doubles& radiances, const py::object& reflectance, int bounces) {
@@ -173,6 +270,8 @@ void bind_transfer(py::module_& module) {
                 return out;
             },
             py::arg("surfels"), py::arg("bounces"), py::arg("progress") = py::none());
+    sky.def_static("of_arrays", &sky_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
+        .def("arrays", &sky_arrays);
     bind_operator(sky);
 }
 

@@ -46,6 +46,7 @@ _HOME = {
     "load_operator": "solving.form_factor_operator",
     "load_scene": "scenes.scene_file",
     "load_solution": "solutions.solution_file",
+    "load_transfer": "solving.transfer_file",
     "multiply_harmonics": "solving.harmonics",
     "precompute_transfer": "solving.precomputing",
     "read": "points.reading",

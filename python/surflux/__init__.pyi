@@ -47,6 +47,7 @@ from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
 from surflux.solving.transfer import Transfer as Transfer
+from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.viewing.page import Page as Page
 from surflux.viewing.viewer import view as view
 

@@ -267,6 +267,7 @@ PATHS = {
     "load_operator": sf.load_operator,
     "load_scene": sf.load_scene,
     "load_solution": sf.load_solution,
+    "load_transfer": sf.load_transfer,
     "read_image": sf.read_image,
     "write_image": lambda path: sf.write_image(path, np.zeros((2, 2, 3))),
     "Surfels.save": lambda path: surfels().save(path),
@@ -284,6 +285,7 @@ def test_what_is_no_path(name, value):
 MISSING = [("read", "none.ply"), ("read", "none.las"), ("read", "none"), ("load_scene", "none.toml")]
 MISSING += [("load_solution", "none.ply"), ("load_solution", "none"), ("read_image", "none.exr")]
 MISSING += [("load_operator", "none.npz"), ("Surfels.from_mesh", "none.obj"), ("Surfels.from_mesh", "none")]
+MISSING += [("load_transfer", "none.transfer"), ("load_transfer", "none")]
 
 
 @pytest.mark.parametrize(("name", "file"), MISSING)

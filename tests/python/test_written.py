@@ -26,6 +26,7 @@ WRITERS = {
     "areas.png": lambda s, path: s.surfels.plot_areas(screenshot=path, size=(400, 300)),
     "view.png": lambda s, path: sf.view(s, screenshot=path, size=(40, 30)),
     "operator.npz": lambda s, path: sf.form_factor_operator(s._scene, rays=16).save(path),
+    "room.transfer": lambda s, path: sf.precompute_transfer(s._scene, levels=1, rays=16).save(path),
     "scene.toml": lambda _, path: sf.save_camera(path, CAMERA),
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/solution/stopwatch.h"
 #include "surflux/transfer/harmonic_lobe.h"
 #include "surflux/transfer/harmonic_product.h"
 #include "surflux/transfer/reflections.h"
@@ -70,35 +70,43 @@ private:
 }  // namespace
 
 DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport,
-                                 const Options& options, const StageProgress& progress, Figures timings)
+                                 Visibility visibility, Figures timings)
     : scene_(std::move(scene)),
       operator_(std::make_shared<const TransportOperator>(std::move(transport))),
-      timings_(std::move(timings)) {
-    Stopwatch watch(timings_);
+      timings_(std::move(timings)),
+      visibility_(std::move(visibility)) {
+    const std::size_t rows = operator_->rows.size();
+    require(visibility_.values.size() == rows * seen && visibility_.scale.size() == rows, "visibility: wanted ", seen,
+            " harmonics of each of ", rows, " rows");
+    for (const float scale : visibility_.scale)
+        require(std::isfinite(scale) && scale >= 0.0f, "visibility_scale: wanted finite numbers");
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_->senders.means(s.reflectance, operator_->areas);
     emission_ = operator_->senders.means(s.emission, operator_->areas);
-    const std::size_t rows = operator_->rows.size();
-    visibility_.resize(rows * seen);
-    scale_.resize(rows);
-    const SkyVisibility sky(scene_->tracer(), visibility_order, options.seed + visibility_stream);
+}
+
+DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
+                                            std::uint64_t seed, const Progress& progress) {
+    const std::size_t rows = transport.rows.size();
+    DistantTransfer::Visibility out{std::vector<std::int16_t>(rows * seen), std::vector<float>(rows)};
+    const SkyVisibility sky(tracer, DistantTransfer::visibility_order, seed + visibility_stream);
     parallel_blocks(
         rows, 16,
         [&](std::size_t begin, std::size_t end) {
             SkyVisibility::Scratch scratch;
             std::vector<float> values(seen);
             for (std::size_t k = begin; k < end; ++k) {
-                sky.find(operator_->positions[k], operator_->normals[k], operator_->surfels[k], options.visibility_rays,
-                         scratch, values.data());
+                sky.find(transport.positions[k], transport.normals[k], transport.surfels[k], rays, scratch,
+                         values.data());
                 float most = 0.0f;
                 for (const float v : values) most = std::max(most, std::abs(v));
-                scale_[k] = most / finest;
+                out.scale[k] = most / finest;
                 for (std::size_t i = 0; i < seen && most > 0.0f; ++i)
-                    visibility_[k * seen + i] = static_cast<std::int16_t>(std::lround(values[i] / scale_[k]));
+                    out.values[k * seen + i] = static_cast<std::int16_t>(std::lround(values[i] / out.scale[k]));
             }
         },
-        progress ? progress("visibility") : Progress{});
-    watch.lap("visibility");
+        progress);
+    return out;
 }
 
 IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, const std::vector<Rgb>& reflectance,
@@ -127,7 +135,7 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
         for (std::size_t k = begin; k < end; ++k)
             for (std::size_t i = 0; i < seen; ++i)
                 visible(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k - begin)) =
-                    scale_[k] * static_cast<float>(visibility_[k * seen + i]);
+                    visibility_.scale[k] * static_cast<float>(visibility_.values[k * seen + i]);
         for (std::size_t c = 0; c < 3; ++c) {
             const Matrix found = times[c] * visible;
             for (std::size_t k = begin; k < end; ++k)
@@ -165,7 +173,8 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
 }
 
 std::size_t DistantTransfer::bytes() const {
-    return operator_->bytes() + visibility_.size() * sizeof visibility_[0] + scale_.size() * sizeof scale_[0];
+    return operator_->bytes() + visibility_.values.size() * sizeof visibility_.values[0] +
+           visibility_.scale.size() * sizeof visibility_.scale[0];
 }
 
 }  // namespace surflux

@@ -7,6 +7,7 @@
 #include "surflux/core/progress.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/trace/tracer.h"
 #include "surflux/transfer/incident_light.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -24,14 +25,17 @@ public:
     static constexpr int source_order = 5;  // of the environment
     static constexpr int visibility_order = source_order + IncidentLight::distant_order - 1;
 
-    struct Options {
-        int visibility_rays = 1024;
-        std::uint64_t seed = 0;
+    // Of each row, visibility_order^2 harmonics, times the scale of the row.
+    struct Visibility {
+        std::vector<std::int16_t> values;
+        std::vector<float> scale;
     };
-    DistantTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, const Options& options,
-                    const StageProgress& progress, Figures timings);
+    // Throws ArgumentError where the visibility is not that of the rows.
+    DistantTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, Visibility visibility,
+                    Figures timings);
 
     const TransportOperator& transport() const { return *operator_; }
+    const Visibility& visibility() const { return visibility_; }
     const Figures& timings() const { return timings_; }  // of how it was made
     std::size_t bytes() const;
 
@@ -43,10 +47,12 @@ private:
     std::shared_ptr<const CompiledScene> scene_;
     std::shared_ptr<const TransportOperator> operator_;
     Figures timings_;
-    // Visibility by row, times scale_ of the row.
-    std::vector<std::int16_t> visibility_;
-    std::vector<float> scale_;
+    Visibility visibility_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
 };
+
+// What the rows of an operator see of the sky, by so many rays each.
+DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
+                                            std::uint64_t seed, const Progress& progress);
 
 }  // namespace surflux

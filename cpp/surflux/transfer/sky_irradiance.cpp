@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/sample_points.h"
@@ -42,10 +43,10 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
     const PatchDirections parts(patches);
     const std::size_t rows = transport.rows.size(), of_patch = std::max<std::size_t>(1, rays_of_sky / patches.size());
     std::vector<std::vector<Entry>> found(rows);
-    scale_.resize(rows);
+    scale.resize(rows);
     parallel_blocks(
         rows, grain,
-        [&](std::size_t begin, std::size_t end) {
+        [&](std::size_t from_row, std::size_t to_row) {
             std::vector<Ray> rays;
             std::vector<char> free;
             struct Patch {
@@ -55,7 +56,7 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
             };
             std::vector<Patch> asked;
             std::vector<double> cosines, values;
-            for (std::size_t k = begin; k < end; ++k) {
+            for (std::size_t k = from_row; k < to_row; ++k) {
                 const Departure from{transport.positions[k], transport.normals[k], transport.surfels[k]};
                 EvenPoints even(2, seed, stream_of({from.position, from.normal, from.surfel}));
                 rays.clear();
@@ -97,7 +98,7 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
                     values.push_back(asked[a].unoccluded * arrived / all);
                 }
                 const double most = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
-                scale_[k] = static_cast<float>(most) / finest;
+                scale[k] = static_cast<float>(most) / finest;
                 for (std::size_t a = 0; a < asked.size() && most > 0.0; ++a)
                     if (const auto share =
                             static_cast<std::uint16_t>(std::lround(values[a] / most * static_cast<double>(finest)));
@@ -107,20 +108,20 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
         },
         progress);
     for (const std::vector<Entry>& row : found) {
-        entries_.insert(entries_.end(), row.begin(), row.end());
-        begin_.push_back(entries_.size());
+        entries.insert(entries.end(), row.begin(), row.end());
+        begin.push_back(entries.size());
     }
 }
 
 void SkyIrradiance::receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const {
-    const std::size_t rows = scale_.size();
+    const std::size_t rows = scale.size();
     out.assign(rows * channels, 0.0f);
     with_fixed(channels, [&](const auto count) {
         parallel_for(rows, 64, [&](std::size_t k) {
             float* sum = out.data() + k * count;
-            for (std::uint64_t e = begin_[k]; e < begin_[k + 1]; ++e) {
-                const float weight = scale_[k] * static_cast<float>(entries_[e].share);
-                const float* from = radiances.data() + entries_[e].patch * count;
+            for (std::uint64_t e = begin[k]; e < begin[k + 1]; ++e) {
+                const float weight = scale[k] * static_cast<float>(entries[e].share);
+                const float* from = radiances.data() + entries[e].patch * count;
                 for (std::size_t c = 0; c < count; ++c) sum[c] += weight * from[c];
             }
         });
@@ -128,7 +129,15 @@ void SkyIrradiance::receive(const std::vector<float>& radiances, std::size_t cha
 }
 
 std::size_t SkyIrradiance::bytes() const {
-    return begin_.size() * sizeof begin_[0] + entries_.size() * sizeof entries_[0] + scale_.size() * sizeof scale_[0];
+    return begin.size() * sizeof begin[0] + entries.size() * sizeof entries[0] + scale.size() * sizeof scale[0];
+}
+
+void SkyIrradiance::require_whole(std::size_t rows, std::size_t patches) const {
+    require(begin.size() == rows + 1 && scale.size() == rows && begin.front() == 0 && begin.back() == entries.size() &&
+                std::is_sorted(begin.begin(), begin.end()),
+            "sky_begin: wanted where each of ", rows, " rows begins");
+    for (const float s : scale) require(std::isfinite(s) && s >= 0.0f, "sky_scale: wanted finite numbers");
+    for (const Entry& entry : entries) require(entry.patch < patches, "sky: wanted patches below ", patches);
 }
 
 struct SkyTest::Scratch {

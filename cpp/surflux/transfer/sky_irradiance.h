@@ -23,14 +23,15 @@ public:
     // By row, from radiances of patches: `channels` interleaved values each.
     void receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const;
     std::size_t bytes() const;
+    // Throws ArgumentError unless it is of so many rows and patches.
+    void require_whole(std::size_t rows, std::size_t patches) const;
 
-private:
     struct Entry {
         std::uint16_t patch, share;  // of the scale of the row
     };
-    std::vector<std::uint64_t> begin_{0};  // of each row, and the end
-    std::vector<Entry> entries_;
-    std::vector<float> scale_;
+    std::vector<std::uint64_t> begin{0};  // of each row, and the end
+    std::vector<Entry> entries;
+    std::vector<float> scale;
 };
 
 // Rows of a transport operator differ in what they receive of distant light, directly and by way of one reflection: of

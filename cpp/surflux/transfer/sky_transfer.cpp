@@ -4,31 +4,27 @@
 #include <utility>
 
 #include "surflux/core/parallel.h"
-#include "surflux/solution/stopwatch.h"
 #include "surflux/transfer/reflections.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t patch_stream = 0x6a91;
 constexpr std::size_t at_once = 16;  // patches, whose coefficients are found together
 
 }  // namespace
 
 SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, SkyPatches patches,
-                         std::uint64_t seed, const StageProgress& progress, Figures timings)
+                         SkyIrradiance direct, Figures timings)
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
       patches_(std::move(patches)),
+      direct_(std::move(direct)),
       timings_(std::move(timings)) {
-    Stopwatch watch(timings_);
+    direct_.require_whole(operator_.rows.size(), patches_.size());
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
     emission_ = operator_.senders.means(s.emission, operator_.areas);
-    direct_ = SkyIrradiance(operator_, scene_->tracer(), patches_, seed + patch_stream,
-                            progress ? progress("sky") : Progress{});
-    watch.lap("sky");
 }
 
 SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std::size_t channels,

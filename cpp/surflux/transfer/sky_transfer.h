@@ -17,11 +17,13 @@ namespace surflux {
 // receivers by patches, reflections by the operator, as of lamps.
 class SkyTransfer {
 public:
+    // Throws ArgumentError where the direct light is not that of the rows and patches.
     SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, SkyPatches patches,
-                std::uint64_t seed, const StageProgress& progress, Figures timings);
+                SkyIrradiance direct, Figures timings);
 
     const TransportOperator& transport() const { return operator_; }
     const SkyPatches& patches() const { return patches_; }
+    const SkyIrradiance& direct() const { return direct_; }
     const Figures& timings() const { return timings_; }  // of how it was made
     std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
 

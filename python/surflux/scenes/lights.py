@@ -269,9 +269,14 @@ class Environment:
             array = array[:, None].repeat(3, axis=1)
         array = check.finite_array("coefficients", array, (None, 3))
         height = check.count("height", height, 1, 2**14)
-        image = np.asarray(_core.image_of_harmonics(array, 2 * height, height))
-        light = cls(np.maximum(image, 0.0))
+        return cls._of_pixels(np.asarray(_core.image_of_harmonics(array, 2 * height, height)))
+
+    @classmethod
+    def _of_pixels(cls, image, up=(0.0, 0.0, 1.0), azimuth=0.0):
+        """Of an image whose pixels may be below 0, or RGB."""
+        light = cls(np.maximum(image, 0.0), up, azimuth)
         if image.min() < 0.0:
+            image = np.array(image)
             image.setflags(write=False)
             _set(light, image_or_rgb=image, image=image)
         return light

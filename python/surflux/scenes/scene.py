@@ -165,7 +165,13 @@ class Scene:
 
     def _coincidence(self):
         """Where surfels coincide and face the same way: their areas count once, and none covers another."""
+        if self._compiled()[1] is None:  # of a scene from a file, which does not hold it
+            self._core = None
         return self._compiled()[1]
+
+    def _take_compiled(self, core):
+        """Takes over what is compiled of these very objects and lights, as a file has it."""
+        self._core, self._made_of = (core, None), [s._core for s in self._objects]
 
     def _count_divided(self):
         """Of each object, how many patches go on beneath walls of others (see divide_patches)."""

@@ -24,6 +24,7 @@ ORDER = 5  # of the environment
 class DistantTransfer(Transfer):
     """How distant light comes to the surfels of a scene: `precompute_transfer(scene, "distant")`."""
 
+    lighting = "distant"
     _core: _core.DistantTransfer
 
     def relight(

@@ -23,6 +23,7 @@ LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
 class LocalTransfer(Transfer):
     """How the light of lamps is reflected in a scene: `precompute_transfer(scene, "local")`."""
 
+    lighting = "local"
     _core: _core.LocalTransfer
 
     def indirect(

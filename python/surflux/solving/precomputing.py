@@ -9,6 +9,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Progress
+from surflux._base.warn import warn
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solving.distant_transfer import DistantTransfer
@@ -33,6 +34,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int = 512,
     senders: int = 65536,
+    max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -48,6 +50,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int = 512,
     senders: int = 65536,
+    max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -64,6 +67,7 @@ def precompute_transfer(
     rays: int = 512,
     senders: int = 65536,
     patches: int = 145,
+    max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -79,6 +83,7 @@ def precompute_transfer(
     rays: int = 512,
     senders: int = 65536,
     patches: int = 145,
+    max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -116,13 +121,17 @@ def precompute_transfer(
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
         senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
         patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
+        max_memory: bytes for the operator and for finding it, beside the scene, as far as they can be told before (to
+            a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
+            (container, batch queue, ulimit -v). Levels, and rows of surfels, that do not fit are left out, with a
+            warning; see `Transfer.left_out`.
         seed, threads, progress: see `solve`.
 
     Returns:
         LocalTransfer, DistantTransfer or SkyTransfer.
 
     Raises:
-        ValueError: an argument out of range, by name.
+        ValueError: an argument out of range, by name; a first level that does not fit max_memory.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
@@ -144,17 +153,21 @@ def precompute_transfer(
         rays=check.count("rays", rays, 16, 65535),
         senders=check.count("senders", senders, 1),
         samples=SAMPLES,
+        max_memory=0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
         seed=check.seed("seed", seed),
     )
     with thread_limit(threads):
         start = perf_counter()
-        core = scene._to_core(progress=progress)
+        compiled = scene._to_core(progress=progress)
         seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             if lighting == "local":
-                return LocalTransfer(_core.LocalTransfer(core, options, callback), scene, bounces, seconds)
-            if lighting == "sky":
-                found = _core.SkyTransfer(core, options, sky._core, callback)
-                return SkyTransfer(found, scene, bounces, seconds, sky)
-            distant = _core.DistantTransfer(core, options, VISIBILITY_RAYS, callback)
-            return DistantTransfer(distant, scene, bounces, seconds)
+                core, kind = _core.LocalTransfer(compiled, options, callback), LocalTransfer
+            elif lighting == "distant":
+                core, kind = _core.DistantTransfer(compiled, options, VISIBILITY_RAYS, callback), DistantTransfer
+            else:
+                core, kind = _core.SkyTransfer(compiled, options, sky._core, callback), SkyTransfer
+    if core.left_out:
+        left_out = check.counted(core.left_out, "place")
+        warn(f"max_memory kept {left_out} from being refined: light is coarser there; more memory or epsilon_t help")
+    return kind(core, scene, bounces, {"areas": seconds, **core.timings})

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,13 +26,13 @@ class SkyTransfer(Transfer):
         patches: SkyPatches; +z is up, +y is north.
     """
 
-    patches: SkyPatches
+    lighting = "sky"
     _core: _core.SkyTransfer
 
-    def __init__(self, core: Any, scene: Scene, bounces: int | None, seconds: float, patches: SkyPatches) -> None:
-        """Not called by users: see `precompute_transfer`."""
-        super().__init__(core, scene, bounces, seconds)
-        self.patches = patches
+    @cached_property
+    def patches(self) -> SkyPatches:
+        """Of the sky, and the ground; +z is up, +y is north."""
+        return SkyPatches(len(self._core.patches) - 1)
 
     def relight(
         self,

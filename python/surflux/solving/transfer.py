@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.types import Floats
+from surflux._base.array_file import write_arrays
+from surflux._base.types import FilePath, Floats
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
+from surflux.scenes.scene_arrays import scene_arrays
 from surflux.solutions.solution import Solution
+
+FILE_KIND, FILE_VERSION = "surflux.transfer", 1
 
 
 class Transfer:
@@ -20,22 +25,24 @@ class Transfer:
 
     Attributes:
         scene: Scene. Its own lights do not matter.
+        lighting: what may change, as it was given to `precompute_transfer`.
         bounces: of light, unless `relight` is given others; None for all.
         receivers: (points, normals), (m, 3) each: where light is gathered.
         nbytes: that the operator takes, without the scene.
         rays, links: shot, and kept as pairs of a receiver and a group of surfels.
+        left_out: how many receivers and surfels `max_memory` kept from being refined.
         timings: dict, seconds per stage of the precomputation.
     """
 
+    lighting: ClassVar[str]
     scene: Scene
     bounces: int | None
     timings: dict[str, float]
     _core: _core.LocalTransfer | _core.DistantTransfer | _core.SkyTransfer
 
-    def __init__(self, core: Any, scene: Scene, bounces: int | None, seconds: float) -> None:
-        """Not called by users: see `precompute_transfer`."""
-        self._core, self.scene, self.bounces = core, scene, bounces
-        self.timings = {"areas": seconds, **core.timings}
+    def __init__(self, core: Any, scene: Scene, bounces: int | None, timings: dict[str, float]) -> None:
+        """Not called by users: see `precompute_transfer` and `load_transfer`."""
+        self._core, self.scene, self.bounces, self.timings = core, scene, bounces, timings
 
     @property
     def receivers(self) -> tuple[Floats, Floats]:
@@ -57,9 +64,57 @@ class Transfer:
         """Pairs of a receiver and a group of surfels that its rays met."""
         return self._core.links
 
+    @property
+    def left_out(self) -> int:
+        """How many receivers and surfels `max_memory` kept from being refined; 0 where all had room."""
+        return self._core.left_out
+
     def __repr__(self) -> str:
         receivers = len(self.receivers[0])
         return f"{type(self).__name__}({receivers} receivers, {self.links} links, {self.nbytes / 1e6:.0f} MB)"
+
+    def save(self, path: FilePath) -> Path:
+        """Writes the operator and its scene as one file, which `load_transfer` reads; it appears whole or not at all.
+
+        The file has `nbytes` of the operator and those of the scene: 76 for each triangle, and for each surfel some 90
+        (where more than 256 colours are different, some 140). It has checksums, and all that it takes to relight: the
+        files that the scene was made of are not needed. What it gives is the same, bit by bit.
+
+        Args:
+            path: str or path, ending in .transfer. A file that is there is replaced, whole or not at all.
+
+        Returns:
+            The Path written.
+
+        Raises:
+            ValueError: a path with another suffix.
+            FileError: the file cannot be written.
+        """
+        path = Path(check.path("path", path))
+        if path.suffix.lower() != ".transfer":
+            raise ValueError(f"path: wanted a name ending in .transfer, got {str(path)!r}")
+        scene, arrays = scene_arrays(self.scene)
+        arrays = {f"scene/{name}": values for name, values in arrays.items()}
+        arrays |= {f"{self.lighting}/{name}": values for name, values in self._core.arrays().items()}
+        about = {"lighting": self.lighting, "bounces": self.bounces, "timings": self.timings, "scene": scene}
+        write_arrays(path, FILE_KIND, FILE_VERSION, about, arrays)
+        return path
+
+    @classmethod
+    def _of_arrays(cls, scene: Scene, arrays: dict[str, Any], bounces: int | None, timings: dict[str, float]) -> Self:
+        """Of what _core's arrays() gave; ValueError, naming the array, where they do not fit."""
+        kind = getattr(_core, cls.__name__)
+        return cls(kind.of_arrays(scene._to_core(), arrays, list(timings.items())), scene, bounces, timings)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        arrays = {name: values.copy() for name, values in self._core.arrays().items()}
+        return self._of_arrays, (self.scene, arrays, self.bounces, self.timings)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self  # nothing of it changes
 
     def _bounces(self, bounces: int | None) -> int:
         bounces = self.bounces if bounces is None else check.count("bounces", bounces, 0)

@@ -124,6 +124,8 @@ assert_type(daylight.relight(np.ones(len(daylight.patches))), sf.Solution)
 kinds: list[sf.Transfer] = [transfer, distant, daylight]
 assert_type(transfer.relight([sf.PointLight([0, 0, 1], 2.0)], reflectance=[0.5, 0.4, 0.3]), sf.Solution)
 assert_type(transfer.indirect(sf.PointLight([0, 0, 1], 2.0), bounces=2), Floats)
+assert_type(transfer.save("room.transfer"), Path)
+assert_type(sf.load_transfer("room.transfer"), sf.Transfer)
 
 # solutions
 assert_type(solution.surfels, sf.Surfels)
