@@ -44,6 +44,12 @@ public:
             for (std::uint64_t k = rows.begin[i]; k < rows.begin[i + 1]; ++k)
                 visit(rows.entries[k].function, static_cast<double>(rows.entries[k].weight));
     }
+    // How many those are of all surfels together.
+    std::size_t weights() const {
+        std::size_t sum = 0;
+        for (const Rows& rows : levels_) sum += rows.entries.size();
+        return sum;
+    }
     Rgb mean(std::size_t i, const std::vector<Rgb>& coefficients) const {
         Rgb sum;
         for_functions(i, [&](std::uint32_t j, double weight) { sum += weight * coefficients[j]; });

@@ -3,6 +3,7 @@
 #include <memory>
 #include <numeric>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 #include "surflux/lights/hemisphere_row.h"
@@ -14,6 +15,7 @@
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/function_means.h"
+#include "surflux/transfer/operator_memory.h"
 #include "surflux/transfer/row_shooter.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/sky_visibility.h"
@@ -40,6 +42,7 @@ public:
         : compiled_(compiled),
           scene_(compiled.scene()),
           options_(options),
+          max_memory_(options.max_memory > 0.0 ? options.max_memory : 0.75 * available_memory()),
           progress_(progress),
           watch_(timings),
           tracer_(compiled.tracer(stage("trace"))),
@@ -59,6 +62,7 @@ public:
         watch_.lap("placement");
         find_free_paths(first);
         group_senders();
+        memory_with(ray_counts(first)).require_room(max_memory_);
         shoot(first);
         make_test();
         for (int level = 1; level < options_.levels; ++level) {
@@ -69,6 +73,10 @@ public:
             watch_.lap("placement");
             const std::vector<std::uint32_t> children = children_of(basis_, refined);
             if (children.empty()) break;
+            if (!memory_with(ray_counts(children)).fits(max_memory_)) {
+                out_.left_out = refined.size();
+                break;
+            }
             shoot(receivers_.add(children, stage("gathering")));
             test_->receive(out_, received_);
         }
@@ -132,18 +140,28 @@ private:
         watch_.lap("grouping");
     }
 
+    std::vector<int> ray_counts(const std::vector<std::uint32_t>& receivers) const {
+        const int least = std::min(options_.rays, least_rays);
+        std::vector<int> out;
+        for (const std::uint32_t j : receivers)
+            out.push_back(placed_.is_in_nook(j) ? least : std::max(least, options_.rays >> (basis_.level_of(j) / 2)));
+        return out;
+    }
+    std::size_t test_size() const {
+        return options_.lighting == OperatorOptions::Lighting::local ? options_.test_lights
+                                                                     : SphericalHarmonics::count(VisibilityTest::order);
+    }
+    // When more receivers have shot so many rays each.
+    OperatorMemory memory_with(const std::vector<int>& rays) const {
+        return {scene_.surfels.size(), placed_.means().weights(), test_size(), out_, rays};
+    }
+
     // Rows of receivers that have none, in the order in which these are numbered.
     void shoot(const std::vector<std::uint32_t>& fresh) {
         std::vector<Place> places;
-        std::vector<int> counts;
-        for (const std::uint32_t j : fresh) {
-            const int least = std::min(options_.rays, least_rays);
-            places.push_back(place_of(j));
-            counts.push_back(placed_.is_in_nook(j) ? least
-                                                   : std::max(least, options_.rays >> (basis_.level_of(j) / 2)));
-        }
+        for (const std::uint32_t j : fresh) places.push_back(place_of(j));
         const RowShooter shooter(points_, tracer_, out_.senders, options_.seed);
-        shooter.add(places, counts, out_, stage("gathering"));
+        shooter.add(places, ray_counts(fresh), out_, stage("gathering"));
         watch_.lap("gathering");
     }
 
@@ -310,11 +328,15 @@ private:
             return a.error > b.error || (a.error == b.error && a.surfel < b.surfel);
         });
         off.resize(std::min(off.size(), out_.rows.size()));
+        const int own_rays = std::min(options_.rays, 2 * least_rays);
+        const std::size_t fitting = std::min(off.size(), memory_with({}).room_for(max_memory_, own_rays));
+        out_.left_out += off.size() - fitting;
+        off.resize(fitting);
         std::vector<Place> own;
         for (const Off& one : off) own.push_back(places[one.surfel]);
         const std::size_t before = out_.rows.size();
         const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream);
-        shooter.add(own, std::vector<int>(own.size(), std::min(options_.rays, 2 * least_rays)), out_, progress);
+        shooter.add(own, std::vector<int>(own.size(), own_rays), out_, progress);
         SparseRows all;
         std::vector<std::uint32_t> function(n, Receivers::none);
         for (std::size_t k = 0; k < own.size(); ++k) {
@@ -337,6 +359,7 @@ private:
     const CompiledScene& compiled_;
     const Scene& scene_;
     const OperatorOptions& options_;
+    const double max_memory_;
     const StageProgress& progress_;
     Stopwatch watch_;
     const Tracer& tracer_;

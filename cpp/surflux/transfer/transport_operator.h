@@ -25,6 +25,7 @@ struct OperatorOptions {
     std::size_t senders = 65536;   // groups of surfels whose light is known
     std::size_t samples = 4;       // of unoccluded light in each of those
     std::size_t test_lights = 64;  // lamps, by which receivers are refined
+    double max_memory = 0.0;       // bytes for the operator and for finding it; 0: three quarters of available_memory()
     std::uint64_t seed = 0;
 };
 
@@ -70,6 +71,7 @@ struct TransportOperator {
     std::vector<double> areas;  // of each surfel what is not inside geometry
 
     std::size_t rays = 0;
+    std::size_t left_out = 0;  // receivers and surfels that max_memory kept from being refined
 
     // By receiver, from what all nodes of `senders` send, `channels` interleaved values each.
     void gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out) const;
@@ -85,7 +87,8 @@ struct TransportOperator {
 
 // Points are placed and rays shot level by level, around where receivers differ by `epsilon` in what lamps at random
 // places in the air bring by way of one reflection (TestLights), or in what they see of the sky (VisibilityTest), or
-// receive of it (SkyTest). Surfels whose own rays contradict the basis are receivers, too.
+// receive of it (SkyTest). Surfels whose own rays contradict the basis are receivers, too. Where max_memory would be
+// exceeded the next level is left out; where the first one exceeds it, that is an ArgumentError.
 TransportOperator build_operator(const CompiledScene& compiled, const OperatorOptions& options,
                                  const StageProgress& progress, Figures& timings);
 
