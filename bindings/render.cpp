@@ -3,6 +3,7 @@
 #include "rooms.h"
 
 #include "surflux/gl/context.h"
+#include "surflux/render/flat_image.h"
 #include "surflux/render/splat.h"
 
 namespace surflux::bindings {
@@ -36,6 +37,23 @@ py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
     return out;
 }
 
+FlatImage make_flat_image(const Surfels& surfels, const std::vector<EmitterArrays>& emitters,
+                          const CameraArrays& camera, std::size_t width, std::size_t height, double footprint,
+                          int samples, bool culling,
+                          const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects) {
+    const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
+    const Camera view = to_camera(camera);
+    const SplatOptions options{footprint, samples, culling, to_vector(objects), {}};
+    return without_gil([&] { return flat_image(surfels, lamps, view, width, height, options); });
+}
+
+py::array draw_flat(const FlatImage& image, const Doubles& values, const Doubles& emitters, const Doubles& background) {
+    const std::vector<Rgb> of_surfels = to_vec3s(values, "values"), of_emitters = to_vec3s(emitters, "emitters");
+    const Rgb behind = to_vec3(background, "background");
+    const std::vector<float> picture = without_gil([&] { return image.draw(of_surfels, of_emitters, behind); });
+    return to_pixels(picture, image.height(), image.width(), 3);
+}
+
 py::dict gl_info() {
     const gl::Description found = without_gil([&] { return gl::describe(); });
     py::dict out;
@@ -53,6 +71,13 @@ void bind_render(py::module_& module) {
                py::arg("camera"), py::arg("width"), py::arg("height"), py::arg("footprint"), py::arg("samples"),
                py::arg("culling") = true, py::arg("objects") = py::array_t<std::int32_t>(0),
                py::arg("progress") = py::none(), py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1));
+    py::class_<FlatImage>(module, "FlatImage")
+        .def(py::init(&make_flat_image), py::arg("surfels"), py::arg("emitters"), py::arg("camera"), py::arg("width"),
+             py::arg("height"), py::arg("footprint"), py::arg("samples"), py::arg("culling") = true,
+             py::arg("objects") = py::array_t<std::int32_t>(0))
+        .def_property_readonly("entries", &FlatImage::entries)
+        .def_property_readonly("bytes", &FlatImage::bytes)
+        .def("draw", &draw_flat, py::arg("values"), py::arg("emitters"), py::arg("background"));
     module.def("gl_info", &gl_info);
 }
 

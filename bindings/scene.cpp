@@ -258,7 +258,7 @@ void bind_scene(py::module_& module) {
                  });
              }),
              py::arg("objects"), py::arg("lights"))
-        .def_property_readonly("surfels", [](const CompiledScene& s) { return s.scene().surfels; })
+        .def_property_readonly("surfels", [](const CompiledScene& s) -> const Surfels& { return s.scene().surfels; })
         .def_property_readonly("object", [](const CompiledScene& s) { return to_array(s.scene().object); });
     module.def(
         "compile_scene",

@@ -212,14 +212,18 @@ private:
     bool finished_ = false, cancelled_ = false;
 };
 
-void check(const Surfels& surfels, const std::vector<SplatLayer>& layers, std::size_t width, std::size_t height,
-           const SplatOptions& options) {
+void check(const Surfels& surfels, const std::vector<SplatLayer>& layers) {
     for (const SplatLayer& layer : layers) {
         require(layer.values.size() == surfels.size(), "values: wanted one RGB value for each of ", surfels.size(),
                 " surfels, got ", layer.values.size());
         require(std::all_of(layer.values.begin(), layer.values.end(), is_finite), "values: wanted finite numbers");
         require(is_finite(layer.background), "background: wanted finite numbers");
     }
+}
+
+}  // namespace
+
+void check_splats(const Surfels& surfels, std::size_t width, std::size_t height, const SplatOptions& options) {
     require(width >= 1 && height >= 1 && width <= 65536 && height <= 65536,
             "size: wanted 1 to 65536 pixels a side, got ", width, " x ", height);
     require(options.footprint >= 1.0 && options.footprint <= 10.0, "footprint: wanted 1 to 10, got ",
@@ -229,12 +233,11 @@ void check(const Surfels& surfels, const std::vector<SplatLayer>& layers, std::s
             surfels.size(), " surfels, got ", options.objects.size());
 }
 
-}  // namespace
-
 SplatImage splat_image(const Surfels& surfels, const std::vector<SplatLayer>& layers,
                        const std::vector<VisibleEmitter>& emitters, const Camera& camera, std::size_t width,
                        std::size_t height, const SplatOptions& options, const Progress& progress, gl::Api api) {
-    check(surfels, layers, width, height, options);
+    check(surfels, layers);
+    check_splats(surfels, width, height, options);
     const CameraFrame frame = frame_of(camera);
     std::vector<std::int32_t> objects = options.objects;
     objects.resize(std::max<std::size_t>(surfels.size(), 1), 0);

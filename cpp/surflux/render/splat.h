@@ -30,6 +30,9 @@ struct SplatOptions {
     ImageRows rows = {};  // all that are drawn: the image has this height
 };
 
+// Throws ArgumentError, naming the argument, for what splat_image and flat_image do not take.
+void check_splats(const Surfels& surfels, std::size_t width, std::size_t height, const SplatOptions& options);
+
 // Rows from the top. All radiometric values linear, float32.
 struct SplatImage {
     std::size_t width = 0, height = 0;
