@@ -20,6 +20,7 @@ from surflux.points.arranging import divide_patches as divide_patches
 from surflux.points.reading import read as read
 from surflux.points.surfels import Surfels as Surfels
 from surflux.scenes.camera_file import save_camera as save_camera
+from surflux.scenes.lamp_path import load_lamps as load_lamps
 from surflux.scenes.lights import AreaLight as AreaLight
 from surflux.scenes.lights import DirectionalLight as DirectionalLight
 from surflux.scenes.lights import Environment as Environment
@@ -40,6 +41,7 @@ from surflux.solving.harmonics import convolve_harmonics as convolve_harmonics
 from surflux.solving.harmonics import multiply_harmonics as multiply_harmonics
 from surflux.solving.harmonics import rotate_harmonics as rotate_harmonics
 from surflux.solving.harmonics import spherical_harmonics as spherical_harmonics
+from surflux.solving.lamp_film import animate_lamps as animate_lamps
 from surflux.solving.local_transfer import LocalTransfer as LocalTransfer
 from surflux.solving.meshless import solve_meshless as solve_meshless
 from surflux.solving.precomputing import precompute_transfer as precompute_transfer
@@ -48,6 +50,7 @@ from surflux.solving.reference import reference_irradiance as reference_irradian
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
+from surflux.viewing.lamp_viewer import move_lamps as move_lamps
 from surflux.viewing.page import Page as Page
 from surflux.viewing.viewer import view as view
 

@@ -18,8 +18,8 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
 from surflux.cli.options import command_line
+from surflux.cli.pictures import camera_of, check_images, write_images
 from surflux.pictures.animation import check_target
-from surflux.pictures.camera import own_or_framing
 from surflux.scenes.options import TRANSPORTS
 from surflux.solutions.solution_file import holds_solution
 
@@ -95,6 +95,8 @@ def _check_options(options):
         "smallest": check.count,
         "seed": check.seed,
         "rays": lambda name, value: check.count(name, value, 16, 65535),
+        "bounces": lambda name, value: None if value == "all" else check.count(name, value, 0),
+        "epsilon_t": lambda name, value: check.number(name, value, 0.0, low_open=True),
         "tolerance": lambda name, value: check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
         "pick": lambda name, value: check.count(name, value, 0),
         "zeta": lambda name, value: check.number(name, value, 0.0, low_open=True),
@@ -102,7 +104,7 @@ def _check_options(options):
     }
     for name, checked in checks.items():
         if name in given:
-            checked(f"--{name}", given[name])
+            checked(f"--{name.replace('_', '-')}", given[name])
     if "viewpoint" in given and _is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
     if given.get("exposure", "auto") == "auto":
@@ -132,13 +134,13 @@ def _solve(options):
         raise ValueError("--no-image: does not go with --image")
     images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
     require_place(_solve_output(options))
-    _check_images(images)
+    check_images(images)
     scene = _scene_to_solve(options)
     given = {name: getattr(options, name) for name in ("tolerance", "zeta", "rays", "transport", "seed", "threads")}
     if options.no_insert:
         given["insert"] = False
     settings = {name: value for name, value in given.items() if value is not None}
-    camera = _camera(options, scene.surfels, scene.camera)
+    camera = camera_of(options, scene.surfels, scene.camera)
     solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
     solution = solver(scene, **settings, progress=True)
     output = _solve_output(options)
@@ -177,7 +179,7 @@ def _draw(solution, camera, options, images):
     """Writes the pictures of `surflux solve`; where there is no OpenGL, says so and returns why."""
     try:
         if images:
-            _write_images(solution, camera, options, images)
+            write_images(solution, camera, options, images)
     except sf.DeviceError as error:
         _say(f"warning: no picture, for {error} (--no-image asks for none)")
         return error
@@ -267,14 +269,14 @@ def _check_cloud(options):
 def _render(options):
     images = options.image or [_default_image(Path(options.input))]
     if options.turntable is None:
-        _check_images(images)
+        check_images(images)
     elif not options.image:
         raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
     else:
         for image in images:
             check_target(image, "--image")
     solution = sf.load_solution(options.input)
-    camera = _camera(options, solution.surfels, solution.camera)
+    camera = camera_of(options, solution.surfels, solution.camera)
     settings = {
         "samples": options.samples,
         "background": options.background,
@@ -282,7 +284,7 @@ def _render(options):
         "threads": options.threads,
     }
     if options.turntable is None:
-        _write_images(solution, camera, options, images, **settings)
+        write_images(solution, camera, options, images, **settings)
     else:
         tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
         cameras = sf.turntable(camera, options.turntable)
@@ -303,35 +305,20 @@ def _default_image(output):
     return output.with_suffix(".png")
 
 
-def _check_images(images):
-    for image in map(Path, images):
-        if image.suffix.lower() not in (".exr", ".png", ".hdr"):
-            raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
-        require_place(image)
+def _relight(options):
+    from surflux.cli import relight
 
-
-def _write_images(solution, camera, options, images, **settings):
-    """Each picture in the format of its name; only EXR has room for what the light is made of."""
-    all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
-    layers = solution.render(camera, size=options.size, layers=all_of_it or ["radiance"], progress=True, **settings)
-    for image in images:
-        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
-        sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
-
-
-def _camera(options, surfels, default):
-    """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
-    default = own_or_framing(default, surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
-    chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
-    height = default.height if options.fov is None else None
-    found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}
-    return sf.Camera(**found, height=height)
+    result, lines = relight.run(options)
+    if options.json:
+        return _print_json(result)
+    print("\n".join(lines))
+    return 0
 
 
 def _view(options):
     from surflux.cli import view
 
-    return view.run(options, _camera)
+    return view.run(options)
 
 
 def _bench(options):
@@ -371,6 +358,7 @@ RUNS = {
     "area": _area,
     "check": _check_cloud,
     "render": _render,
+    "relight": _relight,
     "view": _view,
     "bench": _bench,
     "info": _info,

@@ -59,15 +59,25 @@ def command_line(runs, cloud_limit):
     render = command("render", "Pictures of a solved file.")
     render.add_argument("input", metavar="OUT.ply")
     _image_options(render)
-    render.add_argument(
-        "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
-    )
-    render.add_argument("--background", type=_color, default=0.0, metavar="R,G,B", help="radiance where nothing is")
-    render.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
+    _quality_options(render)
     text = "N cameras around what it looks at: --image is a film (.mp4, .gif) then, or a pattern, frames/%%04d.png"
     render.add_argument("--turntable", type=int, metavar="N", help=text)
-    render.add_argument("--fps", type=float, default=25.0, help="frames of a film in a second (default: 25)")
+    _fps_option(render)
     _common_options(render)
+
+    relight = command("relight", "Move the lamps of a scene: in a window, or on a path to pictures, a film or files.")
+    relight.add_argument("input", metavar="SCENE|TRANSFER", help="a scene (.toml), or what Transfer.save wrote of one")
+    relight.add_argument("-o", "--output", metavar="OUT.ply", help="write relit surfels (frames: a pattern, %%04d.ply)")
+    relight.add_argument("--path", metavar="LIGHTS.toml", help="keyframes of lamps (default: the scene's own lamps)")
+    relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
+    relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
+    relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 512)")
+    relight.add_argument("--seed", type=int, help="of everything random")
+    relight.add_argument("--screenshot", metavar="OUT.png", help="write a picture of the window instead of opening it")
+    _image_options(relight, "write a film (.mp4, .gif), a pattern of pictures, frames/%%04d.png, or one picture")
+    _quality_options(relight)
+    _fps_option(relight)
+    _common_options(relight)
 
     view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
     view.add_argument("input", metavar="FILE", help="a scene (.toml), points or a solution (.ply), or a mesh")
@@ -110,8 +120,19 @@ def _common_options(parser):
     parser.add_argument("--json", action="store_true", help="print results for programs; progress goes to stderr")
 
 
-def _image_options(parser):
-    text = "write a picture; again for more (default: next to the output, .png)"
+def _quality_options(parser):
+    parser.add_argument(
+        "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
+    )
+    parser.add_argument("--background", type=_color, default=0.0, metavar="R,G,B", help="radiance where nothing is")
+    parser.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
+
+
+def _fps_option(parser):
+    parser.add_argument("--fps", type=float, default=25.0, help="frames of a film in a second (default: 25)")
+
+
+def _image_options(parser, text="write a picture; again for more (default: next to the output, .png)"):
     parser.add_argument("--image", action="append", metavar="OUT.exr|OUT.png", help=text)
     parser.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
     parser.add_argument("--exposure", metavar="FACTOR|auto", help="of .png: factor on radiance (default: auto)")
@@ -138,6 +159,15 @@ def _vector(text):
     except ValueError:
         raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
     return (x, y, z)
+
+
+def _bounces(text):
+    if text == "all":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"wanted a number or all, got {text!r}") from None
 
 
 def _color(text):

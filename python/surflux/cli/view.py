@@ -7,6 +7,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.warn import warn
+from surflux.cli.pictures import camera_of
 from surflux.drawing.plots import picture_path
 from surflux.points.reading import read_with_faces
 from surflux.solutions.solution_file import NO_SOLUTION
@@ -53,8 +54,8 @@ def refuse_options(options):
         picture_path("--screenshot", options.screenshot)
 
 
-def run(options, camera_of):
-    """One `surflux view`; camera_of(options, surfels, default) makes the camera of the command line."""
+def run(options):
+    """One `surflux view`."""
     refuse_options(options)
     thing, keeps_camera = thing_of(options)
     surfels = thing if isinstance(thing, sf.Surfels) else thing.surfels

@@ -115,17 +115,34 @@ def camera_path(cameras: list[Camera] | tuple[Camera, ...], frames: int, *, clos
         raise ValueError(f"cameras: on the way between them one looks nowhere ({error})") from None
 
 
-def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, progress, **options):
+def animate(solution, cameras, path, size, **options):
     """What Solution.animate does."""
     if not isinstance(cameras, (list, tuple)) or not cameras:
         raise ValueError("cameras: wanted a list of at least one Camera")
     for camera in cameras:
         _check_camera("cameras", camera)
+
+    def drawn(k, **settings):
+        return solution.render(cameras[k], size, **settings)
+
+    return write_frames(drawn, len(cameras), path, size, **options)
+
+
+def write_frames(drawn, count, path, size, *, fps, exposure, stops, filmic, progress, layers=False, **options):
+    """Writes frames as a film or as numbered pictures.
+
+    Args:
+        drawn: function (k, layers=names, **options) of a frame, from 0 on: a dict of its layers.
+        count: of frames, at least 1.
+        path, size, fps, exposure, stops, filmic, layers, progress: see Solution.animate.
+
+    Returns:
+        list of the Paths written.
+    """
     fps = check.number("fps", fps, 0.0, 1000.0, low_open=True)
     name = check_target(path)
     suffix = Path(name).suffix.lower()
     exposure, stops = checked_tone(suffix, exposure, stops, filmic)
-    layers = options.pop("layers", False)
     if layers is not False and suffix != ".exr":
         raise ValueError(f"layers: a {suffix} file has none; .exr has")
     wanted = ["radiance", *layers] if isinstance(layers, (list, tuple)) else layers or ["radiance"]
@@ -134,9 +151,9 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
         raise ValueError(f"size: .mp4 takes even numbers alone, got {tuple(size)}")
     with progress_callback(progress, "frames") as callback, ExitStack() as stack:
         add = stack.enter_context(_film(name, fps)) if suffix in FILMS else None
-        for k, camera in enumerate(cameras):
-            report(callback, k, len(cameras))
-            found = solution.render(camera, size, layers=wanted, **options)
+        for k in range(count):
+            report(callback, k, count)
+            found = drawn(k, layers=wanted, **options)
             image = found.pop("radiance")
             if suffix in (".png", *FILMS) and shown is None:
                 shown = resolved_exposure(exposure, image, stops)
@@ -146,7 +163,7 @@ def animate(solution, cameras, path, size, *, fps, exposure, stops, filmic, prog
             more = {"exposure": shown, "filmic": filmic} if suffix == ".png" else found
             written.append(write_image(name % (k + 1), image, **more))
         if callback is not None:
-            callback(len(cameras), len(cameras))
+            callback(count, count)
     return written or [Path(name)]
 
 

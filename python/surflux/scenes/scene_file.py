@@ -20,14 +20,14 @@ from surflux.scenes.scene import Scene
 from surflux.scenes.scene_counts import shared_out
 from surflux.scenes.scene_object import open_object
 
-_LIGHTS = {
+LIGHT_TYPES = {
     "point": light_types.PointLight,
     "spot": light_types.SpotLight,
     "area": light_types.AreaLight,
     "directional": light_types.DirectionalLight,
     "environment": light_types.Environment,
 }
-_LIGHT_KEYS = {
+LIGHT_KEYS = {
     "point": ("position", "intensity"),
     "spot": ("position", "direction", "intensity", "cone", "penumbra"),
     "area": ("corner", "edge_u", "edge_v", "exitance"),
@@ -307,7 +307,7 @@ class Table:
             raise self.error("", str(error)) from None
 
 
-def _arguments(table, keys):
+def arguments_of(table, keys):
     """What the table has of these keys; a misspelt key is told before the one that is missing for it."""
     found = {key: table.get(key) for key in keys}
     table.no_more_keys()
@@ -318,10 +318,10 @@ def _arguments(table, keys):
 
 
 def _light(table):
-    kind = table.choice("type", tuple(_LIGHTS))
-    keys = _LIGHT_KEYS[kind]
+    kind = table.choice("type", tuple(LIGHT_TYPES))
+    keys = LIGHT_KEYS[kind]
     if kind == "environment":
-        arguments = _arguments(table, keys)
+        arguments = arguments_of(table, keys)
         if ("image" in table) == ("radiance" in table):
             raise table.error("radiance", "wanted either radiance or image")
         image = table.file("image")
@@ -331,12 +331,12 @@ def _light(table):
         arguments.pop("image", None)
         arguments["image_or_rgb"] = radiance if image is None else image
     else:
-        arguments = _arguments(table, keys)
-    return table.call(_LIGHTS[kind], **arguments)
+        arguments = arguments_of(table, keys)
+    return table.call(LIGHT_TYPES[kind], **arguments)
 
 
 def _camera(table):
-    arguments = _arguments(table, ("eye", "target", "up", "fov", "height"))
+    arguments = arguments_of(table, ("eye", "target", "up", "fov", "height"))
     return table.call(Camera, **arguments)
 
 

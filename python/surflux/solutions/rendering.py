@@ -70,17 +70,24 @@ def layer_names(layers):
     return LAYERS if check.flag("layers", layers) else ("radiance",)
 
 
-def picture(solution, view, names, progress):
-    """A dict of the layers named; progress: a callback or None."""
+def blended_groups(solution, dark=None):
+    """(n,) which surfels blend: those of one object; what is dark, as the floor below a plinth is, by itself."""
+    dark = (solution.radiosity == 0).all(axis=1) if dark is None else dark
+    return (2 * solution.objects + dark).astype(np.int32)
+
+
+def picture(solution, view, names, progress, groups=None, flat=None):
+    """A dict of the layers named; progress: a callback or None. groups, flat: see painting.Painter."""
     surfels = solution.surfels
     drawn = drawn_surfels(solution)
-    # What is buried, as the floor below a plinth is, does not darken what is lit beside it.
-    groups = (2 * solution.objects + (solution.radiosity == 0).all(axis=1)).astype(np.int32)
+    groups = blended_groups(solution) if groups is None else groups
     lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in solution._lamps]
 
     def splat(layers, size=view.size, samples=view.samples, progress=progress, **rows):
         """Layers (values, are lamps and the background seen?) -> what _core.render_splats gives."""
         layers = [(values, view.background if lit else np.zeros(3), lit) for values, lit in layers]
+        if flat is not None:
+            return {"layers": [flat(*layer) for layer in layers]}
         return _core.render_splats(
             drawn, layers, lamps, view.camera, *size, FOOTPRINT, samples, view.culling, groups, progress, **rows
         )

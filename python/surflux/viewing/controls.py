@@ -38,34 +38,17 @@ def listen(view, *, start=None, write=None, export=None):
     return Controls(view, start, write, export)
 
 
-class Controls:
-    """What listen makes. `keys` is {key: function}; `sliders` {name: slider} of those that there are."""
+class Panel:
+    """Keys, the mouse and sliders of a SceneView. `keys` is {key: function}; `sliders` {name: slider}.
 
-    def __init__(self, view, start, write, export):
-        self.view, self.start, self.write, self.export = view, start, write, export
-        self._listed = False
-        self.sliders = {}
-        self.keys = {
-            "c": lambda: view.next_color(1),
-            "C": lambda: view.next_color(-1),
-            "s": lambda: view.set_style(STYLES[(STYLES.index(view.style) + 1) % len(STYLES)]),
-            "d": self._next_light,
-            "+": lambda: self._expose(view.stops + 0.5),
-            "-": lambda: self._expose(view.stops - 0.5),
-            "]": lambda: self._set_level(view.level + (view.color == "group")),
-            "[": lambda: self._set_level(view.level - (view.color == "group")),
-            "g": lambda: self._set_level(view.level),
-            "k": lambda: self._show_if_there("cut", "no cut: this solution has none"),
-            "i": lambda: view.mark_inserted(not view.marked),
-            "b": lambda: view.show_backs(view.culling),
-            "f": view.fly_to_picked,
-            "0": lambda: view.frame(start),
-            "w": lambda: self._hand(write, "there is no file to write the camera into"),
-            "x": lambda: self._hand(export, "there is nowhere to export to"),
-            "h": self.list_keys,
-        }
-        self._take_mouse()
-        self._make_sliders()
+    Args:
+        view: SceneView.
+        listed: {key: what it does}, for `h`; mouse: what the mouse does.
+    """
+
+    def __init__(self, view, listed, mouse):
+        self.view, self._words, self._mouse, self._listed = view, listed, mouse, False
+        self.keys, self.sliders = {}, {}
         view.write("hint", "h: keys", (0.015, 0.135), grey=0.45)
 
     def press(self, key):
@@ -81,23 +64,22 @@ class Controls:
     def list_keys(self):
         """Shows what the keys do, or hides it again."""
         self._listed = not self._listed
-        lines = ["click: pick a surfel    drag: turn    wheel: closer    shift drag: move", ""]
-        lines += [f"{key}   {what}" for key, what in KEYS.items()]
+        lines = [self._mouse, "", *(f"{key}   {what}" for key, what in self._words.items())]
         self.view.write("keys", "\n".join(lines) if self._listed else "", (0.1, 0.85), top=True, fixed=True)
 
-    def _next_light(self):
-        if self.view.subject.solution is None:
-            self.say("nothing here is solved, so there is no light")
-            return
-        self.view.set_light(LIGHTS[(LIGHTS.index(self.view.light) + 1) % len(LIGHTS)])
+    def expose(self, stops):
+        """Sets the exposure, and the slider that says so."""
+        stops = float(np.clip(stops, -6.0, 6.0))
+        if "exposure" in self.sliders:
+            self.sliders["exposure"].GetRepresentation().SetValue(stops)
+        self.view.set_exposure(stops)
 
-    def _show_if_there(self, color, otherwise):
-        if color in names_of(self.view.subject):
-            self.view.set_color(color)
-        else:
-            self.say(otherwise)
+    def next_style(self):
+        """Disks, splats, points."""
+        self.view.set_style(STYLES[(STYLES.index(self.view.style) + 1) % len(STYLES)])
 
-    def _hand(self, function, otherwise):
+    def hand(self, function, otherwise):
+        """Calls a function of the camera that writes something and returns what to say; says `otherwise` without."""
         if function is None:
             self.say(otherwise)
             return
@@ -106,41 +88,9 @@ class Controls:
         except (OSError, ValueError) as error:  # it is told; the window stays
             self.say(str(error))
 
-    def _expose(self, stops):
-        stops = float(np.clip(stops, -6.0, 6.0))
-        if "exposure" in self.sliders:
-            self.sliders["exposure"].GetRepresentation().SetValue(stops)
-        self.view.set_exposure(stops)
+    def slider(self, name, left, limits, value, changed, title, when, fmt="%.2f", width=0.27):
+        """Adds a slider that calls changed(number)."""
 
-    def _set_level(self, level):
-        self.view.set_level(level)
-        if "level" in self.sliders:
-            self.sliders["level"].GetRepresentation().SetValue(self.view.level)
-
-    def _make_sliders(self):
-        view = self.view
-        if view.subject.solution is not None or view.subject.surfels.emission.any():
-            self._slider("exposure", 0.03, (-6.0, 6.0), view.stops, view.set_exposure, "exposure, stops", "always")
-        coarsest = len(view.subject.tree()) - 1
-        if coarsest > 0:
-
-            def at_level(value):
-                self._set_level(round(value))
-
-            self._slider("level", 0.36, (0, coarsest), view.level, at_level, "level of groups", "end", "%.0f")
-        if view.can_solve():
-            zeta = view.subject.scene.solve_options.get("zeta", 0.02)
-
-            def at_zeta(value):
-                if abs(value - np.log10(view.zeta or zeta)) > 1e-6:
-                    self.say(f"solves again with zeta {10**value:.3g} ...")
-                    view.plotter.render()
-                    view.solve_again(10**value)
-                    self.say("")
-
-            self._slider("zeta", 0.69, (-3.0, -0.3), np.log10(zeta), at_zeta, "log10 zeta: solves again", "end")
-
-    def _slider(self, name, left, limits, value, changed, title, when, fmt="%.2f"):
         def call(number):
             changed(number)
             self.view.plotter.render()
@@ -153,7 +103,7 @@ class Controls:
             value=value,
             title=title,
             pointa=(left, _BOTTOM),
-            pointb=(left + 0.27, _BOTTOM),
+            pointb=(left + width, _BOTTOM),
             color="black",
             interaction_event=when,
             style="modern",
@@ -168,16 +118,86 @@ class Controls:
         self.sliders[name] = slider
         ready.append(True)
 
-    def _take_mouse(self):
+    def take_mouse(self):
+        """Clicks and keys go to the view and to `keys`, instead of VTK's own."""
         view = self.view
 
         def clicked(x, y):
             view.pick_at(x, y)
             view.plotter.render()
 
-        def char(*_):  # instead of VTK's own keys
+        def char(*_):
             self.press(view.plotter.iren.interactor.GetKeyCode())
 
         take_mouse(view.plotter, clicked).AddObserver("CharEvent", char)
         view.plotter.iren.clear_key_event_callbacks()
         view.plotter.add_key_event("q", view.plotter.iren.terminate_app)
+
+
+class Controls(Panel):
+    """What listen makes."""
+
+    def __init__(self, view, start, write, export):
+        super().__init__(view, KEYS, "click: pick a surfel    drag: turn    wheel: closer    shift drag: move")
+        self.start, self.write, self.export = start, write, export
+        self.keys = {
+            "c": lambda: view.next_color(1),
+            "C": lambda: view.next_color(-1),
+            "s": self.next_style,
+            "d": self._next_light,
+            "+": lambda: self.expose(view.stops + 0.5),
+            "-": lambda: self.expose(view.stops - 0.5),
+            "]": lambda: self._set_level(view.level + (view.color == "group")),
+            "[": lambda: self._set_level(view.level - (view.color == "group")),
+            "g": lambda: self._set_level(view.level),
+            "k": lambda: self._show_if_there("cut", "no cut: this solution has none"),
+            "i": lambda: view.mark_inserted(not view.marked),
+            "b": lambda: view.show_backs(view.culling),
+            "f": view.fly_to_picked,
+            "0": lambda: view.frame(start),
+            "w": lambda: self.hand(write, "there is no file to write the camera into"),
+            "x": lambda: self.hand(export, "there is nowhere to export to"),
+            "h": self.list_keys,
+        }
+        self.take_mouse()
+        self._make_sliders()
+
+    def _next_light(self):
+        if self.view.subject.solution is None:
+            self.say("nothing here is solved, so there is no light")
+            return
+        self.view.set_light(LIGHTS[(LIGHTS.index(self.view.light) + 1) % len(LIGHTS)])
+
+    def _show_if_there(self, color, otherwise):
+        if color in names_of(self.view.subject):
+            self.view.set_color(color)
+        else:
+            self.say(otherwise)
+
+    def _set_level(self, level):
+        self.view.set_level(level)
+        if "level" in self.sliders:
+            self.sliders["level"].GetRepresentation().SetValue(self.view.level)
+
+    def _make_sliders(self):
+        view = self.view
+        if view.subject.solution is not None or view.subject.surfels.emission.any():
+            self.slider("exposure", 0.03, (-6.0, 6.0), view.stops, view.set_exposure, "exposure, stops", "always")
+        coarsest = len(view.subject.tree()) - 1
+        if coarsest > 0:
+
+            def at_level(value):
+                self._set_level(round(value))
+
+            self.slider("level", 0.36, (0, coarsest), view.level, at_level, "level of groups", "end", "%.0f")
+        if view.can_solve():
+            zeta = view.subject.scene.solve_options.get("zeta", 0.02)
+
+            def at_zeta(value):
+                if abs(value - np.log10(view.zeta or zeta)) > 1e-6:
+                    self.say(f"solves again with zeta {10**value:.3g} ...")
+                    view.plotter.render()
+                    view.solve_again(10**value)
+                    self.say("")
+
+            self.slider("zeta", 0.69, (-3.0, -0.3), np.log10(zeta), at_zeta, "log10 zeta: solves again", "end")

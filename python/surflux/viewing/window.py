@@ -77,15 +77,10 @@ class SceneView:
         shown = self.shown()
         look = {"rgb": True}
         if shown.kind == "number":
-            values, (low, high) = self._shape.spread(shown.values), range_of(shown.values)
+            low, high = range_of(shown.values)
             look = {"cmap": "viridis", "clim": (low, high if high > low else low + 1e-12), "nan_color": "lightgrey"}
-        elif self.style == "splats" and shown.kind in ("light", "surface"):  # linear ones run into each other
-            values = screen_bytes(self._blended(shown), 2.0**self.stops, self._white(shown))
-        else:
-            values = self._shape.spread(screen_bytes(shown, 2.0**self.stops, self._white(shown)))
-            values = values.astype(np.uint8)
         mesh = self._shape.mesh
-        (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = values
+        (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"] = self.spread(shown)
         if self.style == "points":
             look |= {"style": "points", "point_size": max(2.0, min(8.0, self.size[1] / 150))}
         elif self.culling:
@@ -94,6 +89,18 @@ class SceneView:
         self._bar(None)
         actor = self.draw("surfels", mesh, scalars="shown", preference=preference, **look)
         self._bar(actor.mapper if shown.kind == "number" else None, shown.name)
+        self.describe(shown)
+
+    def spread(self, shown):
+        """Numbers, or bytes of colours, of the parts of the mesh that stands for the surfels."""
+        if shown.kind == "number":
+            return self._shape.spread(shown.values)
+        if self.style == "splats" and shown.kind in ("light", "surface"):  # linear ones run into each other
+            return screen_bytes(self._blended(shown), 2.0**self.stops, self._white(shown))
+        return self._shape.spread(screen_bytes(shown, 2.0**self.stops, self._white(shown))).astype(np.uint8)
+
+    def describe(self, shown):
+        """Writes what is shown."""
         self.write("caption", caption(self, shown), (0.985, 0.985), top=True, right=True)
 
     def shown(self):
@@ -249,8 +256,13 @@ class SceneView:
         self.centers = subject.surfels.points - subject.origin()
         self.extent = float(np.max(np.linalg.norm(self.centers, axis=1) + subject.surfels.radii))
         self._find_links = LinkFinder(subject)
-        if subject.lamps:
-            self.draw("lamps", polygons(subject.lamp_quads()), color="white", culling="back")
+        self._draw_lamps()
+
+    def _draw_lamps(self):
+        if self.subject.lamps:
+            self.draw("lamps", polygons(self.subject.lamp_quads()), color="white", culling="back")
+        else:
+            self.plotter.remove_actor("lamps", render=False)
 
     def draw(self, name, mesh, **look):
         """Adds a mesh in place of what had that name; the actor."""

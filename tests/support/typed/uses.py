@@ -126,6 +126,11 @@ assert_type(transfer.relight([sf.PointLight([0, 0, 1], 2.0)], reflectance=[0.5, 
 assert_type(transfer.indirect(sf.PointLight([0, 0, 1], 2.0), bounces=2), Floats)
 assert_type(transfer.save("room.transfer"), Path)
 assert_type(sf.load_transfer("room.transfer"), sf.Transfer)
+path = sf.load_lamps("lights.toml")
+assert_type(sf.animate_lamps(transfer, path, "lamp%02d.png", exposure="auto"), list[Path])
+moved = sf.animate_lamps(transfer, [point, [point, spot]], "lamp.gif", (80, 60), camera=camera, bounces=2, samples=1)
+assert_type(moved, list[Path])
+assert_type(sf.move_lamps(transfer, [point, spot], camera=camera, stops=1.0, screenshot="lamps.png"), Path | None)
 
 # solutions
 assert_type(solution.surfels, sf.Surfels)

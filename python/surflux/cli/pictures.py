@@ -1,0 +1,33 @@
+"""What commands that draw have in common: single pictures, and the camera of the command line."""
+
+from pathlib import Path
+
+import surflux as sf
+from surflux._base.files import require_place
+from surflux.pictures.camera import own_or_framing
+
+
+def check_images(images):
+    """Refuses what is no name of a single picture."""
+    for image in map(Path, images):
+        if image.suffix.lower() not in (".exr", ".png", ".hdr"):
+            raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
+        require_place(image)
+
+
+def write_images(solution, camera, options, images, **settings):
+    """Each picture in the format of its name; only EXR has room for what the light is made of."""
+    all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
+    layers = solution.render(camera, size=options.size, layers=all_of_it or ["radiance"], progress=True, **settings)
+    for image in images:
+        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+        sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
+
+
+def camera_of(options, surfels, default):
+    """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
+    default = own_or_framing(default, surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
+    chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
+    height = default.height if options.fov is None else None
+    found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}
+    return sf.Camera(**found, height=height)

@@ -1,0 +1,77 @@
+"""Pictures of one solution after another from one place: what stays between them is kept."""
+
+import numpy as np
+
+from surflux import _core
+from surflux.solutions.fields import BasisField
+from surflux.solutions.rendering import FOOTPRINT, View, blended_groups, drawn_surfels, layer_names, picture
+
+_FLAT_LAYERS = {"radiance", "direct", "indirect", "albedo"}
+_MOST_PIXELS = 1 << 21  # of a picture as a matrix: some 200 bytes each
+
+
+class Painter:
+    """Draws what Solution.render does, quicker where only the light has changed since the last picture.
+
+    A picture is linear in what the surfels send: while surfels, camera and size stay, it is a product with a matrix
+    (_core.FlatImage) that has for each pixel how much it shows of which surfels.
+
+    Args:
+        dark: (n,) which surfels no light ever reaches, such as a floor below a plinth: what is lit does not blend with
+            them. None for those that are dark in each picture.
+    """
+
+    def __init__(self, dark=None):
+        self._dark, self._key, self._matrix = dark, None, None
+
+    def layers(self, solution, camera, size, *, layers, background=0.0, samples=2, culling=True, direct="interpolated"):
+        """A dict of the layers named, as Solution.render gives it."""
+        names = layer_names(layers)
+        view = View(solution, camera, size, background, samples, culling, direct)
+        groups = blended_groups(solution, self._dark)
+        return picture(solution, view, names, None, groups, self._flat(solution, groups, view, names))
+
+    def _flat(self, solution, groups, view, names):
+        """What blends one layer, (values, background, are lamps seen?) -> picture; None where it would not pay."""
+        width, height = view.size
+        if isinstance(solution._field, BasisField) or set(names) - _FLAT_LAYERS or width * height > _MOST_PIXELS:
+            return None
+        key = _Key(solution, groups, view)
+        first, stays = self._key is None, key.is_like(self._key)
+        if not stays:
+            self._key, self._matrix = key, None
+        if self._matrix is None:
+            if not (first or stays):  # what moves once may move again
+                return None
+            self._matrix = key.matrix()
+        shining = [np.divide(lamp.exitance, np.pi) for lamp in solution._lamps]
+
+        def blended(values, behind, lit):
+            lamps = np.reshape(shining, (-1, 3))
+            return self._matrix.draw(values, lamps if lit else np.zeros_like(lamps), behind)
+
+        return blended
+
+
+class _Key:
+    """All that the matrix of a picture depends on."""
+
+    def __init__(self, solution, groups, view):
+        self._surfels, self._groups = drawn_surfels(solution), groups
+        self._lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v) for lamp in solution._lamps]
+        self._view = (*(tuple(np.atleast_1d(v)) for v in view.camera), view.size, view.samples, view.culling)
+
+    def is_like(self, other):
+        return (
+            other is not None
+            and self._surfels is other._surfels
+            and (self._view, self._lamps) == (other._view, other._lamps)
+            and np.array_equal(self._groups, other._groups)
+        )
+
+    def matrix(self):
+        *camera, size, samples, culling = self._view
+        eye, target, up, (fov,), (height,) = camera
+        lamps = [(*lamp, np.zeros(3)) for lamp in self._lamps]
+        look = eye, target, up, fov, height
+        return _core.FlatImage(self._surfels, lamps, look, *size, FOOTPRINT, samples, culling, self._groups)

@@ -1,0 +1,94 @@
+"""Films of lamps that move: each frame is relit and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from surflux._base import check
+from surflux._base.types import FilePath, Integer, Progress, Size
+from surflux.pictures.animation import write_frames
+from surflux.pictures.camera import Camera, own_or_framing
+from surflux.scenes.lights import Light
+from surflux.solutions.painting import Painter
+from surflux.solving.local_transfer import LocalTransfer
+
+_SOME = 16  # frames whose lamps say which surfels are never lit
+
+
+def animate_lamps(
+    transfer: LocalTransfer,
+    frames: Sequence[Light | Sequence[Light]],
+    path: FilePath,
+    size: Size = (800, 600),
+    *,
+    camera: Camera | None = None,
+    reflectance: ArrayLike | None = None,
+    bounces: int | None = None,
+    seed: Integer = 0,
+    fps: float = 25,
+    exposure: float | Literal["auto"] | None = None,
+    stops: float = 0.0,
+    filmic: bool = True,
+    progress: Progress = False,
+    **options: Any,
+) -> list[Path]:
+    """Pictures of a scene under one set of lamps after another, as a film or as numbered pictures.
+
+    Each frame is drawn as `transfer.relight(lights).render(camera)` is. While no area light moves, OpenGL draws the
+    first alone: how much of which surfels each pixel shows is kept, and what other lamps bring is a product with it.
+    `render` does not blend surfels that are dark with lit ones; here that is said of those that are dark in all frames.
+
+    Args:
+        transfer: LocalTransfer, as precompute_transfer finds it.
+        frames: list with one or more lights for each frame, such as load_lamps reads.
+        path, size, fps, exposure, stops, filmic, progress: see Solution.animate.
+        camera: Camera; None for the scene's own, or one that has all surfels in view.
+        reflectance, bounces, seed: see LocalTransfer.relight.
+        options: all else goes to Solution.render.
+
+    Returns:
+        list of the Paths written: of one film, or of all pictures.
+
+    Raises:
+        ValueError: an argument, by name.
+        ImportError: a film, and the extra `video` is not there.
+        FileError: what cannot be written, by path.
+        DeviceError: there is no OpenGL; says what was tried.
+        Cancelled: the callback returned False; a film is not written then.
+
+    >>> import surflux as sf
+    >>> corner = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]], [[0, 1, 2, 3], [0, 3, 5, 4]]
+    >>> transfer = sf.precompute_transfer(sf.Scene([sf.Surfels.from_mesh(corner, 0.1)]))
+    >>> frames = [sf.PointLight([x, 0.5, 0.5], 1.0) for x in (0.3, 0.6)]
+    >>> [path.name for path in sf.animate_lamps(transfer, frames, "lamp%02d.png", (40, 30))]
+    ['lamp01.png', 'lamp02.png']
+    """
+    if not isinstance(transfer, LocalTransfer):
+        raise ValueError(f"transfer: wanted a LocalTransfer, got {type(transfer).__name__}")
+    if not isinstance(frames, (list, tuple)) or not frames:
+        raise ValueError("frames: wanted a list with the lights of at least one frame")
+    if camera is None and isinstance(size, (tuple, list)) and len(size) == 2:
+        camera = own_or_framing(transfer.scene.camera, transfer.scene.surfels, [check.count("size", v) for v in size])
+    relit = partial(transfer.relight, reflectance=reflectance, bounces=bounces, seed=seed)
+    # The same surfels in all frames: what is dark in one of them is not what is never lit.
+    painter = Painter((relit(_some_lights(frames), probes=1, penumbra_rays=1).radiosity == 0).all(axis=1))
+
+    def drawn(k, **settings):
+        solution = relit(frames[k])
+        return painter.layers(solution, camera, size, **settings)
+
+    tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
+    return write_frames(drawn, len(frames), path, size, fps=fps, progress=progress, **tone, **options)
+
+
+def _some_lights(frames):
+    """Lamps of frames all over the film, together."""
+    chosen = np.unique(np.linspace(0, len(frames) - 1, _SOME).astype(int))
+    some = [frames[k] for k in chosen]
+    return [light for lights in some for light in (lights if isinstance(lights, (list, tuple)) else [lights])]

@@ -1,0 +1,203 @@
+"""The window in which lamps are moved: what it shows, without the mouse and the keys."""
+
+from time import perf_counter
+
+import numpy as np
+
+from surflux.drawing.clicks import sight_ray
+from surflux.scenes.lights import PointLight
+from surflux.viewing.lamps import Lamp
+from surflux.viewing.subject import Subject
+from surflux.viewing.window import SceneView
+
+_SMOOTH_UP_TO = 100_000  # surfels whose colours run into each other, unless a style is chosen
+_RADIUS, _CHOSEN = 0.015, 1.5  # of a lamp, over the extent, and of the chosen one over that of others
+_QUICK = {"probes": 1, "penumbra_rays": 1, "shadow_rays": 4096}  # of light while something is dragged
+
+
+class LampView(SceneView):
+    """A view of a scene under lamps that can be changed.
+
+    Args:
+        transfer: Transfer.
+        lights: list of lights; None for one point light in the middle, that lights the walls about as a lamp does.
+        style, stops, size, off_screen: see SceneView; style None for what is quick enough.
+
+    Attributes:
+        lamps: list of Lamp. chosen: index of the one that sliders and keys change.
+        handles: the vtkSphereWidget of each lamp that has a place, by index, since `hold`.
+        seconds: that the last relighting took.
+    """
+
+    def __init__(self, transfer, lights, *, style=None, stops=0.0, size=(800, 600), off_screen=False):
+        self.transfer = transfer
+        self.chosen, self.handles, self._held, self._spheres, self._shown_white = 0, {}, None, 0, None
+        lights = [middle_light(transfer.scene)] if lights is None else lights
+        start = perf_counter()
+        solution = transfer.relight(lights)
+        self.seconds = perf_counter() - start
+        self.lamps = [Lamp.of(light) for light in lights]
+        if style is None:
+            style = "splats" if len(solution.surfels) <= _SMOOTH_UP_TO else "disks"
+        subject = Subject(solution)
+        super().__init__(subject, color="radiosity", style=style, stops=stops, size=size, off_screen=off_screen)
+        self._say_lamp()
+        self.describe(self.shown())
+
+    def lights(self):
+        """The lights as they are now."""
+        return [lamp.light for lamp in self.lamps]
+
+    def white(self):
+        """Stays from one light to the next, until `adapt`: what becomes brighter is to look brighter."""
+        if self._shown_white is None:
+            self._shown_white = super().white()
+        return self._shown_white
+
+    def adapt(self):
+        """Shows the brightest percent of the light that there is now as white."""
+        self._shown_white = None
+        self.redraw()
+
+    def relight(self, quick=False):
+        """Finds the light of the lamps and shows it. quick: direct light by one ray, for what is being dragged."""
+        if self.picked is not None:
+            self.pick(None)
+        start = perf_counter()
+        solution = self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
+        self.seconds = perf_counter() - start
+        self.subject.solution, self.subject.lamps = solution, list(solution._lamps)
+        self._kept = None
+        self._draw_lamps()
+        self._say_lamp()
+        if quick:  # in place: nothing but colours changes
+            mesh, shown = self._shape.mesh, self.shown()
+            (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"][:] = self.spread(shown)
+            self.describe(shown)
+        else:
+            self.redraw()
+
+    def choose(self, index):
+        """Makes a lamp the one that sliders and keys change."""
+        self.chosen = index % len(self.lamps) if self.lamps else 0
+        self._say_lamp()
+        self._draw_lamps()
+        self.describe(self.shown())
+
+    def lamp(self):
+        """The chosen Lamp, or None."""
+        return self.lamps[self.chosen] if self.lamps else None
+
+    def add(self):
+        """A point light in the middle more."""
+        self.lamps.append(Lamp.of(middle_light(self.transfer.scene)))
+        self.chosen = len(self.lamps) - 1
+        self.relight()
+
+    def remove(self):
+        """Takes the chosen lamp away."""
+        if self.lamps:
+            self.lamps.pop(self.chosen)
+            self.chosen = max(0, min(self.chosen, len(self.lamps) - 1))
+            self.relight()
+
+    def move(self, index, center, quick=True):
+        """Puts a lamp at a place of the window, which is drawn around the middle of the scene; it is the chosen one."""
+        self.chosen = index
+        self.lamps[index].move_to(np.asarray(center) + self.subject.origin())
+        self.relight(quick)
+
+    def nearer(self, factor):
+        """Moves the chosen lamp along the line of sight: its distance from the eye is `factor` of what it was."""
+        lamp = self.lamp()
+        if lamp is not None and lamp.place is not None:
+            eye = self.camera().eye
+            lamp.move_to(eye + factor * (lamp.place - eye))
+            self.relight()
+
+    def hold(self, dragged, dropped):
+        """Makes the spheres that stand for lamps handles, which the mouse drags.
+
+        Args:
+            dragged: called with a lamp's index and the centre of its sphere in the window, whenever it has moved.
+            dropped: called with the index, when the mouse has let it go.
+        """
+        self._held = dragged, dropped
+        for index in range(len(self.lamps)):
+            self.plotter.remove_actor(f"lamp {index}", render=False)
+        self._draw_lamps()
+
+    def _say_lamp(self):
+        lamp = self.lamp()
+        if lamp is None:
+            self.note = "no lamp"
+        else:
+            self.note = (
+                f"lamp {self.chosen + 1} of {len(self.lamps)}: {lamp.words()}\nrelit in {1000 * self.seconds:.3g} ms"
+            )
+
+    def _take(self, subject):
+        super()._take(subject)
+        self._draw_lamps()
+
+    def _draw_lamps(self):
+        """Spheres for lamps that have a place; area lights shine by themselves, too."""
+        super()._draw_lamps()
+        for index in range(max(len(self.lamps), self._spheres)):
+            place = self.lamps[index].place if index < len(self.lamps) else None
+            if place is None:
+                self.plotter.remove_actor(f"lamp {index}", render=False)
+                if index in self.handles:
+                    self.handles.pop(index).Off()
+                continue
+            radius = _RADIUS * self.extent * (_CHOSEN if index == self.chosen else 1.0)
+            draw = self._draw_sphere if self._held is None else self._draw_handle
+            draw(index, place - self.subject.origin(), radius, tuple(self.lamps[index].color))
+        self._spheres = len(self.lamps)
+
+    def _draw_sphere(self, index, center, radius, color):
+        import pyvista
+
+        self.draw(f"lamp {index}", pyvista.Sphere(radius=radius, center=center), color=color)
+
+    def _draw_handle(self, index, center, radius, color):
+        if index not in self.handles:
+            dragged, dropped = self._held
+            handle = self.plotter.add_sphere_widget(
+                lambda _: dragged(index, self._under_mouse()),
+                center=center,
+                radius=radius,
+                interaction_event="always",
+                test_callback=False,
+            )
+            handle.ScaleOff()
+            handle.AddObserver("StartInteractionEvent", lambda *_: self._grab(index))
+            handle.AddObserver("EndInteractionEvent", lambda *_: dropped(index))
+            handle.GetSphereProperty().LightingOff()
+            handle.GetSelectedSphereProperty().LightingOff()
+            self.handles[index] = handle
+        handle = self.handles[index]
+        handle.SetCenter(*center)
+        handle.SetRadius(radius)
+        handle.GetSphereProperty().SetColor(color)
+        handle.GetSelectedSphereProperty().SetColor(color)
+
+    def _grab(self, index):
+        """Keeps where the mouse took hold of a sphere, which stays below it."""
+        renderer, center = self.plotter.renderer, np.array(self.handles[index].GetCenter())
+        renderer.SetWorldPoint(*center, 1.0)
+        renderer.WorldToDisplay()
+        self._grip = center, np.subtract(renderer.GetDisplayPoint()[:2], self.plotter.iren.get_event_position())
+
+    def _under_mouse(self):
+        """Where the sphere belongs that is held: at the depth that it had. (VTK would take that of the focal point.)"""
+        center, offset = self._grip
+        start, direction = sight_ray(self.plotter.renderer, *np.add(self.plotter.iren.get_event_position(), offset))
+        forward = np.array(self.plotter.camera.direction)
+        return start + direction * ((center - start) @ forward / (direction @ forward))
+
+
+def middle_light(scene):
+    """A point light in the middle of a scene, whose irradiance at half the scene's extent is 1."""
+    low, high = scene.surfels.bounds
+    return PointLight((low + high) / 2, float(np.sum(((high - low) / 2) ** 2)) / 3)

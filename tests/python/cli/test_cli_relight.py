@@ -1,0 +1,163 @@
+"""`surflux relight`: pictures, films and files of lamps that move, the window's picture, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import surflux as sf
+
+PATH = """
+frames = 3
+[[light]]
+type = "point"
+position = [[0.3, 0.3, 0.6], [0.7, 0.3, 0.6]]
+intensity = [1.0, 0.8, 0.6]
+"""
+SMALL = ("--size", "60x40")
+
+
+@pytest.fixture
+def room(here):
+    """The Transfer of the room, and a path of a lamp through it."""
+    (here / "path.toml").write_text(PATH)
+    return sf.precompute_transfer(sf.load_scene("room.toml"))
+
+
+def shown(path):
+    return np.asarray(Image.open(path).convert("RGB")) / 255.0
+
+
+def test_pictures_of_a_lamp_that_moves(room, run):
+    options = ("--path", "path.toml", "--image", "a%d.exr", "--samples", 1, *SMALL)
+    status, out, err = run("relight", "room.toml", *options)
+    assert status == 0, err
+    assert out.splitlines()[1:] == [f"picture: a{k}.exr" for k in (1, 2, 3)]
+    frames = sf.load_lamps("path.toml")
+    pictures = [sf.read_image(f"a{k}.exr") for k in (1, 2, 3)]
+    for picture, lights in zip(pictures, frames, strict=True):
+        wanted = room.relight(lights).render(size=(60, 40), samples=1)
+        np.testing.assert_allclose(picture, wanted, rtol=1e-4, atol=1e-5)
+    # The lamp goes to the right, through the middle of a room that is the same on both sides.
+    assert pictures[0][:, :30].mean() > 1.1 * pictures[0][:, 30:].mean()
+    assert pictures[2][:, 30:].mean() > 1.1 * pictures[2][:, :30].mean()
+    np.testing.assert_allclose(pictures[0].mean(), pictures[2].mean(), rtol=0.05)
+
+
+def test_one_exposure_for_all_frames(room, run):
+    assert run("relight", "room.toml", "--path", "path.toml", "--image", "a%d.png", "--stops", 1, *SMALL)[0] == 0
+    linear = [room.relight(lights).render(size=(60, 40)) for lights in sf.load_lamps("path.toml")]
+    first = sf.tone_map(linear[0], stops=1.0)
+    np.testing.assert_allclose(shown("a1.png"), first, atol=0.5 / 255 + 1e-3)
+    assert np.abs(shown("a2.png") - sf.tone_map(linear[1], stops=1.0)).max() > 3 / 255  # the exposure of its own
+
+
+def test_a_film_and_numbered_files(room, run):
+    options = ("--path", "path.toml", "--image", "a.gif", "-o", "lit%02d.ply", "--bounces", 1, "--json", *SMALL)
+    status, out, err = run("relight", "room.toml", *options)
+    assert status == 0, err
+    found = json.loads(out)
+    assert (found["frames"], found["surfels"], found["images"]) == (3, 216, ["a.gif"])
+    assert found["outputs"] == ["lit01.ply", "lit02.ply", "lit03.ply"]
+    assert found["bytes"] == room.nbytes
+    assert Image.open("a.gif").n_frames == 3
+    for k, lights in enumerate(sf.load_lamps("path.toml"), start=1):
+        wanted = room.relight(lights, bounces=1).irradiance
+        np.testing.assert_allclose(sf.load_solution(f"lit{k:02d}.ply").irradiance, wanted, rtol=1e-6)
+    assert np.abs(wanted - room.relight(lights).irradiance).max() > 1e-3  # of one bounce
+
+
+def test_the_scenes_own_lamps_are_one_frame(room, run):
+    status, _, err = run("relight", "room.toml", "-o", "a.ply", "--image", "a.exr", "--image", "a.png", *SMALL)
+    assert status == 0, err
+    wanted = room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0))
+    np.testing.assert_allclose(sf.load_solution("a.ply").irradiance, wanted.irradiance, rtol=1e-6)
+    layers = wanted.render(size=(60, 40), layers=True)
+    for name in ("radiance", "indirect", "depth"):
+        np.testing.assert_allclose(
+            sf.read_image("a.exr", None if name == "radiance" else name), layers[name], rtol=1e-4
+        )
+    assert shown("a.png").shape == (40, 60, 3)
+
+
+def test_a_camera_of_the_command_line(room, run):
+    look = ("--eye", "0.2,-1,0.5", "--target", "0.5,0.5,0.4", "--image", "a.exr")
+    assert run("relight", "room.toml", *look, *SMALL)[0] == 0
+    camera = sf.Camera([0.2, -1, 0.5], [0.5, 0.5, 0.4])
+    wanted = room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0)).render(camera, size=(60, 40))
+    np.testing.assert_allclose(sf.read_image("a.exr"), wanted, rtol=1e-4, atol=1e-5)
+
+
+def test_a_window_without_a_display_is_a_picture(room, run):
+    status, out, err = run("relight", "room.toml", "--screenshot", "a.png", "--size", "200x160")
+    assert (status, out.splitlines()[-1]) == (0, "picture: a.png"), err
+    bright = shown("a.png")
+    assert bright.shape == (160, 200, 3)
+    assert run("relight", "room.toml", "--screenshot", "b.png", "--size", "200x160", "--stops", "-2")[0] == 0
+    assert shown("b.png")[40:120, 50:150].mean() < 0.8 * bright[40:120, 50:150].mean()
+    status, out, err = run("relight", "room.toml", *SMALL)
+    assert status == 0
+    path = out.splitlines()[-1].removeprefix("picture: ")
+    assert f"there is no display, so the picture goes to {path}" in err
+    assert shown(path).shape == (40, 60, 3)
+
+
+def test_an_environment_is_left_out_and_told(room, run, here):
+    (here / "sky.toml").write_text((here / "room.toml").read_text() + '[[light]]\ntype = "environment"\nradiance = 1\n')
+    status, _, err = run("relight", "sky.toml", "-o", "a.ply")
+    assert status == 0
+    assert "warning: sky.toml: its environment is left out, for transfer is that of lamps" in err
+    wanted = room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0))
+    np.testing.assert_allclose(sf.load_solution("a.ply").irradiance, wanted.irradiance, rtol=1e-6)
+
+
+def test_all_bounces(room, run):
+    assert run("relight", "room.toml", "-o", "a.ply", "--bounces", "all")[0] == 0
+    transfer = sf.precompute_transfer(sf.load_scene("room.toml"), bounces=None)
+    wanted = transfer.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0))
+    np.testing.assert_allclose(sf.load_solution("a.ply").irradiance, wanted.irradiance, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--path", "path.toml", "--image", "a.png"), "--image: wanted a film (.mp4, .gif) or a pattern, such as "),
+        (("--path", "path.toml", "--image", "a%d%d.png"), "--image: wanted a pattern for numbered pictures"),
+        (("--path", "path.toml", "-o", "a.ply"), "-o: wanted a pattern, such as frames/%04d.ply, for 3 frames"),
+        (("-o", "a.exr"), "-o: wanted a name ending in .ply"),
+        (("--image", "a.jpg"), "--image: wanted a name ending in .exr, .png or .hdr"),
+        (("--screenshot", "a.png", "-o", "a.ply"), "--screenshot: is the window's"),
+        (("--screenshot", "a.exr"), "--screenshot: wanted a name ending in .png or .jpg"),
+        (("--path", "none.toml"), "none.toml: no such file"),
+        (("--bounces", "-1"), "--bounces: wanted"),
+        (("--epsilon-t", "0"), "--epsilon-t: wanted"),
+        (("--rays", "3"), "--rays: wanted"),
+    ],
+)
+def test_what_is_refused_before_any_work(room, run, options, said):
+    status, out, err = run("relight", "room.toml", *options)
+    assert (status, out) == (2, "")
+    assert f"surflux: error: {said}" in err
+    assert "placement" not in err
+
+
+def test_errors_of_a_path_name_file_and_key(room, run, here):
+    (here / "path.toml").write_text(PATH.replace("intensity", "power"))
+    status, _, err = run("relight", "room.toml", "--path", "path.toml", "--image", "a.gif")
+    assert (status, err) == (
+        2,
+        "surflux: error: path.toml (light 1, power): is not a key here; there is type, at, position, intensity\n",
+    )
+
+
+def test_a_scene_without_lamps(run, here):
+    (here / "dark.toml").write_text('[[object]]\nshape = "room"\npatches = 3\n')
+    status, _, err = run("relight", "dark.toml", "-o", "a.ply")
+    assert status == 2
+    assert "dark.toml: has no lamps; --path LIGHTS.toml gives it some" in err
+
+
+def test_no_bounces_but_a_number(run, here):
+    with pytest.raises(SystemExit):
+        run("relight", "room.toml", "--bounces", "some")
