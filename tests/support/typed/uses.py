@@ -130,7 +130,7 @@ path = sf.load_lamps("lights.toml")
 assert_type(sf.animate_lamps(transfer, path, "lamp%02d.png", exposure="auto"), list[Path])
 moved = sf.animate_lamps(transfer, [point, [point, spot]], "lamp.gif", (80, 60), camera=camera, bounces=2, samples=1)
 assert_type(moved, list[Path])
-assert_type(sf.move_lamps(transfer, [point, spot], camera=camera, stops=1.0, screenshot="lamps.png"), Path | None)
+sf.move_lamps(transfer, [point, spot], camera=camera, stops=1.0, style="disks", screenshot="lamps.png")
 
 # solutions
 assert_type(solution.surfels, sf.Surfels)
