@@ -343,7 +343,7 @@ def test_solve_takes_every_option_of_solve(load):
 def test_the_docstring_is_enough_to_write_a_scene():
     """Every shape, light, pattern and wall, and every key of each with its default, as the code has them."""
     text = " ".join(sf.load_scene.__doc__.split())
-    for name in (*SHAPES, *scene_file._LIGHTS, *PATTERNS):
+    for name in (*SHAPES, *scene_file.LIGHT_TYPES, *PATTERNS):
         assert f'"{name}"' in text, name
     for side in shapes.SIDES:
         assert re.search(rf"{side} \((low|high) [xyz]\)", text), side
