@@ -359,7 +359,7 @@ def test_the_docstring_is_enough_to_write_a_scene():
                 default = default[0] if len(set(default)) == 1 and key == "size" else list(default)
             shown = re.sub(r"\.0\b", "", str(default))
             assert f"{key} ({shown}" in keys, (name, key)
-    for kind, names in scene_file._LIGHT_KEYS.items():
+    for kind, names in scene_file.LIGHT_KEYS.items():
         keys = text.partition(f'- "{kind}": ')[2].partition(' - "')[0]
         assert all(name in keys for name in names), kind
     for name in OPTIONS:
