@@ -170,7 +170,7 @@ void bind_transfer(py::module_& module) {
     PYBIND11_NUMPY_DTYPE(SkyIrradiance::Entry, patch, share);
     py::class_<OperatorOptions>(module, "OperatorOptions")
         .def(py::init([](int levels, double radius, double epsilon, int rays, std::size_t senders, std::size_t samples,
-                         double max_memory, std::uint64_t seed) {
+                         const py::object& region, double max_memory, std::uint64_t seed) {
                  OperatorOptions options;
                  options.levels = levels;
                  options.radius = radius;
@@ -178,12 +178,17 @@ void bind_transfer(py::module_& module) {
                  options.rays = rays;
                  options.senders = senders;
                  options.samples = samples;
+                 if (!region.is_none()) {
+                     const std::vector<Vec3> corners = to_vec3s(region.cast<Doubles>(), "region");
+                     require(corners.size() == 2, "region: wanted 2 corners");
+                     options.region = Box{corners[0], corners[1]};
+                 }
                  options.max_memory = max_memory;
                  options.seed = seed;
                  return options;
              }),
              py::kw_only(), py::arg("levels"), py::arg("radius"), py::arg("epsilon"), py::arg("rays"),
-             py::arg("senders"), py::arg("samples"), py::arg("max_memory"), py::arg("seed"));
+             py::arg("senders"), py::arg("samples"), py::arg("region"), py::arg("max_memory"), py::arg("seed"));
     py::class_<LocalTransfer> local(module, "LocalTransfer");
     local.def(py::init(&make_local), py::arg("scene"), py::arg("options"), py::arg("progress") = py::none())
         .def(

@@ -116,7 +116,7 @@ TEST(TestLights, ThereMayBeNone) {
     const CompiledScene compiled(sphere_inside(300));
     Figures timings;
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
-    TestLights none(compiled, found, std::vector<float>(3 * found.senders.size(), 0.5f), {}, 0, {});
+    TestLights none(compiled, found, std::vector<float>(3 * found.senders.size(), 0.5f), {}, {}, 0, {});
     TestLights::Received received;
     none.receive(found, received);
     none.normalize(received, std::vector<double>(found.rows.size(), 1.0));

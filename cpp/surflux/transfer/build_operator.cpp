@@ -16,6 +16,7 @@
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/function_means.h"
 #include "surflux/transfer/operator_memory.h"
+#include "surflux/transfer/places_in_air.h"
 #include "surflux/transfer/row_shooter.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/sky_visibility.h"
@@ -28,7 +29,9 @@ namespace {
 
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-constexpr int few_rays = 32;          // that tell how far it is to what a place sees, or whether the basis is off there
+constexpr int few_rays = 32;          // that tell how far it is to what a place sees
+constexpr int check_rays = 128;       // that tell whether the basis is off at a surfel
+constexpr double most_own = 0.25;     // rows of such surfels, of as many as receivers have
 constexpr int most_repeats = 2;       // of receivers of clouds (PlacedBasis)
 constexpr double widest_mean = 1.0;   // as SurfelMeans has it
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
@@ -148,7 +151,7 @@ private:
         return out;
     }
     std::size_t test_size() const {
-        return options_.lighting == OperatorOptions::Lighting::local ? options_.test_lights
+        return options_.lighting == OperatorOptions::Lighting::local ? TestLights::sums
                                                                      : SphericalHarmonics::count(VisibilityTest::order);
     }
     // When more receivers have shot so many rays each.
@@ -174,22 +177,21 @@ private:
         watch_.lap("placement");
     }
 
-    // Tests but that of visibility, which has a scale of its own, are made to count all that they tell alike.
     void make_test() {
         using Lighting = OperatorOptions::Lighting;
         const auto reflectance = [&] { return out_.senders.means(scene_.surfels.reflectance, out_.areas); };
+        std::vector<double> weights;
+        for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) weights.push_back(stands_for(j));
         if (options_.lighting == Lighting::distant)
             test_ = std::make_unique<VisibilityTest>(tracer_, options_.seed + sky_stream);
         else if (options_.lighting == Lighting::sky)
             test_ = std::make_unique<SkyTest>(tracer_, out_, scene_.surfels.normals, reflectance(),
                                               options_.seed + sky_stream);
         else
-            test_ = std::make_unique<TestLights>(compiled_, out_, reflectance(), test_lamps(), options_.seed,
+            test_ = std::make_unique<TestLights>(compiled_, out_, reflectance(), test_lamps(), weights, options_.seed,
                                                  stage("test lights"));
         test_->receive(out_, received_);
-        if (options_.lighting != Lighting::distant) {
-            std::vector<double> weights;
-            for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) weights.push_back(stands_for(j));
+        if (options_.lighting == Lighting::sky) {
             test_->normalize(received_, weights);
             received_ = {};
             test_->receive(out_, received_);
@@ -201,30 +203,15 @@ private:
         return r * r;
     }
 
-    // Lamps at random places in the air.
     std::vector<Vec3> test_lamps() const {
-        std::vector<double> up_to;  // by the air before receivers
-        double all = 0.0;
-        for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j)
-            up_to.push_back(all += stands_for(j) * free_path_[receivers_.row(j)]);
-        std::vector<Vec3> lamps;
-        HemisphereRow row;
-        const std::size_t count = up_to.empty() ? 0 : options_.test_lights;  // none where all is inside geometry
-        for (std::size_t k = 0; k < count; ++k) {
-            Random random(options_.seed + lamp_stream, k);
-            const auto pick = [&](const std::vector<double>& sums) {
-                const double at = random.uniform() * sums.back();
-                return static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end() - 1, at) - sums.begin());
-            };
-            const Place place = place_of(static_cast<std::uint32_t>(pick(up_to)));
-            gather_row(points_, tracer_, place, few_rays, options_.seed + lamp_stream, row);
-            std::vector<double> lengths;
-            for (const Hit& hit : row.hits)
-                lengths.push_back((lengths.empty() ? 0.0 : lengths.back()) + length_of(hit));
-            const std::size_t ray = pick(lengths);
-            lamps.push_back(place.position + random.uniform() * length_of(row.hits[ray]) * row.rays[ray].direction);
+        std::vector<Place> places;
+        std::vector<double> air;
+        for (std::uint32_t j = 0; j < placed_.evenly_placed(); ++j) {
+            places.push_back(place_of(j));
+            air.push_back(stands_for(j) * free_path_[receivers_.row(j)]);
         }
-        return lamps;
+        return places_in_air(points_, tracer_, places, air, options_.region, options_.test_lights,
+                             options_.seed + lamp_stream);
     }
 
     // As RECEIVER-ORACLE of L07 6.3: on the coarsest level around those that differ from others nearby, on finer ones
@@ -287,8 +274,7 @@ private:
         }
     }
 
-    // Surfels on which a few rays contradict the basis, those first that make most of its error: at most as many as
-    // there are receivers. Each gets a row of its own.
+    // Surfels on which rays contradict the basis, those first that make most of its error. Each gets a row of its own.
     void give_rows_to_surfels() {
         struct Off {
             std::uint32_t surfel;
@@ -297,10 +283,6 @@ private:
         const std::size_t n = scene_.surfels.size(), channels = test_->size();
         std::vector<float> coefs;
         out_.coefficients(received_.values, channels, coefs);
-        std::vector<float> by_basis(n * channels);
-        out_.at_surfels.multiply(coefs, channels, [&](std::size_t i, const float* sums) {
-            std::copy_n(sums, channels, by_basis.data() + i * channels);
-        });
         std::vector<Off> off;
         const std::vector<Place> places = places_of(scene_.surfels);
         const RowShooter few(points_, tracer_, out_.senders, options_.seed + check_stream);
@@ -312,22 +294,28 @@ private:
             for (std::size_t i = first; i < std::min(n, first + batch); ++i)
                 if (out_.areas[i] > 0.0) asked.push_back(places[i]);
             TransportOperator own;
-            few.add(asked, std::vector<int>(asked.size(), few_rays), own, {});
+            few.add(asked, std::vector<int>(asked.size(), check_rays), own, {});
             RowTest::Received received;
             test_->receive(own, received);
-            for (std::size_t k = 0; k < asked.size(); ++k) {
+            parallel_for(asked.size(), 64, [&](std::size_t k) {
                 const std::uint32_t i = asked[k].surfel;
                 float* difference = received.values.data() + k * channels;
-                for (std::size_t c = 0; c < channels; ++c) difference[c] -= by_basis[i * channels + c];
-                const double square = test_->mean_square(difference);
+                out_.at_surfels.for_row(i, [&](std::uint32_t function, float weight) {
+                    const float* by_basis = coefs.data() + function * channels;
+                    for (std::size_t c = 0; c < channels; ++c) difference[c] -= weight * by_basis[c];
+                });
+            });
+            for (std::size_t k = 0; k < asked.size(); ++k) {
+                const double square = test_->mean_square(received.values.data() + k * channels);
+                const auto variance = static_cast<double>(received.variance[k]);
                 if (is_off(square, options_.epsilon, received.variance[k]))
-                    off.push_back({i, out_.areas[i] * (square - static_cast<double>(received.variance[k]))});
+                    off.push_back({asked[k].surfel, out_.areas[asked[k].surfel] * (square - variance)});
             }
         }
         std::sort(off.begin(), off.end(), [](const Off& a, const Off& b) {
             return a.error > b.error || (a.error == b.error && a.surfel < b.surfel);
         });
-        off.resize(std::min(off.size(), out_.rows.size()));
+        off.resize(std::min(off.size(), static_cast<std::size_t>(most_own * static_cast<double>(out_.rows.size()))));
         const int own_rays = std::min(options_.rays, 2 * least_rays);
         const std::size_t fitting = std::min(off.size(), memory_with({}).room_for(max_memory_, own_rays));
         out_.left_out += off.size() - fitting;

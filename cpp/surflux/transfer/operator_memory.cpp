@@ -31,7 +31,7 @@ OperatorMemory::OperatorMemory(std::size_t surfels, std::size_t weights, std::si
 double OperatorMemory::bytes() const {
     const double of_lights = sizeof(float) * test_lights_;  // what a place receives of each
     // Links are copied where their array grows; receivers have values and coefficients.
-    return surfels_ * (of_surfel + of_lights) + weights_ * of_weight +
+    return surfels_ * of_surfel + weights_ * of_weight +
            receivers_ * (sizeof(TransportOperator::Row) + 2.0 * (sizeof(Vec3) + of_lights)) +
            2.0 * sizeof(TransportOperator::Link) * links_ + nodes_ * (sizeof(SenderGroups::Node) + of_lights);
 }

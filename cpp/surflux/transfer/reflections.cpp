@@ -1,6 +1,9 @@
 #include "surflux/transfer/reflections.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
@@ -18,6 +21,10 @@ double power(const SenderGroups& senders, const std::vector<float>& sent, std::s
     return sum;
 }
 
+bool is_all_dark(const std::vector<float>& sent) {
+    return std::all_of(sent.begin(), sent.end(), [](float value) { return value == 0.0f; });
+}
+
 }  // namespace
 
 std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
@@ -25,7 +32,7 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, s
                               const std::vector<float>& direct) {
     const SenderGroups& senders = transport.senders;
     std::vector<float> sent = emission, all = emission, received(sent.size(), 0.0f), values, coefs;
-    bool is_dark = power(senders, sent, channels) == 0.0;
+    bool is_dark = is_all_dark(sent);
     for (int bounce = 1; bounce <= (bounces < 0 ? most_bounces : bounces); ++bounce) {
         if (!is_dark) {
             senders.pull_up(sent, channels);
@@ -33,16 +40,17 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, s
             transport.coefficients(values, channels, coefs);
             transport.receive(coefs, channels, received);
         }
-        for (std::size_t node = 0; node < senders.size(); ++node)
+        parallel_for(senders.size(), 4096, [&](std::size_t node) {
             for (std::size_t c = 0; c < channels; ++c) {
                 const std::size_t k = channels * node + c;
                 if (bounce == 1) received[k] += direct[k];
                 sent[k] = reflectance[3 * node + c % 3] * received[k];
                 all[k] += sent[k];
             }
-        const double left = power(senders, sent, channels);
-        is_dark = left == 0.0;
-        if (is_dark || (bounces < 0 && left <= negligible * power(senders, all, channels))) break;
+        });
+        is_dark = is_all_dark(sent);
+        if (is_dark) break;
+        if (bounces < 0 && power(senders, sent, channels) <= negligible * power(senders, all, channels)) break;
     }
     senders.pull_up(all, channels);
     return all;

@@ -24,6 +24,7 @@ public:
     void normalize(const Received& rows, const std::vector<double>& weights);
 
     std::size_t size() const { return scale_.size(); }
+    float scale(std::size_t c) const { return scale_[c]; }
     double mean_square(const float* values) const;
 
 protected:

@@ -30,6 +30,11 @@ struct SparseRows {
     std::size_t rows() const { return begin.size() - 1; }
     void end_row() { begin.push_back(static_cast<std::uint32_t>(entries.size())); }
 
+    template <class Visit>
+    void for_row(std::size_t row, const Visit& visit) const {
+        for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) visit(entries[k].column, entries[k].weight);
+    }
+
     // visit(row, sums): sums[c] = sum over columns of weight * values[column * channels + c].
     template <class Visit>
     void multiply(const std::vector<float>& values, std::size_t channels, const Visit& visit) const {

@@ -4,31 +4,70 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
 #include "surflux/transfer/group_light.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::size_t rays_of_lamp = 65536;
+constexpr std::size_t rays_of_lamp = 16384;
+constexpr std::uint64_t sign_stream = 0x7b1d;
+
+// Some of the lamps, each by itself.
+class Lamps : public RowTest {
+public:
+    Lamps(std::size_t count, std::size_t nodes) : RowTest(count, 1.0f), sent(nodes * count, 0.0f) {}
+
+    std::vector<float> sent;  // size() of each node of the senders
+
+private:
+    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override {
+        for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) add_reflected(of, k, sent, halves);
+    }
+};
 
 }  // namespace
 
 TestLights::TestLights(const CompiledScene& compiled, const TransportOperator& of,
-                       const std::vector<float>& reflectance, const std::vector<Vec3>& lamps, std::uint64_t seed,
-                       const Progress& progress)
-    : RowTest(lamps.size(), 1.0f), sent_(of.senders.size() * lamps.size(), 0.0f) {
+                       const std::vector<float>& reflectance, const std::vector<Vec3>& places,
+                       const std::vector<double>& weights, std::uint64_t seed, const Progress& progress)
+    : RowTest(std::min(sums, places.size()), 1.0f), sent_(of.senders.size() * size(), 0.0f) {
     const GroupLight light(compiled, of.senders, of.samples);
-    for (std::size_t lamp = 0; lamp < size(); ++lamp) {
-        report(progress, lamp, size());
-        const std::vector<float> direct =
-            light.irradiance({PointLight{lamps[lamp], {1.0, 1.0, 1.0}}}, reflectance, {rays_of_lamp, seed});
-        for (const std::uint32_t leaf : of.senders.leaves) {
-            const Rgb reflected{static_cast<double>(reflectance[3 * leaf]),
-                                static_cast<double>(reflectance[3 * leaf + 1]),
-                                static_cast<double>(reflectance[3 * leaf + 2])};
-            sent_[leaf * size() + lamp] = static_cast<float>(luminance(reflected)) * direct[3 * leaf];
+    const std::vector<std::uint32_t>& leaves = of.senders.leaves;
+    const float share = places.empty() ? 0.0f : 1.0f / std::sqrt(static_cast<float>(places.size()));
+    for (std::size_t first = 0; first < places.size(); first += sums) {
+        Lamps lamps(std::min(sums, places.size() - first), of.senders.size());
+        for (std::size_t l = 0; l < lamps.size(); ++l) {
+            report(progress, first + l, places.size());
+            const std::vector<float> direct =
+                light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}}, reflectance, {rays_of_lamp, seed});
+            for (const std::uint32_t leaf : leaves) {
+                const Rgb reflected{static_cast<double>(reflectance[3 * leaf]),
+                                    static_cast<double>(reflectance[3 * leaf + 1]),
+                                    static_cast<double>(reflectance[3 * leaf + 2])};
+                lamps.sent[leaf * lamps.size() + l] = static_cast<float>(luminance(reflected)) * direct[3 * leaf];
+            }
         }
+        of.senders.pull_up(lamps.sent, lamps.size());
+        Received received;
+        lamps.receive(of, received);
+        lamps.normalize(received, weights);
+        std::vector<float> signs(lamps.size() * size());
+        for (std::size_t l = 0; l < lamps.size(); ++l) {
+            Random random(seed + sign_stream, first + l);
+            for (std::size_t c = 0; c < size(); ++c)
+                signs[l * size() + c] = (random.uniform() < 0.5 ? -share : share) * lamps.scale(l);
+        }
+        parallel_for(leaves.size(), 256, [&](std::size_t k) {
+            float* to = sent_.data() + leaves[k] * size();
+            const float* from = lamps.sent.data() + leaves[k] * lamps.size();
+            for (std::size_t l = 0; l < lamps.size(); ++l) {
+                if (from[l] == 0.0f) continue;
+                const float* sign = signs.data() + l * size();
+                for (std::size_t c = 0; c < size(); ++c) to[c] += sign[c] * from[l];
+            }
+        });
     }
     of.senders.pull_up(sent_, size());
 }

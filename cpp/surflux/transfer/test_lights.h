@@ -9,12 +9,17 @@
 namespace surflux {
 
 // Lamps that a transport operator is tried with while it is built, once reflected: random vectors that tell rows apart,
-// as for a low-rank approximation (Halko, Martinsson and Tropp 2011). Of rows it is what they receive of each lamp.
+// as for a low-rank approximation (Halko, Martinsson and Tropp 2011). What rows receive of them is kept in a few
+// random sums with signs, whose mean square is that over all lamps (Johnson and Lindenstrauss 1984).
 class TestLights : public RowTest {
 public:
-    // What senders send of white lamps at some places, when they reflect `reflectance` (by node, three channels).
+    // White lamps at some places, reflected by `reflectance` (by node, three channels); each counts alike, with an RMS
+    // of 1 over rows that stand for `weights` of the surface.
     TestLights(const CompiledScene& compiled, const TransportOperator& of, const std::vector<float>& reflectance,
-               const std::vector<Vec3>& lamps, std::uint64_t seed, const Progress& progress);
+               const std::vector<Vec3>& lamps, const std::vector<double>& weights, std::uint64_t seed,
+               const Progress& progress);
+
+    static constexpr std::size_t sums = 64;
 
 private:
     void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;

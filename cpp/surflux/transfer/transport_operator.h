@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/scene/surfels.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/sender_groups.h"
@@ -17,15 +19,16 @@ namespace surflux {
 struct OperatorOptions {
     enum class Lighting { local, distant, sky };
     Lighting lighting = Lighting::local;
-    int levels = 6;                // of the basis, at most
-    double radius = 0.0;           // of the Poisson disks of the first; 0: by the size of each object
-    double epsilon = 0.1;          // what a receiver may be off by before it is refined: of the RMS of test lights,
-                                   // of distant light the RMS over the sphere of what it sees
-    int rays = 512;                // of a receiver
-    std::size_t senders = 65536;   // groups of surfels whose light is known
-    std::size_t samples = 4;       // of unoccluded light in each of those
-    std::size_t test_lights = 64;  // lamps, by which receivers are refined
-    double max_memory = 0.0;       // bytes for the operator and for finding it; 0: three quarters of available_memory()
+    int levels = 6;                 // of the basis, at most
+    double radius = 0.0;            // of the Poisson disks of the first; 0: by the size of each object
+    double epsilon = 0.1;           // what a receiver may be off by before it is refined: of the RMS of test lights,
+                                    // of distant light the RMS over the sphere of what it sees
+    int rays = 512;                 // of a receiver
+    std::size_t senders = 65536;    // groups of surfels whose light is known
+    std::size_t samples = 4;        // of unoccluded light in each of those
+    std::size_t test_lights = 512;  // lamps, by which receivers are refined
+    std::optional<Box> region;      // in which lamps will be; none: anywhere in the air
+    double max_memory = 0.0;  // bytes for the operator and for finding it; 0: three quarters of available_memory()
     std::uint64_t seed = 0;
 };
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from time import perf_counter
 from typing import Literal, overload
 
+from numpy.typing import ArrayLike
+
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
@@ -32,8 +34,9 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 512,
+    rays: int = 256,
     senders: int = 65536,
+    region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
@@ -48,7 +51,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 512,
+    rays: int = 256,
     senders: int = 65536,
     max_memory: float | None = None,
     seed: int = 0,
@@ -64,7 +67,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 512,
+    rays: int = 256,
     senders: int = 65536,
     patches: int = 145,
     max_memory: float | None = None,
@@ -80,9 +83,10 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 512,
+    rays: int = 256,
     senders: int = 65536,
     patches: int = 145,
+    region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
     threads: int | None = None,
@@ -95,7 +99,7 @@ def precompute_transfer(
     everywhere, with one product for each bounce. Points are refined where they differ in what a test tells of them.
     Surfels whose own rays contradict the basis have rays of their own.
 
-    "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 64 lamps at random places
+    "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 256 lamps at random places
     in the air; points keep irradiance and its gradient by the normal.
 
     "distant" is for an environment by five bands of spherical harmonics: `DistantTransfer.relight` takes it, turned if
@@ -120,6 +124,8 @@ def precompute_transfer(
         levels, radius: of the basis, as in `solve_meshless`.
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
         senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
+        region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those alone
+            ("local"). None for anywhere in the air, hollow walls, too.
         patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
         max_memory: bytes for the operator and for finding it, beside the scene, as far as they can be told before (to
             a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
@@ -146,6 +152,12 @@ def precompute_transfer(
     sky = SkyPatches(patches)
     bounces = None if bounces is None else check.count("bounces", bounces, 0)
     epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
+    if region is not None:
+        if lighting != "local":
+            raise ValueError(f"region: is for lighting 'local', not {lighting!r}")
+        region = check.positions("region", region, (2, 3))
+        if not (region[0] < region[1]).all():
+            raise ValueError(f"region: wanted the least and the greatest corner of a box, got {region.tolist()}")
     options = _core.OperatorOptions(
         levels=check.count("levels", levels, 1, 10),
         radius=0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
@@ -153,6 +165,7 @@ def precompute_transfer(
         rays=check.count("rays", rays, 16, 65535),
         senders=check.count("senders", senders, 1),
         samples=SAMPLES,
+        region=region,
         max_memory=0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
         seed=check.seed("seed", seed),
     )

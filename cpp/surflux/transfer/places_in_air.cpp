@@ -1,0 +1,55 @@
+#include "surflux/transfer/places_in_air.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "surflux/core/error.h"
+#include "surflux/core/random.h"
+#include "surflux/lights/hemisphere_row.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr int rays_of_place = 32;            // one of which is taken, by its length
+constexpr std::size_t most_attempts = 1000;  // for each place wanted
+
+// The index of which partial sums rise above a random number.
+std::size_t pick(const std::vector<double>& sums, Random& random) {
+    const double at = random.uniform() * sums.back();
+    return static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end() - 1, at) - sums.begin());
+}
+
+bool contains(const Box& box, const Vec3& p) {
+    for (int c = 0; c < 3; ++c)
+        if (p[c] < box.low[c] || p[c] > box.high[c]) return false;
+    return true;
+}
+
+}  // namespace
+
+std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
+                                const std::vector<double>& air, const std::optional<Box>& region, std::size_t count,
+                                std::uint64_t seed) {
+    std::vector<double> up_to(air.size());
+    std::partial_sum(air.begin(), air.end(), up_to.begin());
+    std::vector<Vec3> out;
+    if (up_to.empty() || up_to.back() <= 0.0) return out;
+    HemisphereRow row;
+    for (std::uint64_t k = 0; out.size() < count && k < most_attempts * count; ++k) {
+        Random random(seed, k);
+        const Place& place = receivers[pick(up_to, random)];
+        gather_row(points, tracer, place, rays_of_place, seed, row);
+        std::vector<double> lengths;
+        for (const Hit& hit : row.hits)
+            lengths.push_back((lengths.empty() ? 0.0 : lengths.back()) + (hit ? hit.distance : 0.0));
+        const std::size_t ray = pick(lengths, random);
+        const double length = row.hits[ray] ? row.hits[ray].distance : 0.0;
+        const Vec3 found = place.position + random.uniform() * length * row.rays[ray].direction;
+        if (!region || contains(*region, found)) out.push_back(found);
+    }
+    require(!out.empty(), "region: no surface of the scene has air in it before it; wanted where lamps will be");
+    return out;
+}
+
+}  // namespace surflux

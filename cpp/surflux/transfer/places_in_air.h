@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "surflux/core/vec.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/surfels.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// `count` random places in the air in front of surfaces, even in its volume, within `region` where there is one. `air`:
+// how much of it is in front of each of `receivers`: the area that it stands for times the mean length of its rays.
+// None where there is no air; an ArgumentError where the region holds none.
+std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
+                                const std::vector<double>& air, const std::optional<Box>& region, std::size_t count,
+                                std::uint64_t seed);
+
+}  // namespace surflux
