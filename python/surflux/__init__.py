@@ -32,6 +32,7 @@ _HOME = {
     "SpotLight": "scenes.lights",
     "Surfels": "points.surfels",
     "Transfer": "solving.transfer",
+    "animate_environment": "solving.environment_film",
     "animate_lamps": "solving.lamp_film",
     "area_shares": "geometry.areas",
     "build_hierarchy": "geometry.hierarchy",

@@ -32,6 +32,7 @@ from surflux.scenes.sky_patches import SkyPatches as SkyPatches
 from surflux.solutions.solution import Solution as Solution
 from surflux.solutions.solution_file import load_solution as load_solution
 from surflux.solving.distant_transfer import DistantTransfer as DistantTransfer
+from surflux.solving.environment_film import animate_environment as animate_environment
 from surflux.solving.form_factor_operator import FormFactorOperator as FormFactorOperator
 from surflux.solving.form_factor_operator import form_factor_operator as form_factor_operator
 from surflux.solving.form_factor_operator import load_operator as load_operator

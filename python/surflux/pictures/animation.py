@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from surflux._base import check
 from surflux._base.files import file_error, require_place, unfinished_name
 from surflux._base.passes import progress_callback, report
+from surflux.geometry.rotation import rotation_about
 from surflux.pictures.camera import Camera
 from surflux.pictures.gif import GifWriter
 from surflux.pictures.images import checked_tone, resolved_exposure, tone_map, write_image
@@ -52,12 +53,9 @@ def turntable(
     center = camera.target if center is None else check.vector3("center", center)
     if not np.linalg.norm(axis) > 0.0:
         raise ValueError("axis: wanted a direction, got zero")
-    axis = axis / np.linalg.norm(axis)
-    cross = np.cross(axis, np.eye(3)).T  # cross @ v = axis x v
     out = []
     for k in range(frames):
-        angle = 2.0 * np.pi * turns * k / frames
-        turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross  # Rodrigues
+        turn = rotation_about(axis, 2.0 * np.pi * turns * k / frames)
         eye, target = (center + turn @ (point - center) for point in (camera.eye, camera.target))
         out.append(Camera(eye, target, turn @ camera.up, camera.fov, height=camera.height))
     return out

@@ -64,7 +64,7 @@ class _Key:
     def is_like(self, other):
         return (
             other is not None
-            and self._surfels is other._surfels
+            and _look_alike(self._surfels, other._surfels)
             and (self._view, self._lamps) == (other._view, other._lamps)
             and np.array_equal(self._groups, other._groups)
         )
@@ -75,3 +75,9 @@ class _Key:
         lamps = [(*lamp, np.zeros(3)) for lamp in self._lamps]
         look = eye, target, up, fov, height
         return _core.FlatImage(self._surfels, lamps, look, *size, FOOTPRINT, samples, culling, self._groups)
+
+
+def _look_alike(one, other):
+    """Whether compiled surfels have the same places and shapes: with another reflectance they are others."""
+    shape = ("positions", "normals", "radii", "triangles", "triangle_surfel")
+    return one is other or all(np.array_equal(getattr(one, name), getattr(other, name)) for name in shape)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
@@ -69,7 +70,7 @@ class DistantTransfer(Transfer):
         >>> print(solution.irradiance.round(3)[0])
         [3.142 3.142 3.142]
         """
-        light = _harmonics(environment)
+        light = harmonics_of(environment)
         if rotation is not None:
             light = rotate_harmonics(light, rotation)
         reflectance = self._reflectance(reflectance)
@@ -77,15 +78,24 @@ class DistantTransfer(Transfer):
         with thread_limit(threads):
             start = perf_counter()
             incident = self._core.incident(light, reflectance, self._bounces(bounces))
-            direct, irradiance = incident.irradiance()
+            direct, irradiance = (np.maximum(np.asarray(found), 0.0) for found in incident.irradiance())
             seconds = perf_counter() - start
-        shown = Environment.from_harmonics(light, 32)
-        scene = Scene(self.scene.objects, lights=[shown], camera=self.scene.camera)
-        irradiance, direct = (np.maximum(np.asarray(found), 0.0) for found in (irradiance, direct))
-        solution = self._solution(reflectance, irradiance, direct, timings={"incident": seconds}, scene=scene)
+        solution = self._lit(light, irradiance, direct, reflectance=reflectance, timings={"incident": seconds})
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
         return solution
+
+    def _unclipped(
+        self, light: Floats, reflectance: ArrayLike | None, bounces: int | None
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
+        """(direct, all) irradiance (n, 3) of 25 harmonics, linear in them: below 0 where five bands are."""
+        return self._core.incident(light, self._reflectance(reflectance), self._bounces(bounces)).irradiance()
+
+    def _lit(self, light: Floats, irradiance: Floats, direct: Floats, *, reflectance: Any, **rest: Any) -> Solution:
+        """The Solution of what was found of 25 harmonics."""
+        shown = Environment.from_harmonics(light, 32)
+        scene = Scene(self.scene.objects, lights=[shown], camera=self.scene.camera)
+        return self._solution(self._reflectance(reflectance), irradiance, direct, scene=scene, **rest)
 
     def _gloss(self, reflectance, specular, exponent):
         """What `gloss_arrays` gives of these, or else of the scene."""
@@ -98,7 +108,8 @@ class DistantTransfer(Transfer):
         return require_energy(own.reflectance if reflectance is None else reflectance, gloss)
 
 
-def _harmonics(environment) -> Floats:
+def harmonics_of(environment: Environment | ArrayLike) -> Floats:
+    """(25, 3) of what relight takes, in the scene's axes."""
     if isinstance(environment, Environment):
         return environment.harmonics(ORDER)
     array = check.numeric("environment", environment)

@@ -10,13 +10,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from surflux._base import check
 from surflux._base.types import FilePath, Integer, Progress, Size
-from surflux.pictures.animation import write_frames
-from surflux.pictures.camera import Camera, own_or_framing
+from surflux.pictures.camera import Camera
 from surflux.scenes.lights import Light
-from surflux.solutions.painting import Painter
 from surflux.solving.local_transfer import LocalTransfer
+from surflux.solving.relit_film import write_relit
 
 _SOME = 16  # frames whose lamps say which surfels are never lit
 
@@ -73,18 +71,21 @@ def animate_lamps(
         raise ValueError(f"transfer: wanted a LocalTransfer, got {type(transfer).__name__}")
     if not isinstance(frames, (list, tuple)) or not frames:
         raise ValueError("frames: wanted a list with the lights of at least one frame")
-    if camera is None and isinstance(size, (tuple, list)) and len(size) == 2:
-        camera = own_or_framing(transfer.scene.camera, transfer.scene.surfels, [check.count("size", v) for v in size])
     relit = partial(transfer.relight, reflectance=reflectance, bounces=bounces, seed=seed)
-    # The same surfels in all frames: what is dark in one of them is not what is never lit.
-    painter = Painter((relit(_some_lights(frames), probes=1, penumbra_rays=1).radiosity == 0).all(axis=1))
-
-    def drawn(k, **settings):
-        solution = relit(frames[k])
-        return painter.layers(solution, camera, size, **settings)
-
     tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
-    return write_frames(drawn, len(frames), path, size, fps=fps, progress=progress, **tone, **options)
+    return write_relit(
+        lambda k: relit(frames[k]),
+        len(frames),
+        path,
+        size,
+        scene=transfer.scene,
+        dark=(relit(_some_lights(frames), probes=1, penumbra_rays=1).radiosity == 0).all(axis=1),
+        camera=camera,
+        fps=fps,
+        progress=progress,
+        **tone,
+        **options,
+    )
 
 
 def _some_lights(frames):

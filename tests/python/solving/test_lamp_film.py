@@ -74,12 +74,13 @@ def test_area_lights_are_seen_where_they_are(transfer, matrices, tmp_path):
     assert len(matrices) == 2  # of the first two frames, and of the last, which stays as the one before
 
 
-def test_reflectance_and_bounces(transfer, tmp_path):
+def test_reflectance_and_bounces(transfer, matrices, tmp_path):
     frames = [POINT, OTHER]
     found = pictures(transfer, frames, tmp_path, reflectance=0.3, bounces=2)
     for picture, light in zip(found, frames, strict=True):
         wanted = transfer.relight(light, reflectance=0.3, bounces=2).render(size=SIZE)
         np.testing.assert_allclose(picture, wanted, rtol=2e-5, atol=1e-5)
+    assert len(matrices) == 1  # surfels of another reflectance are where they were
 
 
 def test_layers_of_every_frame(transfer, tmp_path):
