@@ -18,23 +18,39 @@ from surflux._base.files import write_whole
 from surflux._base.types import FilePath
 from surflux.drawing.colors import screen_bytes
 from surflux.pictures.camera import Camera
+from surflux.scenes.lights import Environment
+from surflux.solving.distant_transfer import DistantTransfer
+from surflux.solving.turning_light import TurningLight
+from surflux.viewing.page_data import Store, folded, packed_light
 from surflux.viewing.properties import names_of, property_of
 from surflux.viewing.subject import Subject, Thing
+from surflux.viewing.turning_page import TURNING, TurningPage
 
 # Of what there is, these go along; the first of them that there is comes first.
 USUAL = ("radiosity", "direct", "indirect", "reflectance", "emission", "normal", "cut", "object")
+_SCRIPTS = ("draw.js", "turning.js", "controls.js")
 _LAMP_COLORS = {"radiosity": 1.0, "emission": 1.0, "indirect": 0.0}  # the part of its exitance that a lamp shows
 
 
 class Page:
     """A page that shows surfels in any browser with WebGL 2: a file of its own, and a cell of a Jupyter notebook.
 
+    That of a DistantTransfer has a slider that turns its environment; `,` and `.` do so by 5 degrees. Radiosity,
+    irradiance, direct and indirect light follow, with all bounces, as `DistantTransfer.relight` has them, but for
+    .0001 of the most that a surfel ever has. Surfels are shown diffuse, as on all pages: what a lobe sends depends on
+    where the eye is, too, which would take some 700 RGB numbers of each surfel in place of nine (see
+    `turn_environment`).
+
     Args:
-        thing: Surfels, Scene or Solution.
+        thing: Surfels, Scene, Solution or DistantTransfer.
+        environment: of a DistantTransfer, as its `relight` takes it; None for all else.
+        axis: (3,), the direction that it turns around, counter-clockwise seen from the tip; None for what is up in an
+            Environment, of harmonics for z.
         colors: names of what to colour by, the one to begin with first; None for what there is of radiosity, direct and
             indirect irradiance, reflectance, emission, normal, cut and object. Further ones: irradiance, radius, area,
             coverage, level, parent, group (the finest), and the names in values. Each takes 4 bytes a surfel, all else
-            24, and 40 a triangle.
+            24, and 40 a triangle. Of a DistantTransfer, in place of the 4, irradiance takes 58 and direct light as
+            many, which the others are made of; reflectance for radiosity 6, and emission 4.
         values: dict of further arrays by name: (n, 3) is linear light, (n,) numbers.
         camera: Camera to begin with; None for the one that comes with the thing, or one that has all in view.
         title: of the page.
@@ -46,18 +62,25 @@ class Page:
     >>> floor = sf.Surfels([[x, y, 0] for y in range(9) for x in range(9)], normals=[[0, 0, 1]] * 81)
     >>> sf.Page(floor, title="A floor").save("floor.html").name
     'floor.html'
+    >>> transfer = sf.precompute_transfer(sf.Scene([floor]), "distant")
+    >>> sky = sf.Environment([[[3.0, 2, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]])
+    >>> sf.Page(transfer, environment=sky).save("turning.html").name
+    'turning.html'
     """
 
     def __init__(
         self,
-        thing: Thing,
+        thing: Thing | DistantTransfer,
         *,
+        environment: Environment | ArrayLike | None = None,
+        axis: ArrayLike | None = None,
         colors: list[str] | tuple[str, ...] | None = None,
         values: Mapping[str, ArrayLike] | None = None,
         camera: Camera | None = None,
         title: str = "surflux",
     ) -> None:
-        self._subject = subject = Subject(thing, values)
+        light = _light_of(thing, environment, axis)
+        self._subject = subject = Subject(thing if light is None else light.relight(), values)
         there = names_of(subject)
         if colors is None:
             colors = [name for name in USUAL if name in there] + list(subject.values)
@@ -73,18 +96,19 @@ class Page:
         if self._camera.height is not None:
             raise ValueError("camera: wanted one without height, for a page is drawn in perspective alone")
         self._title = title
+        self._turning = None if light is None else TurningPage(light, self._colors)
 
     def html(self) -> str:
         """The page as text."""
         about, data = self._data()
         web = resources.files("surflux.viewing") / "web"
-        read = {name: (web / name).read_text("utf-8") for name in ("page.html", "draw.js", "controls.js")}
+        read = {name: (web / name).read_text("utf-8") for name in ("page.html", *_SCRIPTS)}
         # JSON in a page: "<" would end the script that holds it.
         parts = {
             "TITLE": html.escape(self._title),
             "ABOUT": json.dumps(about, allow_nan=False).replace("<", "\\u003c"),
             "DATA": base64.b64encode(data).decode("ascii"),
-            "SCRIPT": read["draw.js"] + read["controls.js"],
+            "SCRIPT": "".join(read[name] for name in _SCRIPTS),
         }
         text = read["page.html"]
         pieces = [text]
@@ -127,7 +151,7 @@ class Page:
             places = np.concatenate([places, np.column_stack([quads.mean(axis=1), reach])])
             across = np.cross(u, v)
             normals = np.concatenate([normals, across / np.linalg.norm(across, axis=1, keepdims=True)])
-        store = _Store()
+        store = Store()
         center = np.zeros(3) if len(places) == 0 else (places[:, :3].min(axis=0) + places[:, :3].max(axis=0)) / 2
         away = np.linalg.norm(places[:, :3] - center, axis=1) + places[:, 3]
         camera, origin = self._camera.to_dict(), subject.origin()
@@ -146,6 +170,7 @@ class Page:
             "corners": store.add(corners, np.float32),
             "owners": store.add(owners, np.uint32),
             "colors": [self._color(name, order, store) for name in self._colors],
+            "turning": None if self._turning is None else self._turning.about(order, store),
         }
         return about, store.bytes()
 
@@ -153,6 +178,9 @@ class Page:
         shown = property_of(self._subject, name)
         lamps = self._subject.lamps
         about = {"name": name, "label": shown.title, "kind": "screen"}
+        if self._turning is not None and name in TURNING:
+            label, white = shown.title.removesuffix(", W/m2"), self._turning.white(name)
+            return about | {"kind": "light", "label": label, "white": white, "turns": True}
         if shown.kind == "light":
             white = white_of(shown.values)
             exitance = np.array([lamp.exitance for lamp in lamps]).reshape(-1, 3) * _LAMP_COLORS.get(name, 1.0)
@@ -169,32 +197,24 @@ class Page:
         return about | {"data": store.add(rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16 | 0xFF << 24, np.uint32)}
 
 
+def _light_of(thing, environment, axis):
+    """The TurningLight of a page, or None."""
+    if isinstance(thing, DistantTransfer):
+        if environment is None:
+            raise ValueError("environment: wanted one, for a DistantTransfer has none of its own")
+        return TurningLight(thing, environment, axis)
+    for name, value in (("environment", environment), ("axis", axis)):
+        if value is not None:
+            raise ValueError(f"{name}: goes with a DistantTransfer, got {type(thing).__name__}")
+    return None
+
+
 def page_path(name, path):
     """The path of a page, as a Path; refused by `name` where it has another suffix."""
     path = Path(check.path(name, path))
     if path.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"{name}: wanted a name ending in .html, got {str(path)!r}")
     return path
-
-
-class _Store:
-    """Arrays one after another, little-endian, each at a multiple of four bytes."""
-
-    def __init__(self):
-        self._parts, self._size = [], 0
-
-    def add(self, array, dtype):
-        """[type, first byte, how many] of what was added."""
-        flat = np.ascontiguousarray(array).astype(np.dtype(dtype).newbyteorder("<")).ravel()
-        part = flat.tobytes()
-        part += bytes(-len(part) % 4)
-        place = [np.dtype(dtype).name, self._size, len(flat)]
-        self._parts.append(part)
-        self._size += len(part)
-        return place
-
-    def bytes(self):
-        return b"".join(self._parts)
 
 
 def _disks_first(s, triangles):
@@ -207,20 +227,3 @@ def _disks_first(s, triangles):
     place[order] = np.arange(len(s))
     middle = (s.points.min(axis=0) + s.points.max(axis=0)) / 2
     return order, triangles - middle, place[s.triangle_surfel]
-
-
-def folded(normals):
-    """(n, 2) int16: unit vectors on an octahedron, unfolded into a square (Meyer and others 2010)."""
-    flat = normals / np.abs(normals).sum(axis=1, keepdims=True)
-    turned = (1 - np.abs(flat[:, 1::-1])) * np.where(flat[:, :2] < 0, -1, 1)
-    return np.rint(32767 * np.where(flat[:, 2:] < 0, turned, flat[:, :2])).astype(np.int16)
-
-
-def packed_light(rgb):
-    """(n,) uint32: nine bits of each channel with a common exponent of five, as OpenGL's RGB9_E5; clipped to it."""
-    rgb = np.clip(rgb, 0.0, 65408.0)
-    top = rgb.max(axis=1)
-    exponent = np.clip(np.floor(np.log2(np.maximum(top, 2.0**-40))), -16, 15) + 1
-    exponent += np.rint(top / 2.0 ** (exponent - 9)) >= 512  # rounded up to the next power of two
-    mantissa = np.rint(rgb / 2.0 ** (exponent - 9)[:, None]).astype(np.uint32)
-    return mantissa[:, 0] | mantissa[:, 1] << 9 | mantissa[:, 2] << 18 | (exponent + 15).astype(np.uint32) << 27

@@ -5,7 +5,7 @@ import pytest
 
 import surflux as sf
 from surflux.drawing.colors import member_colors
-from surflux.viewing.page import folded, packed_light
+from surflux.viewing.page_data import folded, packed_light
 
 SIZE = (480, 360)
 # Looking down from 4: 90 pixels make one unit at z = 0.

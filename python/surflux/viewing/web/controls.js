@@ -11,8 +11,12 @@ function readScene() {
   for (let k = 0; k < bytes.length; ++k) bytes[k] = text.charCodeAt(k);
   const types = { float32: Float32Array, int16: Int16Array, uint32: Uint32Array };
   const part = ([type, from, count]) => new types[type](bytes.buffer, from, count);
-  const colors = about.colors.map((color) => ({ ...color, data: part(color.data) }));
-  return { ...about, places: part(about.places), normals: part(about.normals), indices: part(about.indices),
+  const colors = about.colors.map((color) => (color.data ? { ...color, data: part(color.data) } : color));
+  const { irradiance, direct, reflectance, emission, ...others } = about.turning || {};
+  const waves = (of) => of && { waves: part(of.waves), scales: part(of.scales) };
+  const turning = about.turning && { ...others, irradiance: waves(irradiance), direct: waves(direct),
+    reflectance: reflectance && part(reflectance), emission: emission && part(emission) };
+  return { ...about, turning, places: part(about.places), normals: part(about.normals), indices: part(about.indices),
     corners: part(about.corners), owners: part(about.owners), colors };
 }
 
@@ -21,7 +25,7 @@ function start() {
   const vertical = unit(scene.camera.up);
   const across = unit(cross(vertical, Math.abs(vertical[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0]));
   const ahead = cross(vertical, across);
-  const look = { color: 0, smooth: true, exposure: 1, marked: -1 };
+  const look = { color: 0, smooth: true, exposure: 1, turn: 0, marked: -1 };
   let target, distance, azimuth, elevation;
 
   function home() {
@@ -74,8 +78,10 @@ function start() {
   };
 
   function note() {
-    const { label, white } = scene.colors[look.color], value = white && (white / look.exposure).toPrecision(3);
-    find("note").textContent = white ? `${label}; white is ${value} ${scene.unit}` : label;
+    const { label, white, turns } = scene.colors[look.color];
+    const said = white ? [label, `white is ${(white / look.exposure).toPrecision(3)} ${scene.unit}`] : [label];
+    if (turns) said.push(`turned by ${Number(look.turn.toPrecision(4))}\u00b0`);
+    find("note").textContent = said.join("; ");
     find("exposure").disabled = !white;
   }
   function setColor(k) {
@@ -92,28 +98,32 @@ function start() {
     look.exposure = 2 ** stops;
     note(), redraw();
   }
+  function setTurn(degrees) {
+    find("turn").value = look.turn = ((degrees % 360) + 360) % 360;
+    note(), tell(), redraw();
+  }
   const numbers = (values, digits = 6) => Array.from(values, (v) => Number(v.toPrecision(digits))).join("  ");
-  function light(packed, scale) {
-    const step = 2 ** ((packed >>> 27) - 24) * scale;
-    return [packed & 511, (packed >>> 9) & 511, (packed >>> 18) & 511].map((v) => v * step);
+  // The values of the marked surfel.
+  function tell() {
+    const k = look.marked;
+    find("values").style.display = k < 0 ? "none" : "block";
+    if (k < 0) return;
+    const place = scene.places.subarray(4 * k, 4 * k + 3);
+    const lines = [
+      `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
+      `position     ${numbers(Array.from(place, (v, c) => v + scene.origin[c]))}`,
+      `radius       ${numbers([scene.places[4 * k + 3]])}`,
+    ];
+    for (const { kind, name, turns, data, white } of scene.colors) {
+      if (kind !== "light") continue;
+      const light = turns ? drawing.turning.at(name, k, look.turn) : unpackLight(data[k], white);
+      lines.push(`${name.padEnd(12)} ${numbers(light, 3)}`);
+    }
+    find("values").textContent = lines.join("\n");
   }
   function mark(k) {
     look.marked = k;
-    find("values").style.display = k < 0 ? "none" : "block";
-    if (k >= 0) {
-      const place = scene.places.subarray(4 * k, 4 * k + 3);
-      const lines = [
-        `${k < scene.surfels ? "surfel" : "lamp"} ${scene.indices[k]}`,
-        `position     ${numbers(Array.from(place, (v, c) => v + scene.origin[c]))}`,
-        `radius       ${numbers([scene.places[4 * k + 3]])}`,
-      ];
-      for (const color of scene.colors) {
-        if (color.kind !== "light") continue;
-        lines.push(`${color.name.padEnd(12)} ${numbers(light(color.data[k], color.white), 3)}`);
-      }
-      find("values").textContent = lines.join("\n");
-    }
-    redraw();
+    tell(), redraw();
   }
   const turn = (right, up) => {
     azimuth -= right;
@@ -165,6 +175,11 @@ function start() {
     "+": () => setExposure(Math.log2(look.exposure) + 0.5), "-": () => setExposure(Math.log2(look.exposure) - 0.5),
     0: () => (home(), redraw()),
   };
+  if (scene.turning) {
+    find("turned").hidden = find("turns").hidden = false;
+    keys[","] = () => setTurn(look.turn - 5);
+    keys["."] = () => setTurn(look.turn + 5);
+  }
   window.addEventListener("keydown", (event) => {
     if (!event.ctrlKey && !event.metaKey && !event.altKey && event.target.tagName !== "SELECT") keys[event.key]?.();
   });
@@ -172,9 +187,15 @@ function start() {
   find("color").addEventListener("change", () => setColor(find("color").selectedIndex));
   find("style").addEventListener("change", () => setStyle(find("style").value === "splats"));
   find("exposure").addEventListener("input", () => setExposure(Number(find("exposure").value)));
+  find("turn").addEventListener("input", () => {
+    const degrees = Number(find("turn").value);
+    setTurn(degrees);
+    find("turn").value = degrees; // what is dragged to the end stays there
+  });
   new ResizeObserver(redraw).observe(canvas);
 
-  // #azimuth=30&elevation=20&color=direct&style=disks&exposure=1: degrees beyond the first camera's azimuth, and stops.
+  // #azimuth=30&elevation=20&color=direct&style=disks&exposure=1&turn=90: degrees beyond the first camera's azimuth,
+  // stops, and degrees that the environment is turned by.
   function fromAddress() {
     home();
     const given = new URLSearchParams(location.hash.slice(1));
@@ -184,6 +205,7 @@ function start() {
     setColor(Math.max(0, scene.colors.findIndex((color) => color.name === given.get("color"))));
     setStyle(given.get("style") !== "disks");
     setExposure(Number(given.get("exposure") || 0));
+    if (scene.turning) setTurn(Number(given.get("turn") || 0));
     if (given.has("panel")) find("panel").style.display = given.get("panel") === "0" ? "none" : "block";
   }
   window.addEventListener("hashchange", fromAddress);

@@ -187,7 +187,19 @@ function makeDrawing(canvas, scene) {
   const corners = array([[scene.corners, 3, gl.FLOAT, false, 0], [owners, 1, gl.UNSIGNED_INT, false, 0]]);
   const nothing = gl.createVertexArray();
   const rows = Math.ceil(scene.count / WIDTH);
-  const colors = scene.colors.map(({ kind, data }) => {
+  // Light that turns with its environment: the texture of what was looked at last.
+  const turning = scene.turning && makeTurning(scene), turned = turning && new Float32Array(3 * WIDTH * rows);
+  const turnedTexture = turning && texture(0, gl.RGB32F, WIDTH, rows, gl.RGB, gl.FLOAT, turned);
+  let turnedAs = "";
+  function turn(color, degrees) {
+    const { name, white } = scene.colors[color], as = `${name} ${degrees}`;
+    if (as === turnedAs) return;
+    turnedAs = as;
+    turning.fill(name, degrees, white, turned);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, WIDTH, rows, gl.RGB, gl.FLOAT, turned);
+  }
+  const colors = scene.colors.map(({ kind, data, turns }) => {
+    if (turns) return turnedTexture;
     const padded = new Uint32Array(WIDTH * rows);
     padded.set(data);
     return kind === "light"
@@ -228,12 +240,14 @@ function makeDrawing(canvas, scene) {
   }
 
   return {
+    turning,
     // view: world to eye, by columns; lens: [1 / tan at the sides, 1 / tan above, near, far].
     draw(view, lens, look, finer) {
       const width = canvas.width, height = canvas.height;
       resize(finer * width, finer * height);
       gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(gl.TEXTURE_2D, colors[look.color]);
+      if (scene.colors[look.color].turns) turn(look.color, look.turn);
       gl.bindFramebuffer(gl.FRAMEBUFFER, targets.first);
       gl.viewport(0, 0, ...size);
       gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
