@@ -63,6 +63,7 @@ _HOME = {
     "solve_meshless": "solving.meshless",
     "spherical_harmonics": "solving.harmonics",
     "tone_map": "pictures.images",
+    "turn_environment": "viewing.turn_viewer",
     "turntable": "pictures.animation",
     "view": "viewing.viewer",
     "write_image": "pictures.images",

@@ -53,6 +53,7 @@ from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.viewing.lamp_viewer import move_lamps as move_lamps
 from surflux.viewing.page import Page as Page
+from surflux.viewing.turn_viewer import turn_environment as turn_environment
 from surflux.viewing.viewer import view as view
 
 __version__: str

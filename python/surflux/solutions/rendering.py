@@ -15,7 +15,7 @@ from surflux.pictures.camera import Camera, own_or_framing
 from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
-from surflux.solutions.towards import glossy
+from surflux.solutions.towards import glossy, towards_eye
 
 LAYERS = ("radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level")  # of a picture
 
@@ -51,6 +51,7 @@ class View:
             raise ValueError(f"camera: wanted a Camera or None, got {type(camera).__name__}")
         if camera.height is not None and isinstance(solution._field, BasisField):
             raise ValueError("camera: wanted one without height, for a meshless basis is drawn in perspective alone")
+        self.through = camera
         self.camera = (camera.eye, camera.target, camera.up, camera.fov, camera.height or 0.0)
         self.background = check.rgb("background", background)
         self.samples = check.count("samples", samples, 1, 8)
@@ -110,10 +111,7 @@ def by_index(index, values):
 
 
 def _splatted(solution, view, names, splat):
-    eye, target, *_, height = view.camera
-    # Of an orthographic camera all look the same way.
-    towards = np.subtract(eye, target if height else solution.surfels.points)
-    gloss = glossy(solution, np.broadcast_to(towards, solution.surfels.points.shape))
+    gloss = glossy(solution, towards_eye(solution.surfels.points, view.through))
     rho, emission = solution.surfels.reflectance, solution.surfels.emission
     everything = {  # values, and are lamps and the background seen?
         "radiance": (solution.radiosity / np.pi + gloss, True),

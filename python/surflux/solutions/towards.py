@@ -43,6 +43,12 @@ def radiance_towards(self: Any, directions: ArrayLike, *, threads: int | None = 
     return np.where((towards * self.surfels.normals).sum(axis=1)[:, None] > 0.0, radiance, 0.0)
 
 
+def towards_eye(points, camera):
+    """(n, 3) from each of points (n, 3) to where a Camera stands, of any length; of an orthographic one all alike."""
+    towards = np.subtract(camera.eye, points if camera.height is None else camera.target)
+    return np.broadcast_to(towards, points.shape)
+
+
 def glossy(solution, towards):
     """What lobes have of radiance_towards, for directions (n, 3), also of length 0, where it is 0; 0 of no lobes."""
     if solution._mirrored is None:

@@ -3,24 +3,15 @@
 from itertools import count
 from pathlib import Path
 
-from surflux.viewing.controls import Panel
 from surflux.viewing.lamps import STOPS, lamps_text
-from surflux.viewing.properties import LIGHTS
+from surflux.viewing.relit_controls import WIDTH, RelitControls
 
 KEYS = {
     "n": "choose the next lamp (N: the one before)",
     ",": "bring the lamp nearer (.: put it farther away)",
     "l": "a lamp more, in the middle",
     "r": "remove the lamp",
-    "d": "all light, direct alone, indirect alone",
-    "+": "brighter by half a stop (-: darker)",
-    "a": "adapt the exposure to the light that there is now",
-    "s": "disks, splats, points",
-    "b": "backs",
-    "0": "camera of the beginning",
     "w": "write the lamps into a file",
-    "h": "these keys",
-    "q": "close",
 }
 _NEARER = 0.9
 _SLIDERS = {  # of the chosen lamp: where each begins, its limits and its title
@@ -28,10 +19,9 @@ _SLIDERS = {  # of the chosen lamp: where each begins, its limits and its title
     "hue": (0.52, (0.0, 1.0), "lamp: hue"),
     "saturation": (0.77, (0.0, 1.0), "lamp: saturation"),
 }
-_WIDTH = 0.2
 
 
-class LampControls(Panel):
+class LampControls(RelitControls):
     """What a person does in a LampView.
 
     Args:
@@ -41,29 +31,17 @@ class LampControls(Panel):
     """
 
     def __init__(self, view, start=None, path=None):
-        super().__init__(view, KEYS, "drag a lamp: move it    click: pick a surfel    drag: turn    wheel: closer")
+        super().__init__(view, KEYS, "drag a lamp: move it", start)
         self._path = path
-        self.keys = {
+        self.keys |= {
             "n": lambda: self._change(view.choose, view.chosen + 1),
             "N": lambda: self._change(view.choose, view.chosen - 1),
             ",": lambda: view.nearer(_NEARER),
             ".": lambda: view.nearer(1.0 / _NEARER),
             "l": lambda: self._change(view.add),
             "r": lambda: self._change(view.remove),
-            "d": lambda: view.set_light(LIGHTS[(LIGHTS.index(view.light) + 1) % len(LIGHTS)]),
-            "+": lambda: self.expose(view.stops + 0.5),
-            "-": lambda: self.expose(view.stops - 0.5),
-            "a": view.adapt,
-            "s": self.next_style,
-            "b": lambda: view.show_backs(view.culling),
-            "0": lambda: view.frame(start),
             "w": lambda: self.hand(self._write, ""),
-            "h": self.list_keys,
         }
-        self.take_mouse()
-        self.slider(
-            "exposure", 0.02, (-6.0, 6.0), view.stops, view.set_exposure, "exposure, stops", "always", width=_WIDTH
-        )
         for name, (left, limits, title) in _SLIDERS.items():
             self._lamp_slider(name, left, limits, title)
         view.hold(self._dragged, self._dropped)
@@ -77,8 +55,8 @@ class LampControls(Panel):
 
         lamp = self.view.lamp()
         value = 0.0 if lamp is None else getattr(lamp, name)
-        self.slider(name, left, limits, value, changed, title, "always", width=_WIDTH)
-        self.sliders[name].AddObserver("EndInteractionEvent", lambda *_: self._full())
+        self.slider(name, left, limits, value, changed, title, "always", width=WIDTH)
+        self.sliders[name].AddObserver("EndInteractionEvent", lambda *_: self.in_full())
 
     def _change(self, function, *arguments):
         """Calls a function after which another lamp may be the chosen one, whose the sliders are then."""
@@ -100,11 +78,7 @@ class LampControls(Panel):
     def _dropped(self, index):
         if index != self.view.chosen:  # clicked, and not moved
             self._change(self.view.choose, index)
-        self._full()
-
-    def _full(self):
-        self.view.relight()
-        self.view.plotter.render()
+        self.in_full()
 
     def _write(self, _camera):
         """Writes the lamps, as load_lamps and scene files have them; what to say."""

@@ -8,7 +8,7 @@ from typing import Literal
 
 from surflux._base import check
 from surflux._base.types import FilePath, Size
-from surflux.drawing.plots import Picture, camera_or_none, destination, in_a_cell, in_notebook, quiet_vtk, window_size
+from surflux.drawing.plots import Picture, camera_or_none, destination, in_a_cell, in_notebook, window_size
 from surflux.pictures.camera import Camera
 from surflux.scenes.lights import LIGHTS, Light
 from surflux.solving.local_transfer import LocalTransfer
@@ -73,17 +73,9 @@ def move_lamps(
     path = destination(screenshot)
     from surflux.viewing.lamp_controls import LampControls
     from surflux.viewing.lamp_window import LampView
+    from surflux.viewing.relit_window import show_window
 
-    with quiet_vtk():
-        view = LampView(transfer, lights, style=style, stops=stops, size=size, off_screen=path is not None)
-        try:
-            view.frame(camera)
-            if path is None:
-                LampControls(view, view.subject.framed(size) if camera is None else camera)
-                view.plotter.show()
-            else:
-                view.plotter.render()
-                view.plotter.screenshot(path)
-        finally:
-            view.plotter.close()
-    return path
+    def make(off_screen):
+        return LampView(transfer, lights, style=style, stops=stops, size=size, off_screen=off_screen)
+
+    return show_window(make, LampControls, camera, path)

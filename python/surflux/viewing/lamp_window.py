@@ -1,86 +1,48 @@
 """The window in which lamps are moved: what it shows, without the mouse and the keys."""
 
-from time import perf_counter
-
 import numpy as np
 
 from surflux.drawing.clicks import sight_ray
 from surflux.scenes.lights import PointLight
 from surflux.viewing.lamps import Lamp
-from surflux.viewing.subject import Subject
-from surflux.viewing.window import SceneView
+from surflux.viewing.relit_window import RelitView
 
-_SMOOTH_UP_TO = 100_000  # surfels whose colours run into each other, unless a style is chosen
 _RADIUS, _CHOSEN = 0.015, 1.5  # of a lamp, over the extent, and of the chosen one over that of others
 _QUICK = {"probes": 1, "penumbra_rays": 1, "shadow_rays": 4096}  # of light while something is dragged
 
 
-class LampView(SceneView):
-    """A view of a scene under lamps that can be changed.
+class LampView(RelitView):
+    """A view of a scene under lamps that can be changed; while one is dragged, direct light is found by one ray.
 
     Args:
-        transfer: Transfer.
+        transfer: LocalTransfer.
         lights: list of lights; None for one point light in the middle, that lights the walls about as a lamp does.
-        style, stops, size, off_screen: see SceneView; style None for what is quick enough.
+        options: see RelitView.
 
     Attributes:
         lamps: list of Lamp. chosen: index of the one that sliders and keys change.
         handles: the vtkSphereWidget of each lamp that has a place, by index, since `hold`.
-        seconds: that the last relighting took.
     """
 
-    def __init__(self, transfer, lights, *, style=None, stops=0.0, size=(800, 600), off_screen=False):
+    def __init__(self, transfer, lights, **options):
         self.transfer = transfer
-        self.chosen, self.handles, self._held, self._spheres, self._shown_white = 0, {}, None, 0, None
+        self.chosen, self.handles, self._held, self._spheres = 0, {}, None, 0
         lights = [middle_light(transfer.scene)] if lights is None else lights
-        start = perf_counter()
-        solution = transfer.relight(lights)
-        self.seconds = perf_counter() - start
+        solution = self.timed(transfer.relight, lights)  # which refuses what is no lamp
         self.lamps = [Lamp.of(light) for light in lights]
-        if style is None:
-            style = "splats" if len(solution.surfels) <= _SMOOTH_UP_TO else "disks"
-        subject = Subject(solution)
-        super().__init__(subject, color="radiosity", style=style, stops=stops, size=size, off_screen=off_screen)
-        self._say_lamp()
-        self.describe(self.shown())
+        super().__init__(solution, **options)
 
     def lights(self):
         """The lights as they are now."""
         return [lamp.light for lamp in self.lamps]
 
-    def white(self):
-        """Stays from one light to the next, until `adapt`: what becomes brighter is to look brighter."""
-        if self._shown_white is None:
-            self._shown_white = super().white()
-        return self._shown_white
-
-    def adapt(self):
-        """Shows the brightest percent of the light that there is now as white."""
-        self._shown_white = None
-        self.redraw()
-
-    def relight(self, quick=False):
-        """Finds the light of the lamps and shows it. quick: direct light by one ray, for what is being dragged."""
-        if self.picked is not None:
-            self.pick(None)
-        start = perf_counter()
-        solution = self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
-        self.seconds = perf_counter() - start
-        self.subject.solution, self.subject.lamps = solution, list(solution._lamps)
-        self._kept = None
-        self._draw_lamps()
-        self._say_lamp()
-        if quick:  # in place: nothing but colours changes
-            mesh, shown = self._shape.mesh, self.shown()
-            (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"][:] = self.spread(shown)
-            self.describe(shown)
-        else:
-            self.redraw()
+    def found(self, quick):
+        return self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
 
     def choose(self, index):
         """Makes a lamp the one that sliders and keys change."""
         self.chosen = index % len(self.lamps) if self.lamps else 0
-        self._say_lamp()
+        self.say_light()
         self._draw_lamps()
         self.describe(self.shown())
 
@@ -127,7 +89,7 @@ class LampView(SceneView):
             self.plotter.remove_actor(f"lamp {index}", render=False)
         self._draw_lamps()
 
-    def _say_lamp(self):
+    def say_light(self):
         lamp = self.lamp()
         if lamp is None:
             self.note = "no lamp"

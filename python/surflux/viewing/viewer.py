@@ -139,15 +139,19 @@ def camera_writer(window, file):
 
 
 def page_writer(window, file):
-    """Writes a page of what a SceneView shows into the working folder, beside those that are there, and says so."""
+    """Writes a page of what a SceneView shows, and says where."""
     stem = "surflux" if file is None else Path(file).stem
 
     def write(camera):
-        names = (f"{stem}.html" if k == 1 else f"{stem}-{k}.html" for k in count(1))
-        path = next(path for path in map(Path, names) if not path.exists())
         subject = window.subject
         thing = subject.solution or subject.scene or subject.surfels
-        Page(thing, values=subject.values, camera=camera, title=stem).save(path)
-        return f"{path.resolve()}: {path.stat().st_size / 1e6:.1f} MB"
+        return save_page(Page(thing, values=subject.values, camera=camera, title=stem), stem)
 
     return write
+
+
+def save_page(page, stem):
+    """Writes a Page into the working folder, beside those that are there, and says so."""
+    names = (f"{stem}.html" if k == 1 else f"{stem}-{k}.html" for k in count(1))
+    path = page.save(next(path for path in map(Path, names) if not path.exists()))
+    return f"{path.resolve()}: {path.stat().st_size / 1e6:.1f} MB"

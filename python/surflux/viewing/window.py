@@ -113,7 +113,11 @@ class SceneView:
 
     def white(self):
         """What is shown as white at 0 stops, whatever part of the light is on."""
-        return white_of(property_of(self.subject, self.color).values)
+        return white_of(self.whole().values)
+
+    def whole(self):
+        """The Shown of the colour that is chosen, in all light, whatever part of it is on."""
+        return property_of(self.subject, self.color)
 
     def _white(self, shown):
         return self.white() if shown.kind == "light" else None

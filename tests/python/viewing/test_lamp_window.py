@@ -7,6 +7,7 @@ from test_view_controls import drag_slider
 import surflux as sf
 from interactor import click_pixel, press
 from surflux.drawing import plots
+from surflux.viewing import relit_controls
 from surflux.viewing.lamp_controls import KEYS, LampControls
 from surflux.viewing.lamp_window import LampView
 from surflux.viewing.lamps import Lamp, lamps_text
@@ -148,7 +149,7 @@ def test_keys_change_lamps(window, transfer):
     controls.sliders["hue"].GetRepresentation().SetValue(0.5)
     press(view, "l")
     assert shown_radiosity(view).any()
-    assert set(controls.keys) | {"q"} == set(KEYS) | {"N", ".", "-"}
+    assert set(controls.keys) | {"q"} == set(KEYS) | set(relit_controls.KEYS) | {"N", ".", "-"}
 
 
 def test_white_stays_until_it_adapts(window):
