@@ -90,6 +90,7 @@ def _check_options(options):
         "threads": check.count,
         "samples": lambda name, value: check.count(name, value, 1, 8),
         "turntable": check.count,
+        "turn": lambda name, value: check.number(name, value, -1e6, 1e6),
         "fps": lambda name, value: check.number(name, value, 0.0, 1000.0, low_open=True),
         "stops": lambda name, value: check.number(name, value, -100.0, 100.0),
         "smallest": check.count,

@@ -65,13 +65,22 @@ def command_line(runs, cloud_limit):
     _fps_option(render)
     _common_options(render)
 
-    relight = command("relight", "Move the lamps of a scene: in a window, or on a path to pictures, a film or files.")
+    text = "Move the lamps of a scene, or turn its environment: in a window, or to pictures, a film, files or a page."
+    relight = command("relight", text)
     relight.add_argument("input", metavar="SCENE|TRANSFER", help="a scene (.toml), or what Transfer.save wrote of one")
     relight.add_argument("-o", "--output", metavar="OUT.ply", help="write relit surfels (frames: a pattern, %%04d.ply)")
     relight.add_argument("--path", metavar="LIGHTS.toml", help="keyframes of lamps (default: the scene's own lamps)")
+    text = "turn this environment, a lat-long image with row 0 towards --up, or that of the scene"
+    relight.add_argument("--environment", metavar="IMAGE|scene", help=text)
+    text = "turn the environment so far to begin with, counter-clockwise seen from the tip of its up"
+    relight.add_argument("--turn", type=float, metavar="DEGREES", help=text)
+    text = "N frames of an environment once around: --image is a film (.mp4, .gif) or a pattern, frames/%%04d.png"
+    relight.add_argument("--turntable", type=int, metavar="N", help=text)
+    text = "write a page in which a slider turns the environment, in any browser"
+    relight.add_argument("--export", metavar="OUT.html", help=text)
     relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
     relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
-    relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 512)")
+    relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 256)")
     relight.add_argument("--seed", type=int, help="of everything random")
     relight.add_argument("--screenshot", metavar="OUT.png", help="write a picture of the window instead of opening it")
     _image_options(relight, "write a film (.mp4, .gif), a pattern of pictures, frames/%%04d.png, or one picture")

@@ -2,28 +2,34 @@
 
 from pathlib import Path
 
-import numpy as np
-
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
-from surflux._base.warn import warn
 from surflux.cli.pictures import camera_of, check_images, write_images
+from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
+from surflux.viewing.page import page_path
 
 TRANSFER = ".transfer"  # the suffix of what Transfer.save writes
 
 
 def run(options):
     """One `surflux relight`: a dict for programs and lines of text."""
-    off_screen = bool(options.image or options.output)
-    frames = None if options.path is None else sf.load_lamps(options.path)
-    _refuse_options(options, off_screen, 1 if frames is None else len(frames))
-    transfer = transfer_of(options)
-    scene = transfer.scene
-    frames = [_own_lamps(options.input, scene)] if frames is None else frames
+    settings = _settings(options)
+    transfer = sf.load_transfer(options.input) if _is_transfer(options) else None
+    lights = _lights_of(options, transfer)
+    off_screen = bool(options.image or options.output or options.export)
+    _refuse_options(options, off_screen, lights.count)
+    scene = transfer.scene if transfer else sf.load_scene(options.input, threads=options.threads, progress=True)
     camera = camera_of(options, scene.surfels, scene.camera)
+    lights.take(scene, off_screen)
+    if options.export is not None and camera.height is not None:
+        raise ValueError("--export: wanted a camera without height, for a page is drawn in perspective alone")
+    if transfer is None:
+        transfer = sf.precompute_transfer(scene, lights.lighting, **settings, progress=True)
+    if options.bounces is not None:
+        transfer.bounces = None if options.bounces == "all" else options.bounces
     result = {
         "input": options.input,
         "surfels": len(scene.surfels),
@@ -31,54 +37,56 @@ def run(options):
         "links": transfer.links,
         "bytes": transfer.nbytes,
         "timings": transfer.timings,
-        "frames": len(frames),
+        "frames": lights.count,
     }
     lines = [f"{check.counted(result['surfels'], 'surfel')}, {transfer}"]
     if not off_screen:
-        path = sf.move_lamps(
-            transfer, frames[0], camera=camera, stops=options.stops, size=options.size, screenshot=options.screenshot
-        )
+        look = {"stops": options.stops, "size": options.size, "screenshot": options.screenshot}
+        path = lights.window(transfer, camera=camera, **look)
         return result | {"picture": path}, lines + ([] if path is None else [f"picture: {path}"])
-    if not any(frames) and not np.any(scene.surfels.emission):
-        raise ValueError(f"{options.input}: has no lamps; --path LIGHTS.toml gives it some")
-    outputs = _saved(transfer, frames, options)
-    images = _drawn(transfer, frames, camera, options)
+    outputs = _saved(transfer, lights, options)
+    images = _drawn(transfer, lights, camera, options)
     result |= {"outputs": outputs, "images": images}
     lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
+    if options.export is not None:
+        page = lights.page(transfer, camera, scene.name or Path(options.input).stem).save(options.export)
+        result["page"] = page
+        lines.append(f"page: {page} ({page.stat().st_size / 1e6:.1f} MB)")
     return result, lines
 
 
-def transfer_of(options):
-    """The Transfer of a file of one, or of a scene, for which it is found first."""
-    path = Path(options.input)
+def _is_transfer(options):
+    return Path(options.input).suffix.lower() == TRANSFER
+
+
+def _settings(options):
+    """What precompute_transfer is given; refused of what is precomputed."""
     settings = {name: getattr(options, name) for name in ("epsilon_t", "rays", "seed")}
     settings = {name: value for name, value in settings.items() if value is not None}
-    if path.suffix.lower() == TRANSFER:
-        if set(settings) - {"seed"}:
-            raise ValueError(f"--{min(settings).replace('_', '-')}: is for a scene; {path} is precomputed")
-        transfer = sf.load_transfer(path)
-    else:
-        scene = sf.load_scene(path, threads=options.threads, progress=True)
-        transfer = sf.precompute_transfer(scene, **settings, progress=True)
-    if options.bounces is not None:
-        transfer.bounces = None if options.bounces == "all" else options.bounces
-    return transfer
+    if _is_transfer(options) and set(settings) - {"seed"}:
+        name = min(set(settings) - {"seed"}).replace("_", "-")
+        raise ValueError(f"--{name}: is for a scene; {options.input} is precomputed")
+    return settings
 
 
-def _own_lamps(name, scene):
-    """The scene's lamps; what is no lamp is left out, and told."""
-    lamps = [light for light in scene.lights if not isinstance(light, sf.Environment)]
-    if len(lamps) < len(scene.lights):
-        warn(f"{name}: its environment is left out, for transfer is that of lamps")
-    return lamps
+def _lights_of(options, transfer):
+    """What is asked to change: lamps, or an environment."""
+    if isinstance(transfer, sf.SkyTransfer):
+        wanted = "wanted one of lamps or of distant light"
+        raise ValueError(f"{options.input}: is a transfer of skies, which `SkyTransfer.relight` takes; {wanted}")
+    if isinstance(transfer, sf.DistantTransfer) or options.environment is not None:
+        return TurningEnvironment(options, transfer)
+    return MovingLamps(options)
 
 
 def _refuse_options(options, off_screen, frames):
     """Refuses, before any work, what would only be found out after it."""
     if off_screen and options.screenshot is not None:
-        raise ValueError("--screenshot: is the window's; wanted without --image and -o")
+        raise ValueError("--screenshot: is the window's; wanted without --image, -o and --export")
     if options.screenshot is not None:
         picture_path("--screenshot", options.screenshot)
+    if options.export is not None:
+        require_place(page_path("--export", options.export))
     for image in options.image or []:
         if _is_series(image):
             check_target(image, "--image")
@@ -96,23 +104,19 @@ def _is_series(image):
     return Path(image).suffix.lower() in FILMS or "%" in image
 
 
-def _seed(options):
-    return 0 if options.seed is None else options.seed
-
-
-def _saved(transfer, frames, options):
+def _saved(transfer, lights, options):
     if options.output is None:
         return []
     paths = []
-    for k, lights in enumerate(frames, start=1):
-        path = options.output % k if len(NUMBER.findall(options.output)) == 1 else options.output
+    for k in range(lights.count):
+        path = options.output % (k + 1) if len(NUMBER.findall(options.output)) == 1 else options.output
         require_place(path)
-        transfer.relight(lights, seed=_seed(options)).save(path)
+        lights.relit(transfer, k).save(path)
         paths.append(path)
     return paths
 
 
-def _drawn(transfer, frames, camera, options):
+def _drawn(transfer, lights, camera, options):
     """Paths of the films and pictures written."""
     settings = {
         "samples": options.samples,
@@ -122,22 +126,11 @@ def _drawn(transfer, frames, camera, options):
     paths = []
     single = [image for image in options.image or [] if not _is_series(image)]
     if single:
-        solution = transfer.relight(frames[0], seed=_seed(options), progress=True)
-        write_images(solution, camera, options, single, **settings)
+        write_images(lights.relit(transfer, 0), camera, options, single, **settings)
         paths += single
     for image in options.image or []:
         if _is_series(image):
             tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
-            paths += sf.animate_lamps(
-                transfer,
-                frames,
-                image,
-                options.size,
-                camera=camera,
-                seed=_seed(options),
-                fps=options.fps,
-                progress=True,
-                **tone,
-                **settings,
-            )
+            film = {"camera": camera, "fps": options.fps, "progress": True}
+            paths += lights.film(transfer, image, options.size, **film, **tone, **settings)
     return [str(path) for path in paths]

@@ -1,0 +1,104 @@
+"""What changes in `surflux relight`: lamps that move, or an environment that turns."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import surflux as sf
+from surflux._base.warn import warn
+from surflux.solving.turning_light import TurningLight
+
+OWN = "scene"  # as an environment: that of the scene
+
+
+class MovingLamps:
+    """Lamps, frame by frame: of --path, or those of the scene.
+
+    Attributes:
+        lighting: of precompute_transfer.
+        count: of frames.
+    """
+
+    lighting = "local"
+
+    def __init__(self, options):
+        for name in ("turntable", "turn", "export"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name}: goes with --environment, or with a transfer of distant light")
+        self._name, self._seed = options.input, 0 if options.seed is None else options.seed
+        self._frames = None if options.path is None else sf.load_lamps(options.path)
+        self.count = 1 if self._frames is None else len(self._frames)
+
+    def take(self, scene, off_screen):
+        """Takes the lamps of the scene, where there are no others, before anything is found of it."""
+        if self._frames is None:
+            lamps = [light for light in scene.lights if not isinstance(light, sf.Environment)]
+            if len(lamps) < len(scene.lights):
+                warn(f"{self._name}: its environment is left out, for transfer is that of lamps (see --environment)")
+            self._frames = [lamps]
+        if off_screen and not any(self._frames) and not np.any(scene.surfels.emission):
+            raise ValueError(f"{self._name}: has no lamps; --path LIGHTS.toml gives it some")
+
+    def relit(self, transfer, k):
+        """The Solution of frame k, from 0 on."""
+        return transfer.relight(self._frames[k], seed=self._seed, progress=True)
+
+    def window(self, transfer, **options):
+        return sf.move_lamps(transfer, self._frames[0], **options)
+
+    def film(self, transfer, path, size, **options):
+        return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, **options)
+
+
+class TurningEnvironment:
+    """An environment, once around in the frames of --turntable: of --environment, or that of the scene.
+
+    Attributes: those of MovingLamps.
+    """
+
+    lighting = "distant"
+
+    def __init__(self, options, transfer):
+        self._name, self._turn = options.input, 0.0 if options.turn is None else options.turn
+        if isinstance(transfer, sf.LocalTransfer):
+            made = 'sf.precompute_transfer(scene, "distant") makes one that takes it'
+            raise ValueError(f"--environment: {options.input} is a transfer of lamps; {made}")
+        if options.path is not None:
+            raise ValueError("--path: is for lamps; an environment is turned by --turntable")
+        if transfer is not None and options.seed is not None:
+            raise ValueError(f"--seed: is for a scene; {options.input} is precomputed")
+        if options.turntable is not None and not (options.image or options.output):
+            raise ValueError("--turntable: wants an --image: a film (.mp4, .gif), or a pattern such as frames/%04d.png")
+        self.count = 1 if options.turntable is None else options.turntable
+        self._environment = self._light = None
+        if options.environment not in (None, OWN):
+            up = (0.0, 0.0, 1.0) if options.up is None else options.up
+            self._environment = self._turned(sf.Environment(options.environment, up))
+
+    def _turned(self, environment):
+        return replace(environment, azimuth=environment.azimuth + self._turn) if self._turn else environment
+
+    def take(self, scene, off_screen):
+        """Takes the environment of the scene, where there is no other, before anything is found of it."""
+        own = [light for light in scene.lights if isinstance(light, sf.Environment)]
+        if self._environment is None:
+            if len(own) != 1:
+                has = f"{len(own)} environments" if own else "no environment"
+                raise ValueError(f"--environment: wanted an image, for {self._name} has {has} of its own")
+            self._environment = self._turned(own[0])
+        if len(own) < len(scene.lights):
+            warn(f"{self._name}: its lamps are left out, for transfer is that of distant light")
+
+    def relit(self, transfer, k):
+        """The Solution of frame k, from 0 on."""
+        self._light = self._light or TurningLight(transfer, self._environment)
+        return self._light.relight(360.0 * k / self.count)
+
+    def window(self, transfer, **options):
+        return sf.turn_environment(transfer, self._environment, **options)
+
+    def film(self, transfer, path, size, **options):
+        return sf.animate_environment(transfer, self._environment, path, size, frames=self.count, **options)
+
+    def page(self, transfer, camera, title):
+        return sf.Page(transfer, environment=self._environment, camera=camera, title=title)
