@@ -33,6 +33,9 @@ solution.render(backgrounds=0.0)  # refused
 solution.render(layers=True).mean()  # refused
 solution.render(layers="depth")  # refused
 sf.Page(solution, colors="radiosity")  # refused
+sf.Page(sf.precompute_transfer(scene), environment=1.0)  # refused
+sf.animate_environment(sf.precompute_transfer(scene), [1.0], "a.gif")  # refused
+sf.turn_environment(sf.precompute_transfer(scene, "distant"))  # refused
 solution.per_face("normals")  # refused
 solution.irradiance_at([[0, 0, 0]])  # refused
 solution.save(1)  # refused

@@ -131,6 +131,10 @@ assert_type(sf.animate_lamps(transfer, path, "lamp%02d.png", exposure="auto"), l
 moved = sf.animate_lamps(transfer, [point, [point, spot]], "lamp.gif", (80, 60), camera=camera, bounces=2, samples=1)
 assert_type(moved, list[Path])
 sf.move_lamps(transfer, [point, spot], camera=camera, stops=1.0, style="disks", screenshot="lamps.png")
+turned_sky = sf.animate_environment(distant, sky, "sky.gif", (80, 60), frames=8, turns=0.5, specular=0.2, samples=1)
+assert_type(turned_sky, list[Path])
+assert_type(sf.animate_environment(distant, np.ones(25), "sky%02d.png", axis=[0, 1, 0], camera=camera), list[Path])
+sf.turn_environment(distant, sky, axis=(0, 1, 0), camera=camera, stops=1.0, style="disks", screenshot="sky.png")
 
 # solutions
 assert_type(solution.surfels, sf.Surfels)
@@ -159,6 +163,7 @@ assert_type(sf.write_image("out.png", layers, exposure="auto", stops=-1.0), Path
 assert_type(sf.read_image("out.exr", layer="depth"), NDArray[np.float32])
 assert_type(sf.tone_map(picture, exposure=2.0, filmic=False), NDArray[np.float32])
 page = sf.Page(solution, colors=["radiosity"], values={"mine": np.ones(4)})
+assert_type(sf.Page(distant, environment=sky, axis=[0, 1, 0], colors=["radiosity"]), sf.Page)
 assert_type(page.html(), str)
 assert_type(page.save("page.html"), Path)
 sf.view(scene, style="splats", screenshot="view.png")
