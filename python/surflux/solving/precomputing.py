@@ -124,8 +124,8 @@ def precompute_transfer(
         levels, radius: of the basis, as in `solve_meshless`.
         rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
         senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
-        region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those alone
-            ("local"). None for anywhere in the air, hollow walls, too.
+        region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those
+            alone ("local"). None for anywhere in the air, hollow walls, too.
         patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
         max_memory: bytes for the operator and for finding it, beside the scene, as far as they can be told before (to
             a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
