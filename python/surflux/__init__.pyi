@@ -51,6 +51,8 @@ from surflux.solving.reference import reference_irradiance as reference_irradian
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
+from surflux.splats.gaussian_files import load_gaussians as load_gaussians
+from surflux.splats.gaussians import Gaussians as Gaussians
 from surflux.viewing.lamp_viewer import move_lamps as move_lamps
 from surflux.viewing.page import Page as Page
 from surflux.viewing.turn_viewer import turn_environment as turn_environment

@@ -159,6 +159,17 @@ def test_solutions(folder):
     assert refused > 200
 
 
+def test_gaussians(folder):
+    rng = np.random.default_rng(0)
+    arrays = rng.normal(size=(3, 3)), rng.uniform(0.1, 1.0, (3, 3)), rng.normal(size=(3, 4)), rng.uniform(0, 1, 3)
+    gaussians = sf.Gaussians(*arrays, rng.normal(size=(3, 4, 3)))
+    for ending in (".ply", ".glb", ".gltf"):
+        whole = gaussians.save(f"whole{ending}").read_bytes()
+        good, refused = counts(sf.load_gaussians, folder / f"a{ending}", [whole], 300)
+        assert good > 5
+        assert refused > 100
+
+
 def test_images(folder):
     for name in ("a.exr", "a.hdr", "a.png"):
         sf.write_image(name, np.linspace(0.0, 1.0, 180).reshape(6, 10, 3))

@@ -27,6 +27,9 @@ WRITERS = {
     "view.png": lambda s, path: sf.view(s, screenshot=path, size=(40, 30)),
     "operator.npz": lambda s, path: sf.form_factor_operator(s._scene, rays=16).save(path),
     "room.transfer": lambda s, path: sf.precompute_transfer(s._scene, levels=1, rays=16).save(path),
+    "gaussians.ply": lambda s, path: sf.Gaussians.of(s).save(path),
+    "gaussians.glb": lambda s, path: sf.Gaussians.of(s).save(path),
+    "gaussians.gltf": lambda s, path: sf.Gaussians.of(s).save(path),
     "scene.toml": lambda _, path: sf.save_camera(path, CAMERA),
 }
 

@@ -40,5 +40,8 @@ solution.per_face("normals")  # refused
 solution.irradiance_at([[0, 0, 0]])  # refused
 solution.save(1)  # refused
 sf.load_solution(solution)  # refused
+sf.Gaussians.of(floor)  # refused
+sf.Gaussians.of(solution, color_space="sRGB")  # refused
+sf.load_gaussians("room.glb", (0, 1, 0))  # refused
 sf.write_image("out.png", "picture", exposure="bright")  # refused
 sf.reed("scan.ply")  # refused

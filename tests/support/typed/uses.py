@@ -157,6 +157,16 @@ assert_type(sf.camera_path([camera, plan], 20, closed=True), list[sf.Camera])
 assert_type(solution.save("solved.ply"), Path)
 assert_type(sf.load_solution(Path("solved.ply")), sf.Solution)
 
+# Gaussians
+gaussians = sf.Gaussians.of(solution, degree=3, exposure=2.0, stops=-1, color_space="linear", progress=watch)
+assert_type(gaussians, sf.Gaussians)
+assert_type(gaussians.harmonics, Floats)
+assert_type(gaussians.degree, int)
+assert_type(gaussians.colors_towards([0, 0, 1]), Floats)
+assert_type(gaussians.save("room.glb", up=(0, 1, 0)), Path)
+assert_type(sf.load_gaussians(Path("room.glb"), up=[0, 1, 0]), sf.Gaussians)
+sf.Gaussians(np.zeros((1, 3)), [[1, 1, 1]], [[1, 0, 0, 0]], [0.5], np.zeros((1, 4, 3)), color_space="srgb")
+
 # pictures and views
 assert_type(sf.write_image("out.exr", picture, depth=layers["depth"]), Path)
 assert_type(sf.write_image("out.png", layers, exposure="auto", stops=-1.0), Path)
