@@ -18,7 +18,7 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
 from surflux.cli.options import command_line
-from surflux.cli.pictures import camera_of, check_images, write_images
+from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.pictures.animation import check_target
 from surflux.scenes.options import TRANSPORTS
 from surflux.solutions.solution_file import holds_solution
@@ -268,7 +268,9 @@ def _check_cloud(options):
 
 
 def _render(options):
-    images = options.image or [_default_image(Path(options.input))]
+    images = options.image or ([] if options.gaussians else [_default_image(Path(options.input))])
+    if options.gaussians:
+        check_gaussians(options.gaussians)
     if options.turntable is None:
         check_images(images)
     elif not options.image:
@@ -284,8 +286,11 @@ def _render(options):
         "culling": not options.both_sides,
         "threads": options.threads,
     }
+    if options.gaussians:
+        write_gaussians(solution, options)
     if options.turntable is None:
-        write_images(solution, camera, options, images, **settings)
+        if images:
+            write_images(solution, camera, options, images, **settings)
     else:
         tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
         cameras = sf.turntable(camera, options.turntable)
@@ -297,8 +302,12 @@ def _render(options):
             )
         ]
     if options.json:
-        return _print_json({"input": options.input, "images": [str(image) for image in images]})
-    print("\n".join(f"picture: {image}" for image in images))
+        files = {"gaussians": options.gaussians} if options.gaussians else {}
+        return _print_json({"input": options.input, "images": [str(image) for image in images], **files})
+    if options.gaussians:
+        print(f"Gaussians: {options.gaussians}")
+    for image in images:
+        print(f"picture: {image}")
     return 0
 
 

@@ -56,13 +56,15 @@ def command_line(runs, cloud_limit):
     _viewpoint_option(check)
     _common_options(check)
 
-    render = command("render", "Pictures of a solved file.")
+    render = command("render", "Pictures of a solved file, or Gaussians for viewers.")
     render.add_argument("input", metavar="OUT.ply")
     _image_options(render)
     _quality_options(render)
     text = "N cameras around what it looks at: --image is a film (.mp4, .gif) then, or a pattern, frames/%%04d.png"
     render.add_argument("--turntable", type=int, metavar="N", help=text)
     _fps_option(render)
+    text = "write Gaussians for viewers of Gaussian splatting; a picture then only with --image"
+    render.add_argument("--gaussians", metavar="OUT.glb|OUT.ply", help=text)
     _common_options(render)
 
     text = "Move the lamps of a scene, or turn its environment: in a window, or to pictures, a film, files or a page."

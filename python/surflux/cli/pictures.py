@@ -1,4 +1,4 @@
-"""What commands that draw have in common: single pictures, and the camera of the command line."""
+"""What commands that draw have in common: single pictures, Gaussians, and the camera of the command line."""
 
 from pathlib import Path
 
@@ -22,6 +22,20 @@ def write_images(solution, camera, options, images, **settings):
     for image in images:
         tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
         sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
+
+
+def check_gaussians(path):
+    """Refuses what is no name of a file of Gaussians."""
+    if Path(path).suffix.lower() not in (".ply", ".glb", ".gltf"):
+        raise ValueError(f"--gaussians: wanted a name ending in .ply, .glb or .gltf, got {str(path)!r}")
+    require_place(path)
+
+
+def write_gaussians(solution, options):
+    """Exposed as the options say; in glTF, what is up in pictures is up."""
+    gaussians = sf.Gaussians.of(solution, exposure=options.exposure, stops=options.stops, progress=True)
+    up = None if Path(options.gaussians).suffix.lower() == ".ply" else options.up
+    gaussians.save(options.gaussians, up=up)
 
 
 def camera_of(options, surfels, default):

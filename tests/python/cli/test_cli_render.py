@@ -81,6 +81,25 @@ def test_a_film(solved, run):
     assert (status, out) == (0, "picture: a.mp4\n")
 
 
+def test_gaussians_alone(solved, run, tmp_path):
+    """Exposed as told, and y up in glTF; no picture, for which there may be no OpenGL."""
+    said = run("render", "a.ply", "--gaussians", "a.glb", "--exposure", "0.4", "--stops", 1)
+    assert said == (0, "Gaussians: a.glb\n", "")
+    found, told = sf.load_gaussians("a.glb"), sf.Gaussians.of(solved, exposure=0.8)
+    np.testing.assert_allclose(found.positions, told.positions, atol=1e-6)
+    np.testing.assert_allclose(found.harmonics, told.harmonics, atol=1e-6)
+    assert not (tmp_path / "a.png").exists()
+    run("render", "a.ply", "--gaussians", "b.gltf", "--up", "0,1,0")
+    np.testing.assert_allclose(sf.load_gaussians("b.gltf", up=(0, 1, 0)).positions, told.positions, atol=1e-6)
+
+
+def test_gaussians_beside_a_picture(solved, run):
+    status, out, _ = run("render", "a.ply", "--gaussians", "g.ply", "--image", "a.png", "--size", "40x30", "--json")
+    assert (status, json.loads(out)) == (0, {"input": "a.ply", "images": ["a.png"], "gaussians": "g.ply"})
+    assert len(sf.load_gaussians("g.ply")) == len(solved.surfels)
+    assert shown("a.png").shape == (30, 40, 3)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -94,6 +113,8 @@ def test_a_film(solved, run):
         (["--turntable", "4", "--image", "a.png"], "--image: wanted a pattern for numbered pictures"),
         (["--turntable", "4", "--image", "a.avi"], "--image: wanted a name ending in .mp4"),
         (["--turntable", "4", "--image", "none/%d.png"], "there is no folder"),
+        (["--gaussians", "a.splat"], "--gaussians: wanted a name ending in .ply, .glb or .gltf, got 'a.splat'"),
+        (["--gaussians", "none/a.glb"], "there is no folder"),
         (["--image", "a.mp4"], "--image: wanted a name ending in .exr, .png or .hdr"),
     ],
 )
