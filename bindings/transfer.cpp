@@ -164,7 +164,8 @@ void bind_operator(py::class_<Transfer>& to) {
 
 void bind_transfer(py::module_& module) {
     PYBIND11_NUMPY_DTYPE(TransportOperator::Row, begin, end, per_ray, u, v);
-    PYBIND11_NUMPY_DTYPE(TransportOperator::Link, sender, first, second, u, v);
+    PYBIND11_NUMPY_DTYPE(TransportOperator::Slope, u, v);
+    PYBIND11_NUMPY_DTYPE(SenderSamples::Sample, x, y, z, normal_x, normal_y, normal_z, surfel);
     PYBIND11_NUMPY_DTYPE(SparseRows::Entry, column, weight);
     PYBIND11_NUMPY_DTYPE(SenderGroups::Node, parent, child, area, radius, alike, weight);
     PYBIND11_NUMPY_DTYPE(SkyIrradiance::Entry, patch, share);

@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "surflux/core/available_memory.h"
+#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
-#include "surflux/core/random.h"
 #include "surflux/lights/hemisphere_row.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/placed_basis.h"
@@ -15,7 +15,10 @@
 #include "surflux/solution/stopwatch.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/function_means.h"
+#include "surflux/transfer/group_oracle.h"
 #include "surflux/transfer/operator_memory.h"
+#include "surflux/transfer/own_rows.h"
+#include "surflux/transfer/pack_rows.h"
 #include "surflux/transfer/places_in_air.h"
 #include "surflux/transfer/row_shooter.h"
 #include "surflux/transfer/sky_irradiance.h"
@@ -34,9 +37,8 @@ constexpr int check_rays = 128;       // that tell whether the basis is off at a
 constexpr double most_own = 0.25;     // rows of such surfels, of as many as receivers have
 constexpr int most_repeats = 2;       // of receivers of clouds (PlacedBasis)
 constexpr double widest_mean = 1.0;   // as SurfelMeans has it
-constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
-                        sky_stream = 0x4e6f;
+                        sky_stream = 0x4e6f, group_stream = 0x5f80;
 
 class OperatorBuilder {
 public:
@@ -81,7 +83,7 @@ public:
                 break;
             }
             shoot(receivers_.add(children, stage("gathering")));
-            test_->receive(out_, received_);
+            test_->receive(shot_, received_);
         }
         for (int k = 0; k < most_repeats; ++k) repeat();
         number_functions();
@@ -89,6 +91,7 @@ public:
             means_at_surfels(placed_.means(), basis_, number_, scene_.surfels.size(), stage("projection"));
         watch_.lap("projection");
         give_rows_to_surfels();
+        pack_rows(shot_, order_, out_);
         watch_.lap("surfels");
         out_.at_groups = means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas);
         watch_.lap("projection");
@@ -137,7 +140,12 @@ private:
             placed_.means().for_functions(i, [&](std::uint32_t j, double weight) { path += weight * of_function[j]; });
             of_surfel.push_back(std::max(0.0, path));
         }
-        out_.senders = SenderGroups(scene_, out_.areas, of_surfel, options_.senders, stage("grouping"));
+        const GroupOracle oracle(scene_.surfels, points_, tracer_,
+                                 options_.lighting != OperatorOptions::Lighting::local, options_.seed + group_stream);
+        const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
+            return oracle.unlikeness(members, count, stream);
+        };
+        out_.senders = SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, stage("grouping"));
         out_.samples =
             sample_senders(scene_, points_, out_.areas, out_.senders, options_.samples, options_.seed + sample_stream);
         watch_.lap("grouping");
@@ -156,7 +164,7 @@ private:
     }
     // When more receivers have shot so many rays each.
     OperatorMemory memory_with(const std::vector<int>& rays) const {
-        return {scene_.surfels.size(), placed_.means().weights(), test_size(), out_, rays};
+        return {scene_.surfels.size(), placed_.means().weights(), test_size(), out_.senders.size(), shot_, rays};
     }
 
     // Rows of receivers that have none, in the order in which these are numbered.
@@ -164,7 +172,7 @@ private:
         std::vector<Place> places;
         for (const std::uint32_t j : fresh) places.push_back(place_of(j));
         const RowShooter shooter(points_, tracer_, out_.senders, options_.seed);
-        shooter.add(places, ray_counts(fresh), out_, stage("gathering"));
+        shooter.add(places, ray_counts(fresh), shot_, stage("gathering"));
         watch_.lap("gathering");
     }
 
@@ -185,16 +193,16 @@ private:
         if (options_.lighting == Lighting::distant)
             test_ = std::make_unique<VisibilityTest>(tracer_, options_.seed + sky_stream);
         else if (options_.lighting == Lighting::sky)
-            test_ = std::make_unique<SkyTest>(tracer_, out_, scene_.surfels.normals, reflectance(),
+            test_ = std::make_unique<SkyTest>(tracer_, out_.senders, out_.samples, reflectance(),
                                               options_.seed + sky_stream);
         else
-            test_ = std::make_unique<TestLights>(compiled_, out_, reflectance(), test_lamps(), weights, options_.seed,
-                                                 stage("test lights"));
-        test_->receive(out_, received_);
+            test_ = std::make_unique<TestLights>(compiled_, out_.senders, out_.samples, shot_, reflectance(),
+                                                 test_lamps(), weights, options_.seed, stage("test lights"));
+        test_->receive(shot_, received_);
         if (options_.lighting == Lighting::sky) {
             test_->normalize(received_, weights);
             received_ = {};
-            test_->receive(out_, received_);
+            test_->receive(shot_, received_);
         }
         watch_.lap("test lights");
     }
@@ -243,7 +251,7 @@ private:
                         off = std::max(off, test_->mean_square(difference.data()));
                     }
                 }
-                chosen[k] = is_off(off, allowed, received_.variance[row]);
+                chosen[k] = RowTest::is_off(off, allowed, received_.variance[row]);
             }
         });
         std::vector<std::uint32_t> out;
@@ -251,19 +259,29 @@ private:
             if (chosen[k]) out.push_back(from + k);
         return out;
     }
-    static bool is_off(double mean_square, double allowed, float variance) {
-        return mean_square > allowed * allowed + significance * significance * static_cast<double>(variance);
-    }
 
-    // Functions that are receivers, numbered through, and their parents.
+    // Functions that are receivers, numbered through, with their rows and parents: level by level, neighbours near each
+    // other, so that what is read one after another is.
     void number_functions() {
         number_.assign(basis_.size(), Receivers::none);
         out_.level_begin.assign(1, 0);
+        std::vector<std::uint32_t> row_number(shot_.rows.size(), Receivers::none);
         for (std::size_t level = 0; level < basis_.levels(); ++level) {
+            std::vector<std::uint32_t> active;
+            std::vector<Vec3> positions;
             for (std::uint32_t j = basis_.first(level); j < basis_.first(level + 1); ++j) {
                 if (!receivers_.has(j)) continue;
+                active.push_back(j);
+                positions.push_back(basis_.position(j));
+            }
+            for (const std::uint32_t k : morton_order(positions)) {
+                const std::uint32_t j = active[k], row = receivers_.row(j);
+                if (row_number[row] == Receivers::none) {
+                    row_number[row] = static_cast<std::uint32_t>(order_.size());
+                    order_.push_back(row);
+                }
                 number_[j] = static_cast<std::uint32_t>(out_.receiver_of.size());
-                out_.receiver_of.push_back(receivers_.row(j));
+                out_.receiver_of.push_back(row_number[row]);
                 receivers_.for_parents(j, [&](std::uint32_t parent, double weight) {
                     if (number_[parent] != Receivers::none)
                         out_.parents.entries.push_back({number_[parent], static_cast<float>(weight)});
@@ -274,74 +292,68 @@ private:
         }
     }
 
-    // Surfels on which rays contradict the basis, those first that make most of its error. Each gets a row of its own.
+    // Coefficients of what the test tells of the rows, by the numbers that functions have now.
+    std::vector<float> test_coefficients() const {
+        const std::size_t n = test_->size();
+        std::vector<float> values(shot_.rows.size() * n), out;
+        for (std::size_t k = 0; k < order_.size(); ++k)
+            std::copy_n(received_.values.data() + order_[k] * n, n, values.data() + k * n);
+        out_.coefficients(values, n, out);
+        return out;
+    }
+
+    // Surfels on which rays contradict the basis get rows of their own, those that are alike one together, which is the
+    // finest function there.
     void give_rows_to_surfels() {
-        struct Off {
-            std::uint32_t surfel;
-            double error;
-        };
-        const std::size_t n = scene_.surfels.size(), channels = test_->size();
-        std::vector<float> coefs;
-        out_.coefficients(received_.values, channels, coefs);
-        std::vector<Off> off;
+        const std::size_t n = scene_.surfels.size();
+        OwnRowOptions own{options_.epsilon, check_rays, std::min(options_.rays, 2 * least_rays),
+                          static_cast<std::size_t>(most_own * static_cast<double>(order_.size()))};
         const std::vector<Place> places = places_of(scene_.surfels);
         const RowShooter few(points_, tracer_, out_.senders, options_.seed + check_stream);
-        const Progress progress = stage("surfels");
-        constexpr std::size_t batch = 8192;
-        for (std::size_t first = 0; first < n; first += batch) {
-            report(progress, first, n);
-            std::vector<Place> asked;
-            for (std::size_t i = first; i < std::min(n, first + batch); ++i)
-                if (out_.areas[i] > 0.0) asked.push_back(places[i]);
-            TransportOperator own;
-            few.add(asked, std::vector<int>(asked.size(), check_rays), own, {});
-            RowTest::Received received;
-            test_->receive(own, received);
-            parallel_for(asked.size(), 64, [&](std::size_t k) {
-                const std::uint32_t i = asked[k].surfel;
-                float* difference = received.values.data() + k * channels;
-                out_.at_surfels.for_row(i, [&](std::uint32_t function, float weight) {
-                    const float* by_basis = coefs.data() + function * channels;
-                    for (std::size_t c = 0; c < channels; ++c) difference[c] -= weight * by_basis[c];
-                });
-            });
-            for (std::size_t k = 0; k < asked.size(); ++k) {
-                const double square = test_->mean_square(received.values.data() + k * channels);
-                const auto variance = static_cast<double>(received.variance[k]);
-                if (is_off(square, options_.epsilon, received.variance[k]))
-                    off.push_back({asked[k].surfel, out_.areas[asked[k].surfel] * (square - variance)});
-            }
-        }
-        std::sort(off.begin(), off.end(), [](const Off& a, const Off& b) {
-            return a.error > b.error || (a.error == b.error && a.surfel < b.surfel);
-        });
-        off.resize(std::min(off.size(), static_cast<std::size_t>(most_own * static_cast<double>(out_.rows.size()))));
-        const int own_rays = std::min(options_.rays, 2 * least_rays);
-        const std::size_t fitting = std::min(off.size(), memory_with({}).room_for(max_memory_, own_rays));
-        out_.left_out += off.size() - fitting;
-        off.resize(fitting);
-        std::vector<Place> own;
-        for (const Off& one : off) own.push_back(places[one.surfel]);
-        const std::size_t before = out_.rows.size();
+        const ContradictedSurfels contradicted = find_contradicted(places, out_.areas, few, *test_, out_.at_surfels,
+                                                                   test_coefficients(), own, stage("surfels"));
+        const std::size_t room = memory_with({}).room_for(max_memory_, own.rays);
+        out_.left_out += room < own.most ? contradicted.surfels.size() : 0;
+        own.most = std::min(own.most, room);
+        const std::vector<Cluster> clusters =
+            cluster_alike(scene_, out_.areas, contradicted, *test_, own, stage("surfels"));
+        const std::size_t before = shot_.rows.size();
         const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream);
-        shooter.add(own, std::vector<int>(own.size(), own_rays), out_, progress);
-        SparseRows all;
+        std::vector<Place> middles;
+        for (const Cluster& cluster : clusters) middles.push_back(places[cluster.middle]);
+        shooter.add(middles, std::vector<int>(middles.size(), own.rays), shot_, stage("surfels"));
+        test_->receive(shot_, received_);
         std::vector<std::uint32_t> function(n, Receivers::none);
-        for (std::size_t k = 0; k < own.size(); ++k) {
-            function[own[k].surfel] = static_cast<std::uint32_t>(out_.receiver_of.size());
-            out_.receiver_of.push_back(static_cast<std::uint32_t>(before + k));
+        for (std::size_t k = 0; k < clusters.size(); ++k) {
+            const auto number = static_cast<std::uint32_t>(out_.receiver_of.size());
+            out_.receiver_of.push_back(static_cast<std::uint32_t>(order_.size()));
+            order_.push_back(static_cast<std::uint32_t>(before + k));
             out_.parents.end_row();
+            for (const std::uint32_t member : clusters[k].members)
+                if (is_better(before + k, contradicted, member)) function[contradicted.surfels[member]] = number;
         }
         out_.level_begin.push_back(static_cast<std::uint32_t>(out_.receiver_of.size()));
+        SparseRows all;
         for (std::size_t i = 0; i < n; ++i) {
             if (function[i] != Receivers::none)
                 all.entries.push_back({function[i], 1.0f});
             else
-                for (std::uint32_t k = out_.at_surfels.begin[i]; k < out_.at_surfels.begin[i + 1]; ++k)
-                    all.entries.push_back(out_.at_surfels.entries[k]);
+                out_.at_surfels.for_row(i, [&](std::uint32_t of, float weight) {
+                    all.entries.push_back({of, weight});
+                });
             all.end_row();
         }
         out_.at_surfels = std::move(all);
+    }
+    // Is a row nearer to what rays say of a surfel than the basis is?
+    bool is_better(std::size_t row, const ContradictedSurfels& contradicted, std::size_t member) const {
+        const std::size_t n = test_->size();
+        std::vector<float> difference(n);
+        for (std::size_t c = 0; c < n; ++c)
+            difference[c] = contradicted.received[member * n + c] - received_.values[row * n + c];
+        const double square = test_->mean_square(difference.data()) -
+                              static_cast<double>(contradicted.variance[member] + received_.variance[row]);
+        return square * out_.areas[contradicted.surfels[member]] < contradicted.error[member];
     }
 
     const CompiledScene& compiled_;
@@ -355,6 +367,8 @@ private:
     MultilevelBasis basis_;
     PlacedBasis placed_;
     Receivers receivers_;
+    ShotRows shot_;
+    std::vector<std::uint32_t> order_;  // of rows, in the operator
     TransportOperator out_;
     std::vector<double> free_path_;  // of each row of the first level
     std::unique_ptr<RowTest> test_;

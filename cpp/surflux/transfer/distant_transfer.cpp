@@ -39,14 +39,15 @@ public:
         std::fill_n(out, 3 * reflected, 0.0);
         Rgb irradiance;
         for (std::uint32_t l = row.begin; l < row.end; ++l) {
-            const TransportOperator::Link& link = transport_.links[l];
-            const Vec3 local = normalized({static_cast<double>(link.u), static_cast<double>(link.v),
-                                           static_cast<double>(TransportOperator::slope_scale)});
+            const TransportOperator::Link link = transport_.links[l];
+            const TransportOperator::Slope slope = transport_.slopes[l];
+            const Vec3 local = normalized({static_cast<double>(slope.u), static_cast<double>(slope.v),
+                                           static_cast<double>(ShotRows::slope_scale)});
             basis_.evaluate(frame.to_world(local), above);
             basis_.evaluate(frame.to_world({local.x, local.y, -local.z}), below);
-            const double share = static_cast<double>(row.per_ray) * (link.first + link.second);
+            const double share = static_cast<double>(row.per_ray * TransportOperator::rays_of(link));
             for (std::size_t c = 0; c < 3; ++c) {
-                const auto arrived = share * static_cast<double>(sent[3 * link.sender + c]);
+                const auto arrived = share * static_cast<double>(sent[colors * TransportOperator::sender(link) + c]);
                 irradiance[static_cast<int>(c)] += arrived;
                 for (std::size_t i = 0; i < reflected; ++i) out[3 * i + c] += arrived / local.z * (above[i] + below[i]);
             }
@@ -128,7 +129,7 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
     const SphericalHarmonics cosine_basis(IncidentLight::distant_order);
     const ReflectedLight reflections(*operator_);
     const std::vector<double> cosine = lobe_bands(1.0, IncidentLight::distant_order);
-    std::vector<float> light(rows * channels), irradiance(3 * rows);
+    std::vector<float> light(rows * channels), irradiance(colors * rows, 0.0f);
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
         const auto count = static_cast<Eigen::Index>(end - begin);
         Matrix visible(static_cast<Eigen::Index>(seen), count);
@@ -151,15 +152,15 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
                 double sum = 0.0;
                 for (std::size_t i = 0; i < distant; ++i)
                     sum += at[i] * static_cast<double>(light[k * channels + 3 * i + c]);
-                irradiance[3 * k + c] = static_cast<float>(sum);
+                irradiance[colors * k + c] = static_cast<float>(sum);
             }
         }
     });
     std::vector<float> coefs, direct;
-    operator_->coefficients(irradiance, 3, coefs);
-    operator_->receive(coefs, 3, direct);
+    operator_->coefficients(irradiance, colors, coefs);
+    operator_->receive(coefs, colors, direct);
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_->areas);
-    const std::vector<float> sent = sent_after(bounces, *operator_, 3, emission_, own, direct);
+    const std::vector<float> sent = sent_after(bounces, *operator_, colors, emission_, own, direct);
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
         double found[3 * reflected];
         for (std::size_t k = begin; k < end; ++k) {

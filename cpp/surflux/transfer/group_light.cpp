@@ -7,88 +7,157 @@
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/emitter.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr std::size_t grain = 64;  // groups whose rays are traced together
+constexpr std::size_t grain = 64;  // nodes whose rays are traced together
 constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2;
 
 }  // namespace
 
-std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, const std::vector<float>& reflectance,
-                                          const GroupLightOptions& options) const {
-    const Tracer& tracer = scene_.tracer();
-    const Surfels& s = scene_.scene().surfels;
+struct GroupLight::Unoccluded {
+    std::vector<float> kernels;  // of each sample
+    std::vector<Vec3> from;      // where its shadow ray ends; empty where that is one place for all
+    Vec3 from_all;
+    std::vector<float> means;  // kernels, by leaf
+    std::vector<float> power;  // that each node would send
+};
+
+struct GroupLight::Shot {
+    std::uint32_t node;
+    std::uint32_t rays;  // more than one of leaves alone
+};
+
+GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples)
+    : scene_(scene), groups_(groups), samples_(samples), number_(groups.size(), 0) {
+    for (std::uint32_t k = 0; k < groups.leaves.size(); ++k) number_[groups.leaves[k]] = k;
+}
+
+GroupLight::Unoccluded GroupLight::unoccluded(const Emitter& light, const std::vector<float>& reflectance,
+                                              std::uint64_t seed) const {
     const std::size_t leaves = groups_.leaves.size(), n = samples_.of_leaf;
-    std::vector<float> out(3 * groups_.size(), 0.0f);
-    std::vector<float> kernels(leaves * n), power(leaves), stands_for(leaves);
-    std::vector<Vec3> from(leaves * n);
-    const auto emitters = emitters_of(lights);
-    for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
-        parallel_for(leaves, grain, [&](std::size_t leaf) {
-            EvenPoints even(2, options.seed + light_stream, leaf);
+    Unoccluded out;
+    out.kernels.resize(leaves * n);
+    out.means.resize(leaves);
+    out.power.resize(groups_.size());
+    if (light.extended) out.from.resize(leaves * n);
+    if (leaves > 0) out.from_all = light.arrival(samples_.position(0), samples_.normal(0), 0.5, 0.5).from;
+    parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t leaf = begin; leaf < end; ++leaf) {
+            EvenPoints even(2, seed + light_stream, leaf);
             double sum = 0.0;
             for (std::size_t p = leaf * n; p < (leaf + 1) * n; ++p) {
-                const double* u = even.next();
+                const double* u = light.extended ? even.next() : nullptr;
                 const Arrival arrival =
-                    light->arrival(samples_.positions[p], s.normals[samples_.surfels[p]], u[0], u[1]);
-                kernels[p] = static_cast<float>(arrival.kernel);
-                from[p] = arrival.from;
+                    light.arrival(samples_.position(p), samples_.normal(p), u ? u[0] : 0.5, u ? u[1] : 0.5);
+                out.kernels[p] = static_cast<float>(arrival.kernel);
+                if (light.extended) out.from[p] = arrival.from;
                 sum += arrival.kernel;
             }
             const std::size_t node = groups_.leaves[leaf];
             double reflected = 0.0;
             for (int c = 0; c < 3; ++c)
-                reflected += light->color[c] * static_cast<double>(reflectance[3 * node + static_cast<std::size_t>(c)]);
-            power[leaf] = static_cast<float>(static_cast<double>(groups_.nodes[node].area) * reflected * sum);
-        });
-        double all = 0.0;
-        for (const float p : power) all += static_cast<double>(p);
-        const double rays_by_power = all > 0.0 ? static_cast<double>(options.rays) / all : 0.0;
-        parallel_blocks(leaves, grain, [&](std::size_t begin, std::size_t end) {
+                reflected +=
+                    light.color[c] * static_cast<double>(reflectance[colors * node + static_cast<std::size_t>(c)]);
+            out.means[leaf] = static_cast<float>(sum / static_cast<double>(n));
+            out.power[node] = groups_.nodes[node].area * static_cast<float>(reflected) * out.means[leaf];
+        }
+    });
+    for (std::size_t k = groups_.size(); k-- > 0;)
+        if (const SenderGroups::Node& node = groups_.nodes[k]; !node.is_leaf())
+            out.power[k] = out.power[node.child] + out.power[node.child + 1];
+    return out;
+}
+
+// A cut through the tree below which each node has a ray or, of leaves, more.
+std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::size_t rays) const {
+    std::vector<Shot> out;
+    const double all = groups_.size() > 0 ? static_cast<double>(light.power[0]) : 0.0;
+    if (!(all > 0.0)) return out;
+    std::vector<std::uint32_t> open{0};
+    while (!open.empty()) {
+        const std::uint32_t k = open.back();
+        open.pop_back();
+        const SenderGroups::Node& node = groups_.nodes[k];
+        const double wanted = static_cast<double>(rays) * static_cast<double>(light.power[k]) / all;
+        if (wanted == 0.0) continue;
+        if (node.is_leaf() || wanted <= 1.0) {
+            const std::size_t most = node.is_leaf() ? samples_.of_leaf : 1;
+            out.push_back({k, static_cast<std::uint32_t>(
+                                  std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most))});
+        } else {
+            open.push_back(node.child + 1);
+            open.push_back(node.child);
+        }
+    }
+    return out;
+}
+
+// Samples that the rays of a node leave, drawn by what they would send.
+void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed,
+                     std::vector<std::size_t>& samples) const {
+    Random random(seed + ray_stream, shot.node);
+    std::uint32_t at = shot.node;
+    while (!groups_.nodes[at].is_leaf()) {
+        const std::uint32_t child = groups_.nodes[at].child;
+        at = child + (random.uniform() * static_cast<double>(light.power[at]) >=
+                              static_cast<double>(light.power[child]) &&
+                      light.power[child + 1] > 0.0f);
+    }
+    const std::size_t n = samples_.of_leaf;
+    const float* kernel = light.kernels.data() + number_[at] * n;
+    const double sum = static_cast<double>(light.means[number_[at]]) * static_cast<double>(n);
+    const double offset = random.uniform();
+    double up_to = static_cast<double>(kernel[0]);
+    for (std::size_t k = 0, p = 0; k < shot.rays; ++k) {
+        const double to = (static_cast<double>(k) + offset) / static_cast<double>(shot.rays) * sum;
+        while ((up_to <= to || kernel[p] == 0.0f) && p + 1 < n) up_to += static_cast<double>(kernel[++p]);
+        samples.push_back(number_[at] * n + p);
+    }
+}
+
+std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, const std::vector<float>& reflectance,
+                                          const GroupLightOptions& options) const {
+    const Tracer& tracer = scene_.tracer();
+    const Surfels& s = scene_.scene().surfels;
+    std::vector<float> out(colors * groups_.size(), 0.0f);
+    const auto emitters = emitters_of(lights);
+    for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
+        const Unoccluded all = unoccluded(*light, reflectance, options.seed);
+        const std::vector<Shot> shots = plan(all, options.rays);
+        parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
+            std::vector<std::size_t> samples;
             std::vector<Ray> rays;
             std::vector<char> free;
-            std::vector<std::size_t> first{0};
-            for (std::size_t leaf = begin; leaf < end; ++leaf) {
-                const float* kernel = kernels.data() + leaf * n;
-                double sum = 0.0;
-                for (std::size_t p = 0; p < n; ++p) sum += static_cast<double>(kernel[p]);
-                if (sum > 0.0) {
-                    Random random(options.seed + ray_stream, leaf);
-                    const double wanted = rays_by_power * static_cast<double>(power[leaf]);
-                    const bool is_asked = wanted >= 1.0 || random.uniform() < wanted;
-                    stands_for[leaf] = is_asked && wanted < 1.0 ? static_cast<float>(1.0 / wanted) : 1.0f;
-                    const std::size_t count =
-                        is_asked ? std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, n) : 0;
-                    const double offset = random.uniform();
-                    double up_to = static_cast<double>(kernel[0]);
-                    for (std::size_t k = 0, p = 0; k < count; ++k) {
-                        const double at = (static_cast<double>(k) + offset) / static_cast<double>(count) * sum;
-                        while (up_to <= at && p + 1 < n) up_to += static_cast<double>(kernel[++p]);
-                        const std::uint32_t i = samples_.surfels[leaf * n + p];
-                        const Departure place{samples_.positions[leaf * n + p], s.normals[i], i};
-                        const Vec3& to = from[leaf * n + p];
-                        rays.push_back(light->distant ? Ray{place, to} : segment(place, to));
-                    }
-                }
-                first.push_back(rays.size());
+            for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
+            for (const std::size_t p : samples) {
+                const std::uint32_t i = samples_.samples[p].surfel;
+                const Departure place{samples_.position(p), s.normals[i], i};
+                const Vec3& to = light->extended ? all.from[p] : all.from_all;
+                rays.push_back(light->distant ? Ray{place, to} : segment(place, to));
             }
             tracer.free(rays, free);
-            for (std::size_t leaf = begin; leaf < end; ++leaf) {
-                const std::size_t k = leaf - begin, count = first[k + 1] - first[k];
-                if (count == 0) continue;
-                double sum = 0.0, arrived = 0.0;
-                for (std::size_t p = leaf * n; p < (leaf + 1) * n; ++p) sum += static_cast<double>(kernels[p]);
-                for (std::size_t r = first[k]; r < first[k + 1]; ++r) arrived += free[r] != 0;
-                const double mean = static_cast<double>(stands_for[leaf]) * sum / static_cast<double>(n) * arrived /
-                                    static_cast<double>(count);
-                for (int c = 0; c < 3; ++c)
-                    out[3 * groups_.leaves[leaf] + static_cast<std::size_t>(c)] +=
-                        static_cast<float>(mean * light->color[c]);
+            std::vector<std::uint32_t> below;
+            for (std::size_t k = begin, r = 0; k < end; ++k) {
+                float arrived = 0.0f;
+                for (const std::size_t last = r + shots[k].rays; r < last; ++r) arrived += free[r] != 0 ? 1.0f : 0.0f;
+                if (arrived == 0.0f) continue;
+                const float share = arrived / static_cast<float>(shots[k].rays);
+                for (below.assign(1, shots[k].node); !below.empty();) {
+                    const std::uint32_t node = below.back();
+                    below.pop_back();
+                    if (!groups_.nodes[node].is_leaf()) {
+                        below.push_back(groups_.nodes[node].child);
+                        below.push_back(groups_.nodes[node].child + 1);
+                        continue;
+                    }
+                    const float mean = share * all.means[number_[node]];
+                    for (int c = 0; c < 3; ++c)
+                        out[colors * node + static_cast<std::size_t>(c)] += mean * static_cast<float>(light->color[c]);
+                }
             }
         });
     }

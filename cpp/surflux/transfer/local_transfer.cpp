@@ -34,17 +34,17 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     std::vector<float> direct(emission_.size(), 0.0f);
     if (options.bounces != 0) direct = light.irradiance(lights, own, {options.shadow_rays, options.seed});
     std::vector<float> values, coefs;
-    const std::vector<float> all = sent_after(options.bounces, operator_, 3, emission_, own, direct);
+    const std::vector<float> all = sent_after(options.bounces, operator_, colors, emission_, own, direct);
     operator_.gather_tilted(all, values);
-    operator_.coefficients(values, 3 * TransportOperator::tilted_channels, coefs);
+    operator_.coefficients(values, TransportOperator::tilted_channels, coefs);
     const Surfels& s = scene_->scene().surfels;
     std::vector<Rgb> out(s.size());
-    operator_.at_surfels.multiply(coefs, 3 * TransportOperator::tilted_channels, [&](std::size_t i, const float* sum) {
+    operator_.at_surfels.multiply(coefs, TransportOperator::tilted_channels, [&](std::size_t i, const float* sum) {
         const Vec3& n = s.normals[i];
         for (int c = 0; c < 3; ++c)
-            out[i][c] =
-                std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[3 + c]) +
-                                  n.y * static_cast<double>(sum[6 + c]) + n.z * static_cast<double>(sum[9 + c]));
+            out[i][c] = std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[colors + c]) +
+                                          n.y * static_cast<double>(sum[2 * colors + c]) +
+                                          n.z * static_cast<double>(sum[3 * colors + c]));
     });
     return out;
 }

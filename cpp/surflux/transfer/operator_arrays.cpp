@@ -47,8 +47,9 @@ void require_receivers(const TransportOperator& of, std::size_t surfels) {
     for (const TransportOperator::Row& row : of.rows)
         require(row.begin <= row.end && row.end <= of.links.size() && all_finite(row.per_ray, row.u, row.v),
                 "rows: wanted rows of links and finite numbers");
-    for (const TransportOperator::Link& link : of.links)
-        require(link.sender < of.senders.size(), "links: wanted senders below ", of.senders.size());
+    for (const TransportOperator::Link link : of.links)
+        require(TransportOperator::sender(link) < of.senders.size(), "links: wanted senders below ", of.senders.size());
+    require(of.slopes.size() == of.links.size(), "slopes: wanted those of ", of.links.size(), " links");
 }
 
 void require_functions(const TransportOperator& of, std::size_t surfels) {
@@ -83,11 +84,16 @@ void require_senders(const SenderGroups& senders, std::size_t surfels) {
 }
 
 void require_samples(const SenderSamples& samples, std::size_t leaves, std::size_t surfels) {
-    const std::size_t n = samples.positions.size();
-    require(samples.surfels.size() == n && (leaves == 0 ? n == 0 : n % leaves == 0 && n / leaves == samples.of_leaf),
-            "sample_positions: wanted ", samples.of_leaf, " for each of ", leaves, " leaves");
-    require_finite("sample_positions", samples.positions);
-    require_below("sample_surfels", samples.surfels, surfels);
+    const std::size_t n = samples.samples.size();
+    require(leaves == 0 ? n == 0 : n % leaves == 0 && n / leaves == samples.of_leaf, "samples: wanted ",
+            samples.of_leaf, " for each of ", leaves, " leaves");
+    require(samples.origin.size() == 1, "sample_origin: wanted one place");
+    require_finite("sample_origin", samples.origin);
+    for (const SenderSamples::Sample& sample : samples.samples) {
+        require(all_finite(sample.x, sample.y, sample.z, sample.normal_x, sample.normal_y, sample.normal_z),
+                "samples: wanted finite numbers");
+        require(sample.surfel < surfels, "samples: wanted surfels below ", surfels);
+    }
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ void for_arrays(Operator& of, const Visit& visit) {
     visit("surfels", of.surfels);
     visit("rows", of.rows);
     visit("links", of.links);
+    visit("slopes", of.slopes);
     visit("receiver_of", of.receiver_of);
     visit("level_begin", of.level_begin);
     visit("parents_begin", of.parents.begin);
@@ -26,8 +27,8 @@ void for_arrays(Operator& of, const Visit& visit) {
     visit("nodes", of.senders.nodes);
     visit("leaf_of_surfel", of.senders.leaf_of_surfel);
     visit("leaves", of.senders.leaves);
-    visit("sample_positions", of.samples.positions);
-    visit("sample_surfels", of.samples.surfels);
+    visit("sample_origin", of.samples.origin);
+    visit("samples", of.samples.samples);
     visit("areas", of.areas);
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "surflux/core/error.h"
+#include "surflux/transfer/sender_groups.h"
 
 namespace surflux {
 
@@ -16,12 +17,12 @@ constexpr double of_surfel = 80.0, of_weight = 68.0;
 
 }  // namespace
 
-OperatorMemory::OperatorMemory(std::size_t surfels, std::size_t weights, std::size_t test_lights,
-                               const TransportOperator& so_far, const std::vector<int>& rays)
+OperatorMemory::OperatorMemory(std::size_t surfels, std::size_t weights, std::size_t test_lights, std::size_t nodes,
+                               const ShotRows& so_far, const std::vector<int>& rays)
     : surfels_(static_cast<double>(surfels)),
       weights_(static_cast<double>(weights)),
       test_lights_(static_cast<double>(test_lights)),
-      nodes_(static_cast<double>(so_far.senders.size())),
+      nodes_(static_cast<double>(nodes)),
       links_per_ray_(so_far.rays > 0 ? static_cast<double>(so_far.links.size()) / static_cast<double>(so_far.rays)
                                      : 1.0),
       receivers_(static_cast<double>(so_far.rows.size() + rays.size())),
@@ -31,9 +32,9 @@ OperatorMemory::OperatorMemory(std::size_t surfels, std::size_t weights, std::si
 double OperatorMemory::bytes() const {
     const double of_lights = sizeof(float) * test_lights_;  // what a place receives of each
     // Links are copied where their array grows; receivers have values and coefficients.
-    return surfels_ * of_surfel + weights_ * of_weight +
-           receivers_ * (sizeof(TransportOperator::Row) + 2.0 * (sizeof(Vec3) + of_lights)) +
-           2.0 * sizeof(TransportOperator::Link) * links_ + nodes_ * (sizeof(SenderGroups::Node) + of_lights);
+    return surfels_ * (of_surfel + of_lights) + weights_ * of_weight +
+           receivers_ * (sizeof(ShotRows::Row) + 2.0 * (sizeof(Vec3) + of_lights)) +
+           2.0 * sizeof(ShotRows::Link) * links_ + nodes_ * (sizeof(SenderGroups::Node) + of_lights);
 }
 
 bool OperatorMemory::fits(double max_memory) const {

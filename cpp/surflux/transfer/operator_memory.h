@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "surflux/transfer/transport_operator.h"
+#include "surflux/transfer/shot_rows.h"
 
 namespace surflux {
 
@@ -11,9 +11,9 @@ namespace surflux {
 // is within a quarter of what was measured on 2568 to 396 410 surfels.
 class OperatorMemory {
 public:
-    // `weights` of functions at surfels.
-    OperatorMemory(std::size_t surfels, std::size_t weights, std::size_t test_lights, const TransportOperator& so_far,
-                   const std::vector<int>& rays);
+    // `weights` of functions at surfels, `nodes` of senders.
+    OperatorMemory(std::size_t surfels, std::size_t weights, std::size_t test_lights, std::size_t nodes,
+                   const ShotRows& so_far, const std::vector<int>& rays);
 
     double bytes() const;
     // Also with the 32 bits by which rows know their links and entries.

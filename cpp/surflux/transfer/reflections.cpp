@@ -44,7 +44,7 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, s
             for (std::size_t c = 0; c < channels; ++c) {
                 const std::size_t k = channels * node + c;
                 if (bounce == 1) received[k] += direct[k];
-                sent[k] = reflectance[3 * node + c % 3] * received[k];
+                sent[k] = reflectance[colors * node + c % colors] * received[k];
                 all[k] += sent[k];
             }
         });

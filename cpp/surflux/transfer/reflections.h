@@ -9,7 +9,7 @@
 namespace surflux {
 
 // What senders send all in all, by node: what is emitted, and so many reflections of it and of the direct irradiance of
-// the leaves. Each is `channels` interleaved values, three for each of several lights, of `reflectance` three for all.
+// the leaves. Each is `channels` interleaved values, `colors` for each of several lights, of `reflectance` for all.
 // `bounces` < 0: until what another would bring is no thousandth.
 std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
                               const std::vector<float>& emission, const std::vector<float>& reflectance,

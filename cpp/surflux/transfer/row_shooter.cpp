@@ -10,11 +10,10 @@ namespace surflux {
 
 namespace {
 
-using Link = TransportOperator::Link;
+using Link = ShotRows::Link;
 
 constexpr std::uint64_t ray_stream = 0x7a51;
-constexpr double grazing = 0.25;           // cosine below which cones are taken to be no wider
-constexpr std::size_t most_in_half = 255;  // of one link
+constexpr double grazing = 0.25;  // cosine below which cones are taken to be no wider
 
 }  // namespace
 
@@ -26,22 +25,21 @@ struct RowShooter::Shot {
         float u, v;
     };
     std::vector<Met> met;
-    TransportOperator::Row row;
+    ShotRows::Row row;
     std::vector<Link> links;
 };
 
 void RowShooter::shoot(const Place& place, int count, Shot& shot) const {
-    // Slopes are 1 / cos, and their mean square does not exist: beyond `steepest` they are cut.
     const Frame frame = frame_around(place.normal);
     gather_row(points_, tracer_, place, count, seed_ + ray_stream, shot.found);
-    TransportOperator::Row& row = shot.row = {};
+    ShotRows::Row& row = shot.row = {};
     row.per_ray = 1.0f / static_cast<float>(count);
     shot.met.clear();
     for (int k = 0; k < count; ++k) {
         const Ray& ray = shot.found.rays[static_cast<std::size_t>(k)];
         const Hit& hit = shot.found.hits[static_cast<std::size_t>(k)];
         const double cosine = dot(ray.direction, frame.n),
-                     steep = std::min(static_cast<double>(TransportOperator::steepest), 1.0 / cosine);
+                     steep = std::min(static_cast<double>(ShotRows::steepest), 1.0 / cosine);
         const auto u = static_cast<float>(steep * dot(ray.direction, frame.u));
         const auto v = static_cast<float>(steep * dot(ray.direction, frame.v));
         row.u += row.per_ray * u;
@@ -59,19 +57,19 @@ void RowShooter::shoot(const Place& place, int count, Shot& shot) const {
         float sum_u = 0.0f, sum_v = 0.0f;
         for (; to < shot.met.size() && shot.met[to].sender == shot.met[from].sender; ++to) {
             const Shot::Met& met = shot.met[to];
-            if (first == most_in_half || second == most_in_half) break;
+            if (first + second == ShotRows::most_rays) break;
             (met.first ? first : second) += 1;
             sum_u += met.u;
             sum_v += met.v;
         }
-        const float scale = TransportOperator::slope_scale / static_cast<float>(first + second);
+        const float scale = ShotRows::slope_scale / static_cast<float>(first + second);
         shot.links.push_back({shot.met[from].sender, static_cast<std::uint8_t>(first),
                               static_cast<std::uint8_t>(second), static_cast<std::int8_t>(std::lround(scale * sum_u)),
                               static_cast<std::int8_t>(std::lround(scale * sum_v))});
     }
 }
 
-void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& counts, TransportOperator& out,
+void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& counts, ShotRows& out,
                      const Progress& progress) const {
     constexpr std::size_t grain = 16;
     const std::size_t before = out.rows.size();

@@ -6,7 +6,8 @@
 #include "surflux/core/progress.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/trace/tracer.h"
-#include "surflux/transfer/transport_operator.h"
+#include "surflux/transfer/sender_groups.h"
+#include "surflux/transfer/shot_rows.h"
 
 namespace surflux {
 
@@ -17,7 +18,7 @@ public:
         : points_(points), tracer_(tracer), senders_(senders), seed_(seed) {}
 
     // Appends a row for each place, with as many rays as `counts` says.
-    void add(const std::vector<Place>& places, const std::vector<int>& counts, TransportOperator& out,
+    void add(const std::vector<Place>& places, const std::vector<int>& counts, ShotRows& out,
              const Progress& progress) const;
 
 private:

@@ -6,7 +6,7 @@
 
 namespace surflux {
 
-void RowTest::receive(const TransportOperator& of, Received& out) const {
+void RowTest::receive(const ShotRows& of, Received& out) const {
     const std::size_t from = out.variance.size(), n = size();
     out.values.resize(of.rows.size() * n, 0.0f);
     out.variance.resize(of.rows.size(), 0.0f);
@@ -26,12 +26,12 @@ void RowTest::receive(const TransportOperator& of, Received& out) const {
     });
 }
 
-void RowTest::add_reflected(const TransportOperator& of, std::size_t k, const std::vector<float>& sent,
+void RowTest::add_reflected(const ShotRows& of, std::size_t k, const std::vector<float>& sent,
                             float* halves) const {
-    const TransportOperator::Row& row = of.rows[k];
+    const ShotRows::Row& row = of.rows[k];
     const std::size_t n = size();
     for (std::uint32_t l = row.begin; l < row.end; ++l) {
-        const TransportOperator::Link& link = of.links[l];
+        const ShotRows::Link& link = of.links[l];
         const float* from = sent.data() + link.sender * n;
         const float first = 2.0f * row.per_ray * static_cast<float>(link.first);
         const float second = 2.0f * row.per_ray * static_cast<float>(link.second);

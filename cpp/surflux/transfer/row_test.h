@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "surflux/transfer/transport_operator.h"
+#include "surflux/transfer/shot_rows.h"
 
 namespace surflux {
 
@@ -18,24 +18,29 @@ public:
         std::vector<float> values;
         std::vector<float> variance;
     };
-    // Appends the rows of an operator that are not there yet.
-    void receive(const TransportOperator& of, Received& out) const;
+    // Appends the rows that are not there yet.
+    void receive(const ShotRows& of, Received& out) const;
     // Makes each of the numbers count alike: an RMS of 1, where `weights` says how much of the surface rows stand for.
     void normalize(const Received& rows, const std::vector<double>& weights);
 
     std::size_t size() const { return scale_.size(); }
     float scale(std::size_t c) const { return scale_[c]; }
     double mean_square(const float* values) const;
+    // Is such a mean square more than what is allowed, beyond what the rays' variance may have made?
+    static bool is_off(double mean_square, double allowed, float variance) {
+        return mean_square > allowed * allowed + significance * significance * static_cast<double>(variance);
+    }
 
 protected:
+    static constexpr double significance = 2.0;  // standard errors that a difference must be beyond
     RowTest(std::size_t size, float scale) : scale_(size, scale) {}
     // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.
-    void add_reflected(const TransportOperator& of, std::size_t row, const std::vector<float>& sent,
+    void add_reflected(const ShotRows& of, std::size_t row, const std::vector<float>& sent,
                        float* halves) const;
 
 private:
     // What the first and the second half of the rays tell of rows, 2 size() of each, each an estimate by itself.
-    virtual void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const = 0;
+    virtual void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const = 0;
 
     std::vector<float> scale_;
 };

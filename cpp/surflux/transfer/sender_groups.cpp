@@ -17,14 +17,8 @@ constexpr double least_alike = 0.8;  // of a group that sends as one: what it hi
                                      // is seen (as D04 eq. 10 has it)
 constexpr double normal_weight = 1.5;  // as Bisection has it: the two sides of a sheet part first
 
-constexpr float mixed = 8.0f;  // how much sooner groups are halved that face all ways
-
-struct Range {
-    std::size_t first, last;
-};
-
 SenderGroups::Node describe(const Surfels& s, const std::vector<double>& areas, const std::vector<double>& weights,
-                            const std::vector<std::uint32_t>& order, Range range) {
+                            const std::vector<std::uint32_t>& order, SenderGroups::Range range) {
     double area = 0.0, weight = 0.0;
     Vec3 middle, normal, plain;
     for (std::size_t k = range.first; k < range.last; ++k) {
@@ -47,40 +41,62 @@ SenderGroups::Node describe(const Surfels& s, const std::vector<double>& areas, 
     return node;
 }
 
+// By axis: few that are far away do not take floats from all others.
+Vec3 median(const std::vector<Vec3>& positions) {
+    Vec3 out;
+    std::vector<double> at(positions.size());
+    for (int axis = 0; axis < 3 && !positions.empty(); ++axis) {
+        std::transform(positions.begin(), positions.end(), at.begin(), [&](const Vec3& p) { return p[axis]; });
+        const auto middle = at.begin() + static_cast<std::ptrdiff_t>(at.size() / 2);
+        std::nth_element(at.begin(), middle, at.end());
+        out[axis] = *middle;
+    }
+    return out;
+}
+
 }  // namespace
 
 SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
-                           std::size_t most, const Progress& progress) {
+                           std::size_t most, const Unlikeness& unlikeness, const Progress& progress) {
     const Surfels& s = scene.surfels;
     Bisection halving(s.size(), normal_weight);
     const auto place = [&](std::uint32_t i) { return PlaceAndNormal{s.positions[i], s.normals[i]}; };
-    const auto describe_range = [&](Range range) { return describe(s, areas, weight, halving.order, range); };
     std::vector<Range> ranges{{0, scene.surfels.size()}};
-    nodes.push_back(describe_range(ranges[0]));
-    // What sends the most in the most different ways is halved first.
+    nodes.push_back(describe(s, areas, weight, halving.order, ranges[0]));
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
-        const auto spread = [&](std::uint32_t k) { return nodes[k].weight * (1.0f + mixed * (1.0f - nodes[k].alike)); };
-        return spread(a) < spread(b) || (spread(a) == spread(b) && a > b);
+        return nodes[a].weight < nodes[b].weight || (nodes[a].weight == nodes[b].weight && a > b);
     };
     std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, decltype(less)> open(less);
     open.push(0);
     std::size_t count = 1;
     while (count < most && !open.empty()) {
-        report_some(progress, count, most, 64);
-        const std::uint32_t node = open.top();
-        open.pop();
-        const Range range = ranges[node];
-        if (range.last - range.first < 2) continue;
-        const std::size_t middle = halving.halve(range.first, range.last, place);
-        nodes[node].child = static_cast<std::uint32_t>(nodes.size());
-        for (const Range half : {Range{range.first, middle}, Range{middle, range.last}}) {
-            ranges.push_back(half);
-            nodes.push_back(describe_range(half));
-            nodes.back().parent = node;
-            open.push(static_cast<std::uint32_t>(nodes.size() - 1));
+        report(progress, count, most);
+        // Some at a time, whose halves are looked at side by side.
+        const std::size_t before = nodes.size(), some = std::min(1 + open.size() / 8, most - count);
+        for (std::size_t k = 0; k < some && !open.empty(); ++k) {
+            const std::uint32_t node = open.top();
+            open.pop();
+            const Range range = ranges[node];
+            if (range.last - range.first < 2) continue;
+            const std::size_t middle = halving.halve(range.first, range.last, place);
+            nodes[node].child = static_cast<std::uint32_t>(nodes.size());
+            nodes.resize(nodes.size() + 2);
+            ranges.push_back({range.first, middle});
+            ranges.push_back({middle, range.last});
+            nodes[nodes.size() - 2].parent = nodes.back().parent = node;
+            ++count;
         }
-        ++count;
+        parallel_for(nodes.size() - before, 4, [&](std::size_t k) {
+            Node& node = nodes[before + k];
+            const Range range = ranges[before + k];
+            const std::uint32_t parent = node.parent;
+            node = describe(s, areas, weight, halving.order, range);
+            node.parent = parent;
+            node.weight *= unlikeness(halving.order.data() + range.first, range.last - range.first, before + k);
+        });
+        for (std::size_t k = before; k < nodes.size(); ++k) open.push(static_cast<std::uint32_t>(k));
     }
+    number_by_place(ranges);
     leaf_of_surfel.resize(scene.surfels.size());
     for (std::uint32_t k = 0; k < nodes.size(); ++k)
         if (nodes[k].is_leaf()) {
@@ -89,6 +105,32 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
         }
     std::sort(leaves.begin(), leaves.end(),
               [&](std::uint32_t a, std::uint32_t b) { return ranges[a].first < ranges[b].first; });
+}
+
+// Pairs of children are numbered when their parent is met, and each subtree by itself.
+void SenderGroups::number_by_place(std::vector<Range>& ranges) {
+    std::vector<std::uint32_t> number(nodes.size(), 0), open{0};
+    std::uint32_t next = 1;
+    while (!open.empty()) {
+        const Node& node = nodes[open.back()];
+        open.pop_back();
+        if (node.is_leaf()) continue;
+        number[node.child] = next++;
+        number[node.child + 1] = next++;
+        open.push_back(node.child + 1);
+        open.push_back(node.child);
+    }
+    std::vector<Node> moved(nodes.size());
+    std::vector<Range> moved_ranges(nodes.size());
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        Node node = nodes[k];
+        if (node.parent != none) node.parent = number[node.parent];
+        if (!node.is_leaf()) node.child = number[node.child];
+        moved[number[k]] = node;
+        moved_ranges[number[k]] = ranges[k];
+    }
+    nodes = std::move(moved);
+    ranges = std::move(moved_ranges);
 }
 
 std::uint32_t SenderGroups::sender(std::uint32_t surfel, double reach) const {
@@ -101,15 +143,16 @@ std::uint32_t SenderGroups::sender(std::uint32_t surfel, double reach) const {
 }
 
 void SenderGroups::pull_up(std::vector<float>& values, std::size_t channels) const {
-    for (std::size_t k = nodes.size(); k-- > 0;) {
-        if (nodes[k].is_leaf()) continue;
-        const std::size_t child = nodes[k].child;
-        const float area = nodes[k].area;
-        const float share = area > 0.0f ? nodes[child].area / area : 0.5f;
-        for (std::size_t c = 0; c < channels; ++c)
-            values[k * channels + c] =
-                share * values[child * channels + c] + (1.0f - share) * values[(child + 1) * channels + c];
-    }
+    with_fixed(channels, [&](const auto count) {
+        for (std::size_t k = nodes.size(); k-- > 0;) {
+            if (nodes[k].is_leaf()) continue;
+            const std::size_t child = nodes[k].child;
+            const float area = nodes[k].area, share = area > 0.0f ? nodes[child].area / area : 0.5f;
+            const float *first = values.data() + child * count, *second = first + count;
+            float* to = values.data() + k * count;
+            for (std::size_t c = 0; c < count; ++c) to[c] = share * first[c] + (1.0f - share) * second[c];
+        }
+    });
 }
 
 SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, const std::vector<double>& areas,
@@ -125,8 +168,8 @@ SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, con
     for (std::uint32_t i = 0; i < s.size(); ++i) members[next[number[groups.leaf_of_surfel[i]]]++] = i;
     SenderSamples out;
     out.of_leaf = of_leaf;
-    out.positions.resize(groups.leaves.size() * of_leaf);
-    out.surfels.resize(out.positions.size());
+    std::vector<Vec3> positions(groups.leaves.size() * of_leaf);
+    out.samples.resize(groups.leaves.size() * of_leaf);
     parallel_for(groups.leaves.size(), 256, [&](std::size_t k) {
         Random random(seed, k);
         double all = 0.0;
@@ -138,9 +181,16 @@ SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, con
             while (up_to <= at && m + 1 < first[k + 1]) up_to += areas[members[++m]];
             const std::uint32_t i = members[m];
             const double u = random.uniform(), v = random.uniform();
-            out.positions[k * of_leaf + p] = points.extends(i) ? points.at(i, u, v) : s.positions[i];
-            out.surfels[k * of_leaf + p] = i;
+            positions[k * of_leaf + p] = points.extends(i) ? points.at(i, u, v) : s.positions[i];
+            out.samples[k * of_leaf + p].surfel = i;
         }
+    });
+    out.origin[0] = median(positions);
+    parallel_for(positions.size(), 4096, [&](std::size_t k) {
+        SenderSamples::Sample& sample = out.samples[k];
+        const Vec3 p = positions[k] - out.origin[0], &n = s.normals[sample.surfel];
+        sample = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), static_cast<float>(n.x),
+                  static_cast<float>(n.y), static_cast<float>(n.z), sample.surfel};
     });
     return out;
 }

@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
+#include "surflux/transfer/sparse_rows.h"
 
 namespace surflux {
 
@@ -22,22 +24,25 @@ public:
         float area = 0.0f;
         float radius = 0.0f;  // of a sphere around the mean position, around all of its surfels
         float alike = 0.0f;   // length of the mean of their normals
-        float weight = 0.0f;  // all of it
+        float weight = 0.0f;  // times what its surfels are unlike
         bool is_leaf() const { return child == none; }
     };
 
     SenderGroups() = default;
+    // How unlike the surfels of a group are lit, and a number for the random numbers that it takes.
+    using Unlikeness = std::function<float(const std::uint32_t* surfels, std::size_t count, std::uint64_t stream)>;
     // `areas`: what of each surfel sends and receives; others are in groups, too, for rays that meet them. `weight`:
-    // how much light is to be expected there, by area.
+    // how much light is to be expected there, by area: the groups are halved first for which, times `unlikeness`, it is
+    // most.
     SenderGroups(const Scene& scene, const std::vector<double>& areas, const std::vector<double>& weight,
-                 std::size_t leaves, const Progress& progress);
+                 std::size_t leaves, const Unlikeness& unlikeness, const Progress& progress);
 
     std::size_t size() const { return nodes.size(); }
     // What sends for a surfel that is met: the largest group around it that a circle of radius `reach` covers, or the
     // leaf.
     std::uint32_t sender(std::uint32_t surfel, double reach) const;
 
-    // Means over the leaves by area, three channels for each node: 0 for all others.
+    // Means over the leaves by area, `colors` for each node: 0 for all others.
     template <class Values>
     std::vector<float> means(const Values& of_surfel, const std::vector<double>& areas) const {
         std::vector<Rgb> sum(size());
@@ -46,27 +51,49 @@ public:
             sum[leaf_of_surfel[i]] += areas[i] * of_surfel[i];
             area[leaf_of_surfel[i]] += areas[i];
         }
-        std::vector<float> out(3 * size(), 0.0f);
+        std::vector<float> out(colors * size(), 0.0f);
         for (const std::uint32_t leaf : leaves)
             for (int c = 0; c < 3 && area[leaf] > 0.0; ++c)
-                out[3 * leaf + static_cast<std::size_t>(c)] = static_cast<float>(sum[leaf][c] / area[leaf]);
+                out[colors * leaf + static_cast<std::size_t>(c)] = static_cast<float>(sum[leaf][c] / area[leaf]);
         return out;
     }
 
     // Fills in what all nodes send from what leaves do: `channels` interleaved values each.
     void pull_up(std::vector<float>& values, std::size_t channels) const;
 
-    std::vector<Node> nodes;  // children behind their parents
+    struct Range {
+        std::size_t first, last;
+    };
+
+    std::vector<Node> nodes;  // children behind their parents, what is near each other mostly near each other
     std::vector<std::uint32_t> leaf_of_surfel;
     std::vector<std::uint32_t> leaves;  // nodes that are, in the order of the tree: neighbours near each other
+
+private:
+    // Numbers the nodes anew, with the surfels that are theirs.
+    void number_by_place(std::vector<Range>& ranges);
 };
 
 // Places at which light is asked for, `of_leaf` for each leaf, in the order of SenderGroups::leaves: drawn by area, one
 // from each of so many parts of it.
 struct SenderSamples {
+    struct Sample {
+        float x, y, z;  // from the origin
+        float normal_x, normal_y, normal_z;
+        std::uint32_t surfel;
+    };
+    Vec3 position(std::size_t k) const {
+        const Sample& of = samples[k];
+        return origin[0] + Vec3{static_cast<double>(of.x), static_cast<double>(of.y), static_cast<double>(of.z)};
+    }
+    Vec3 normal(std::size_t k) const {
+        const Sample& of = samples[k];
+        return {static_cast<double>(of.normal_x), static_cast<double>(of.normal_y), static_cast<double>(of.normal_z)};
+    }
+
     std::size_t of_leaf = 0;
-    std::vector<Vec3> positions;
-    std::vector<std::uint32_t> surfels;
+    std::vector<Vec3> origin{Vec3()};  // one
+    std::vector<Sample> samples;
 };
 
 SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, const std::vector<double>& areas,

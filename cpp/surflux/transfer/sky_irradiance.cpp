@@ -146,28 +146,29 @@ struct SkyTest::Scratch {
     std::vector<double> at = std::vector<double>(SphericalHarmonics::count(order));
 };
 
-SkyTest::SkyTest(const Tracer& tracer, const TransportOperator& of, const std::vector<Vec3>& normals,
+SkyTest::SkyTest(const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
                  const std::vector<float>& reflectance, std::uint64_t seed)
     : RowTest(SphericalHarmonics::count(order), 1.0f),
       tracer_(tracer),
       seed_(seed),
-      sent_(of.senders.size() * SphericalHarmonics::count(order), 0.0f) {
+      sent_(senders.size() * SphericalHarmonics::count(order), 0.0f) {
     const std::size_t n = size();
-    parallel_blocks(of.senders.leaves.size(), 16, [&](std::size_t begin, std::size_t end) {
+    parallel_blocks(senders.leaves.size(), 16, [&](std::size_t begin, std::size_t end) {
         Scratch scratch;
         std::vector<float> halves(2 * n);
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
-            const std::size_t node = of.senders.leaves[leaf], sample = leaf * of.samples.of_leaf;
-            const std::uint32_t surfel = of.samples.surfels[sample];
+            const std::size_t node = senders.leaves[leaf], sample = leaf * samples.of_leaf;
             std::fill(halves.begin(), halves.end(), 0.0f);
-            add_direct({of.samples.positions[sample], normals[surfel], surfel}, rays_of_sender, scratch, halves.data());
-            const Rgb own{static_cast<double>(reflectance[3 * node]), static_cast<double>(reflectance[3 * node + 1]),
-                          static_cast<double>(reflectance[3 * node + 2])};
+            add_direct({samples.position(sample), samples.normal(sample), samples.samples[sample].surfel},
+                       rays_of_sender, scratch, halves.data());
+            const float* of_node = reflectance.data() + colors * node;
+            const Rgb own{static_cast<double>(of_node[0]), static_cast<double>(of_node[1]),
+                          static_cast<double>(of_node[2])};
             for (std::size_t c = 0; c < n; ++c)
                 sent_[n * node + c] = 0.5f * static_cast<float>(luminance(own)) * (halves[c] + halves[n + c]);
         }
     });
-    of.senders.pull_up(sent_, n);
+    senders.pull_up(sent_, n);
 }
 
 void SkyTest::add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const {
@@ -189,7 +190,7 @@ void SkyTest::add_direct(const Departure& from, int rays, Scratch& scratch, floa
     }
 }
 
-void SkyTest::find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const {
+void SkyTest::find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const {
     Scratch scratch;
     for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {
         const auto rays = static_cast<int>(std::lround(1.0f / of.rows[k].per_ray));

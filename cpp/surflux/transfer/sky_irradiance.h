@@ -8,6 +8,7 @@
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/row_test.h"
 #include "surflux/transfer/spherical_harmonics.h"
+#include "surflux/transfer/transport_operator.h"
 
 namespace surflux {
 
@@ -40,13 +41,13 @@ class SkyTest : public RowTest {
 public:
     static constexpr int order = 5;
 
-    // `reflectance`: by node of the senders, three channels.
-    SkyTest(const Tracer& tracer, const TransportOperator& of, const std::vector<Vec3>& normals,
+    // `reflectance`: by node of the senders, `colors` each.
+    SkyTest(const Tracer& tracer, const SenderGroups& senders, const SenderSamples& samples,
             const std::vector<float>& reflectance, std::uint64_t seed);
 
 private:
     struct Scratch;
-    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;
+    void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;
     // Adds what the halves of so many rays bring, each as an estimate.
     void add_direct(const Departure& from, int rays, Scratch& scratch, float* halves) const;
 

@@ -45,14 +45,16 @@ SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std
 SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& reflectance,
                                                 int bounces) const {
     std::vector<float> sky;
-    for (const Rgb& radiance : radiances)
+    for (const Rgb& radiance : radiances) {
         for (int c = 0; c < 3; ++c) sky.push_back(static_cast<float>(radiance[c]));
+        sky.push_back(0.0f);
+    }
     const Fields found =
-        fields(sky, 3, emission_,
+        fields(sky, colors, emission_,
                reflectance.empty() ? reflectance_ : operator_.senders.means(reflectance, operator_.areas), bounces);
     const auto at_surfels = [&](const std::vector<float>& coefs) {
         std::vector<Rgb> out(operator_.areas.size());
-        operator_.at_surfels.multiply(coefs, 3, [&](std::size_t i, const float* sum) {
+        operator_.at_surfels.multiply(coefs, colors, [&](std::size_t i, const float* sum) {
             for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, static_cast<double>(sum[c]));
         });
         return out;
@@ -62,7 +64,7 @@ SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiance
 
 std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& surfels, int bounces,
                                              const Progress& progress) const {
-    const std::size_t patches = patches_.size(), channels = 3 * at_once;
+    const std::size_t patches = patches_.size(), channels = colors * at_once;
     const std::vector<float> none(operator_.senders.size() * channels, 0.0f);
     const SparseRows& at = operator_.at_surfels;
     std::vector<float> out(surfels.size() * patches * 3);
@@ -70,13 +72,14 @@ std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& s
         report(progress, first, patches);
         const std::size_t count = std::min(at_once, patches - first);
         std::vector<float> sky(patches * channels, 0.0f);
-        for (std::size_t p = 0; p < 3 * count; ++p) sky[(first + p / 3) * channels + p] = 1.0f;
+        for (std::size_t p = 0; p < count; ++p)
+            std::fill_n(sky.data() + (first + p) * channels + p * colors, 3, 1.0f);
         const std::vector<float> coefs = fields(sky, channels, none, reflectance_, bounces).all;
         parallel_for(surfels.size(), 64, [&](std::size_t k) {
             float* to = out.data() + (k * patches + first) * 3;
             for (std::uint32_t e = at.begin[surfels[k]]; e < at.begin[surfels[k] + 1]; ++e)
                 for (std::size_t c = 0; c < 3 * count; ++c)
-                    to[c] += at.entries[e].weight * coefs[at.entries[e].column * channels + c];
+                    to[c] += at.entries[e].weight * coefs[at.entries[e].column * channels + c / 3 * colors + c % 3];
         });
     }
     return out;

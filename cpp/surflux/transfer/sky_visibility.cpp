@@ -53,7 +53,7 @@ VisibilityTest::VisibilityTest(const Tracer& tracer, std::uint64_t seed)
     : RowTest(SphericalHarmonics::count(order), static_cast<float>(order / std::sqrt(4.0 * pi))),
       visibility_(tracer, order, seed) {}
 
-void VisibilityTest::find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const {
+void VisibilityTest::find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const {
     SkyVisibility::Scratch scratch;
     std::vector<float> all(size());
     for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) {

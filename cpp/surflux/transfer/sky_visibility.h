@@ -46,7 +46,7 @@ public:
     VisibilityTest(const Tracer& tracer, std::uint64_t seed);
 
 private:
-    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;
+    void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;
 
     SkyVisibility visibility_;
 };

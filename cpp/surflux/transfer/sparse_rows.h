@@ -1,6 +1,6 @@
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -10,13 +10,24 @@
 
 namespace surflux {
 
+// Values of red, green and blue, and one that is 0: as many floats as one SIMD register has.
+inline constexpr std::size_t colors = 4;
+
 // Calls work(channels), where the usual numbers are constants that the compiler unrolls loops by.
 template <class Work>
 void with_fixed(std::size_t channels, const Work& work) {
-    if (channels == 3) return work(std::integral_constant<std::size_t, 3>());
-    if (channels == 12) return work(std::integral_constant<std::size_t, 12>());
+    if (channels == 1) return work(std::integral_constant<std::size_t, 1>());
+    if (channels == colors) return work(std::integral_constant<std::size_t, colors>());
+    if (channels == 4 * colors) return work(std::integral_constant<std::size_t, 4 * colors>());
     work(channels);
 }
+
+// So many sums, which begin at 0: in registers where their number is a constant.
+template <std::size_t n>
+std::array<float, n> zeros(std::integral_constant<std::size_t, n>) {
+    return {};
+}
+inline std::vector<float> zeros(std::size_t channels) { return std::vector<float>(channels, 0.0f); }
 
 // A sparse matrix by rows (CSR) in floats, that is multiplied by vectors of any number of channels.
 struct SparseRows {
@@ -44,18 +55,14 @@ struct SparseRows {
 private:
     template <class Channels, class Visit>
     void multiply_by(const std::vector<float>& values, const Channels channels, const Visit& visit) const {
-        parallel_blocks(rows(), 512, [&](std::size_t from, std::size_t to) {
-            std::vector<float> sums(channels);
-            for (std::size_t row = from; row < to; ++row) {
-                std::fill(sums.begin(), sums.end(), 0.0f);
-                float* sum = sums.data();
-                for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) {
-                    const float* of = values.data() + entries[k].column * channels;
-                    const float weight = entries[k].weight;
-                    for (std::size_t c = 0; c < channels; ++c) sum[c] += weight * of[c];
-                }
-                visit(row, sum);
+        parallel_for(rows(), 512, [&](std::size_t row) {
+            auto sums = zeros(channels);
+            for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) {
+                const float* of = values.data() + entries[k].column * channels;
+                const float weight = entries[k].weight;
+                for (std::size_t c = 0; c < channels; ++c) sums[c] += weight * of[c];
             }
+            visit(row, sums.data());
         });
     }
 };

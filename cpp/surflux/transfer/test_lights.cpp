@@ -22,36 +22,36 @@ public:
     std::vector<float> sent;  // size() of each node of the senders
 
 private:
-    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override {
+    void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override {
         for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) add_reflected(of, k, sent, halves);
     }
 };
 
 }  // namespace
 
-TestLights::TestLights(const CompiledScene& compiled, const TransportOperator& of,
-                       const std::vector<float>& reflectance, const std::vector<Vec3>& places,
+TestLights::TestLights(const CompiledScene& compiled, const SenderGroups& senders, const SenderSamples& samples,
+                       const ShotRows& rows, const std::vector<float>& reflectance, const std::vector<Vec3>& places,
                        const std::vector<double>& weights, std::uint64_t seed, const Progress& progress)
-    : RowTest(std::min(sums, places.size()), 1.0f), sent_(of.senders.size() * size(), 0.0f) {
-    const GroupLight light(compiled, of.senders, of.samples);
-    const std::vector<std::uint32_t>& leaves = of.senders.leaves;
+    : RowTest(std::min(sums, places.size()), 1.0f), sent_(senders.size() * size(), 0.0f) {
+    const GroupLight light(compiled, senders, samples);
+    const std::vector<std::uint32_t>& leaves = senders.leaves;
     const float share = places.empty() ? 0.0f : 1.0f / std::sqrt(static_cast<float>(places.size()));
     for (std::size_t first = 0; first < places.size(); first += sums) {
-        Lamps lamps(std::min(sums, places.size() - first), of.senders.size());
+        Lamps lamps(std::min(sums, places.size() - first), senders.size());
         for (std::size_t l = 0; l < lamps.size(); ++l) {
             report(progress, first + l, places.size());
             const std::vector<float> direct =
                 light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}}, reflectance, {rays_of_lamp, seed});
             for (const std::uint32_t leaf : leaves) {
-                const Rgb reflected{static_cast<double>(reflectance[3 * leaf]),
-                                    static_cast<double>(reflectance[3 * leaf + 1]),
-                                    static_cast<double>(reflectance[3 * leaf + 2])};
-                lamps.sent[leaf * lamps.size() + l] = static_cast<float>(luminance(reflected)) * direct[3 * leaf];
+                const float* of_leaf = reflectance.data() + colors * leaf;
+                const Rgb reflected{static_cast<double>(of_leaf[0]), static_cast<double>(of_leaf[1]),
+                                    static_cast<double>(of_leaf[2])};
+                lamps.sent[leaf * lamps.size() + l] = static_cast<float>(luminance(reflected)) * direct[colors * leaf];
             }
         }
-        of.senders.pull_up(lamps.sent, lamps.size());
+        senders.pull_up(lamps.sent, lamps.size());
         Received received;
-        lamps.receive(of, received);
+        lamps.receive(rows, received);
         lamps.normalize(received, weights);
         std::vector<float> signs(lamps.size() * size());
         for (std::size_t l = 0; l < lamps.size(); ++l) {
@@ -69,10 +69,10 @@ TestLights::TestLights(const CompiledScene& compiled, const TransportOperator& o
             }
         });
     }
-    of.senders.pull_up(sent_, size());
+    senders.pull_up(sent_, size());
 }
 
-void TestLights::find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const {
+void TestLights::find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const {
     for (std::size_t k = begin; k < end; ++k, halves += 2 * size()) add_reflected(of, k, sent_, halves);
 }
 

@@ -5,6 +5,7 @@
 
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/row_test.h"
+#include "surflux/transfer/sender_groups.h"
 
 namespace surflux {
 
@@ -13,16 +14,16 @@ namespace surflux {
 // random sums with signs, whose mean square is that over all lamps (Johnson and Lindenstrauss 1984).
 class TestLights : public RowTest {
 public:
-    // White lamps at some places, reflected by `reflectance` (by node, three channels); each counts alike, with an RMS
-    // of 1 over rows that stand for `weights` of the surface.
-    TestLights(const CompiledScene& compiled, const TransportOperator& of, const std::vector<float>& reflectance,
-               const std::vector<Vec3>& lamps, const std::vector<double>& weights, std::uint64_t seed,
-               const Progress& progress);
+    // White lamps at some places, reflected by `reflectance` (by node, `colors` each); each counts alike, with an RMS of
+    // 1 over the first rows, that stand for `weights` of the surface.
+    TestLights(const CompiledScene& compiled, const SenderGroups& senders, const SenderSamples& samples,
+               const ShotRows& rows, const std::vector<float>& reflectance, const std::vector<Vec3>& lamps,
+               const std::vector<double>& weights, std::uint64_t seed, const Progress& progress);
 
     static constexpr std::size_t sums = 64;
 
 private:
-    void find(const TransportOperator& of, std::size_t begin, std::size_t end, float* halves) const override;
+    void find(const ShotRows& of, std::size_t begin, std::size_t end, float* halves) const override;
 
     std::vector<float> sent_;  // size() of each node of the senders
 };

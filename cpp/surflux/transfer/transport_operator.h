@@ -12,6 +12,7 @@
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/sender_groups.h"
+#include "surflux/transfer/shot_rows.h"
 #include "surflux/transfer/sparse_rows.h"
 
 namespace surflux {
@@ -38,28 +39,28 @@ struct OperatorOptions {
 //   L07 links basis functions to basis functions. Here rays link receivers to groups of surfels, so that of senders
 // nothing is interpolated, whatever their number, and rays that meet far ones count for all of a group.
 struct TransportOperator {
-    // Of a row: rays of its first and its second half that met a sender, and the mean of their slopes in the tangent
-    // plane, in units of 1 / slope_scale.
-    struct Link {
-        std::uint32_t sender;
-        std::uint8_t first, second;
+    using Row = ShotRows::Row;
+    // What rays of a row met: a sender, by the upper 24 bits, and by the others how many rays.
+    using Link = std::uint32_t;
+    static constexpr int ray_bits = 8;
+    static constexpr std::size_t most_senders = std::size_t{1} << (32 - ray_bits);
+    static std::uint32_t sender(Link link) { return link >> ray_bits; }
+    static float rays_of(Link link) { return static_cast<float>(link & ((1u << ray_bits) - 1u)); }
+    // Their mean slopes, as ShotRows has them.
+    struct Slope {
         std::int8_t u, v;
-    };
-    static constexpr float slope_scale = 15.0f, steepest = 8.0f;
-    struct Row {
-        std::uint32_t begin = 0, end = 0;  // links
-        float per_ray = 0.0f;              // share of the cosine-weighted hemisphere
-        float u = 0.0f, v = 0.0f;          // mean slopes of all rays: not quite 0, which is taken off
     };
     // Irradiance and its rotation gradient (Ward and Heckbert 1992): n' . gradient is what a normal n' near the
     // receiver's has more. Together they are vector irradiance, value * normal + gradient, but that light is taken to
-    // go on below the horizon of the receiver.
-    static constexpr std::size_t tilted_channels = 4;
+    // go on below the horizon of the receiver. Of each color its value, then the gradient along x, y and z.
+    static constexpr std::size_t tilted_channels = 4 * colors;
 
-    std::vector<Vec3> positions, normals;  // of receivers
-    std::vector<std::uint32_t> surfels;    // that they lie on
+    // Receivers, in the order of the functions that are theirs: level by level, neighbours near each other.
+    std::vector<Vec3> positions, normals;
+    std::vector<std::uint32_t> surfels;  // that they lie on
     std::vector<Row> rows;
     std::vector<Link> links;
+    std::vector<Slope> slopes;  // of links
 
     // Functions of the basis, coarse levels first: the receiver at the point of each, and its parents, the functions of
     // coarser levels there, that it is the difference from (L07 eq. 10). Behind them those of surfels that the basis is
@@ -78,7 +79,7 @@ struct TransportOperator {
 
     // By receiver, from what all nodes of `senders` send, `channels` interleaved values each.
     void gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out) const;
-    // The same from three channels with gradients: 3 values, 3 gradients along x, 3 along y, 3 along z.
+    // From `colors`, with gradients: `tilted_channels` of each receiver.
     void gather_tilted(const std::vector<float>& sent, std::vector<float>& out) const;
     // By function, from values by receiver.
     void coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out) const;

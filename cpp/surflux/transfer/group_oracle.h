@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/surfels.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// How much the light of a lamp differs between two surfels of a group: the sender's half of L07's oracle (6.5). A lamp
+// is put where one of them sees it, at random along a ray over its hemisphere, or far away where that leaves the scene.
+class GroupOracle {
+public:
+    GroupOracle(const Surfels& surfels, const SurfelPoints& points, const Tracer& tracer, bool distant,
+                std::uint64_t seed)
+        : surfels_(surfels), points_(points), tracer_(tracer), distant_(distant), seed_(seed) {}
+
+    // The mean over pairs of members, of which there are some, of |a - b| / (a + b): 0 where they are lit alike, 1 where
+    // only one is. `stream`: of the random numbers of this group.
+    float unlikeness(const std::uint32_t* members, std::size_t count, std::uint64_t stream) const;
+
+private:
+    const Surfels& surfels_;
+    const SurfelPoints& points_;
+    const Tracer& tracer_;
+    bool distant_;
+    std::uint64_t seed_;
+};
+
+}  // namespace surflux

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/scene/scene.h"
+#include "surflux/transfer/row_shooter.h"
+#include "surflux/transfer/row_test.h"
+#include "surflux/transfer/shot_rows.h"
+#include "surflux/transfer/sparse_rows.h"
+
+namespace surflux {
+
+// Surfels that need rows of their own beside those of a basis: on which rays contradict it.
+struct ContradictedSurfels {
+    std::vector<std::uint32_t> surfels;
+    std::vector<float> received;  // RowTest::size() values of each
+    std::vector<float> variance;  // their mean square standard error
+    std::vector<double> error;    // mean square of what the basis is off by, times the area
+};
+
+struct OwnRowOptions {
+    double epsilon;  // what a surfel may be off by, the RMS over the test
+    int check_rays;  // that are shot from each surfel, to tell
+    int rays;        // of an own row
+    std::size_t most;
+};
+
+// `coefs`: the coefficients of the test's values in the basis, whose functions `at_surfels` has.
+ContradictedSurfels find_contradicted(const std::vector<Place>& places, const std::vector<double>& areas,
+                                      const RowShooter& shooter, const RowTest& test, const SparseRows& at_surfels,
+                                      const std::vector<float>& coefs, const OwnRowOptions& options,
+                                      const Progress& progress);
+
+// Clusters of surfels near each other that receive alike, each with the one in its middle: halved until what they
+// differ by is allowed, those first that differ most, as many as there may be (as transfer vectors are clustered by
+// Sloan, Hall, Hart and Snyder 2003).
+struct Cluster {
+    std::uint32_t middle;                // index of a surfel
+    std::vector<std::uint32_t> members;  // indices among ContradictedSurfels
+};
+std::vector<Cluster> cluster_alike(const Scene& scene, const std::vector<double>& areas,
+                                   const ContradictedSurfels& contradicted, const RowTest& test,
+                                   const OwnRowOptions& options, const Progress& progress);
+
+}  // namespace surflux

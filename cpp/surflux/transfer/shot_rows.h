@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/vec.h"
+
+namespace surflux {
+
+// Rows of a transport operator as rays find them, while it is built: a link counts the rays of the first and of the
+// second half of its row apart, for these are two estimates, whose difference tells the variance.
+struct ShotRows {
+    struct Link {
+        std::uint32_t sender;
+        std::uint8_t first, second;  // 255 together, at most
+        std::int8_t u, v;            // mean slopes of the rays in the tangent plane, in units of 1 / slope_scale
+    };
+    struct Row {
+        std::uint32_t begin = 0, end = 0;  // links
+        float per_ray = 0.0f;              // share of the cosine-weighted hemisphere
+        float u = 0.0f, v = 0.0f;          // mean slopes of all rays: not quite 0, which is taken off
+    };
+    // Slopes are 1 / cos, and their mean square does not exist: beyond `steepest` they are cut.
+    static constexpr float slope_scale = 15.0f, steepest = 8.0f;
+    static constexpr std::size_t most_rays = 255;  // of one link
+
+    std::vector<Vec3> positions, normals;  // of receivers
+    std::vector<std::uint32_t> surfels;    // that they lie on
+    std::vector<Row> rows;
+    std::vector<Link> links;
+    std::size_t rays = 0;
+};
+
+}  // namespace surflux
