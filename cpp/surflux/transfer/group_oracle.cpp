@@ -26,16 +26,15 @@ float GroupOracle::unlikeness(const std::uint32_t* members, std::size_t count, s
         const Departure a = place_on_one(), b = place_on_one();
         const double u = random.uniform(), v = random.uniform(), along = random.uniform();
         const Vec3 direction = frame_around(a.normal).to_world(square_to_cosine_hemisphere(u, v));
-        const Ray ray{a, direction};
-        const Hit hit = tracer_.closest(ray);
-        if (distant_ ? static_cast<bool>(hit) : !hit) continue;
+        const Hit hit = tracer_.closest(Ray{a, direction});
+        const double distance = hit ? along * hit.distance : 0.0;
+        if (distant_ ? static_cast<bool>(hit) : !(distance > 0.0)) continue;
         ++lit;
         if (distant_) {
             const double of_a = dot(a.normal, direction), of_b = std::max(0.0, dot(b.normal, direction));
             sum += of_b > 0.0 && tracer_.free(Ray{b, direction}) ? std::abs(of_a - of_b) / (of_a + of_b) : 1.0;
             continue;
         }
-        const double distance = along * hit.distance;
         const Vec3 lamp = a.position + distance * direction, to_lamp = lamp - b.position;
         const double squared = length_squared(to_lamp);
         const double of_a = dot(a.normal, direction) / (distance * distance);

@@ -70,7 +70,11 @@ Rgb above_horizon(const SphericalHarmonics& basis, double exponent, const float*
 
 template <class Visit>
 void IncidentLight::for_surfels(const Visit& visit) const {
-    transport_->at_surfels.multiply(coefficients_, channels, visit);
+    transport_->at_surfels.multiply(coefficients_, channels, [&](std::size_t i, const float* sum) {
+        float light[channels];
+        std::copy_n(sum, channels, light);
+        visit(i, light);
+    });
 }
 
 IncidentLight::Irradiance IncidentLight::irradiance() const {

@@ -148,9 +148,10 @@ void SenderGroups::pull_up(std::vector<float>& values, std::size_t channels) con
             if (nodes[k].is_leaf()) continue;
             const std::size_t child = nodes[k].child;
             const float area = nodes[k].area, share = area > 0.0f ? nodes[child].area / area : 0.5f;
-            const float *first = values.data() + child * count, *second = first + count;
-            float* to = values.data() + k * count;
-            for (std::size_t c = 0; c < count; ++c) to[c] = share * first[c] + (1.0f - share) * second[c];
+            auto sum = float_sum(count);
+            sum.add(share, values.data() + child * count);
+            sum.add(1.0f - share, values.data() + (child + 1) * count);
+            sum.write(values.data() + k * count);
         }
     });
 }

@@ -115,15 +115,13 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
 
 void SkyIrradiance::receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const {
     const std::size_t rows = scale.size();
-    out.assign(rows * channels, 0.0f);
+    out.resize(rows * channels);
     with_fixed(channels, [&](const auto count) {
         parallel_for(rows, 64, [&](std::size_t k) {
-            float* sum = out.data() + k * count;
-            for (std::uint64_t e = begin[k]; e < begin[k + 1]; ++e) {
-                const float weight = scale[k] * static_cast<float>(entries[e].share);
-                const float* from = radiances.data() + entries[e].patch * count;
-                for (std::size_t c = 0; c < count; ++c) sum[c] += weight * from[c];
-            }
+            auto sum = float_sum(count);
+            for (std::uint64_t e = begin[k]; e < begin[k + 1]; ++e)
+                sum.add(scale[k] * static_cast<float>(entries[e].share), radiances.data() + entries[e].patch * count);
+            sum.write(out.data() + k * count);
         });
     });
 }

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
 
+#include "surflux/core/float_sum.h"
 #include "surflux/core/parallel.h"
 
 namespace surflux {
@@ -16,18 +16,10 @@ inline constexpr std::size_t colors = 4;
 // Calls work(channels), where the usual numbers are constants that the compiler unrolls loops by.
 template <class Work>
 void with_fixed(std::size_t channels, const Work& work) {
-    if (channels == 1) return work(std::integral_constant<std::size_t, 1>());
     if (channels == colors) return work(std::integral_constant<std::size_t, colors>());
     if (channels == 4 * colors) return work(std::integral_constant<std::size_t, 4 * colors>());
     work(channels);
 }
-
-// So many sums, which begin at 0: in registers where their number is a constant.
-template <std::size_t n>
-std::array<float, n> zeros(std::integral_constant<std::size_t, n>) {
-    return {};
-}
-inline std::vector<float> zeros(std::size_t channels) { return std::vector<float>(channels, 0.0f); }
 
 // A sparse matrix by rows (CSR) in floats, that is multiplied by vectors of any number of channels.
 struct SparseRows {
@@ -46,7 +38,7 @@ struct SparseRows {
         for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) visit(entries[k].column, entries[k].weight);
     }
 
-    // visit(row, sums): sums[c] = sum over columns of weight * values[column * channels + c].
+    // visit(row, sum): sum[c] = sum over columns of weight * values[column * channels + c].
     template <class Visit>
     void multiply(const std::vector<float>& values, std::size_t channels, const Visit& visit) const {
         with_fixed(channels, [&](const auto count) { multiply_by(values, count, visit); });
@@ -56,13 +48,10 @@ private:
     template <class Channels, class Visit>
     void multiply_by(const std::vector<float>& values, const Channels channels, const Visit& visit) const {
         parallel_for(rows(), 512, [&](std::size_t row) {
-            auto sums = zeros(channels);
-            for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) {
-                const float* of = values.data() + entries[k].column * channels;
-                const float weight = entries[k].weight;
-                for (std::size_t c = 0; c < channels; ++c) sums[c] += weight * of[c];
-            }
-            visit(row, sums.data());
+            auto sum = float_sum(channels);
+            for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k)
+                sum.add(entries[k].weight, values.data() + entries[k].column * channels);
+            visit(row, sum.data());
         });
     }
 };

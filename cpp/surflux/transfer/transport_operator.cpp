@@ -11,14 +11,12 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
     with_fixed(channels, [&](const auto count) {
         parallel_for(rows.size(), 128, [&](std::size_t k) {
             const Row& row = rows[k];
-            auto sums = zeros(count);
-            for (std::uint32_t l = row.begin; l < row.end; ++l) {
-                const float met = rays_of(links[l]);
-                const float* from = sent.data() + sender(links[l]) * count;
-                for (std::size_t c = 0; c < count; ++c) sums[c] += met * from[c];
-            }
+            auto sum = float_sum(count);
+            for (std::uint32_t l = row.begin; l < row.end; ++l)
+                sum.add(rays_of(links[l]), sent.data() + sender(links[l]) * count);
             float* to = out.data() + k * count;
-            for (std::size_t c = 0; c < count; ++c) to[c] = row.per_ray * sums[c];
+            sum.write(to);
+            for (std::size_t c = 0; c < count; ++c) to[c] *= row.per_ray;
         });
     });
 }
@@ -27,17 +25,15 @@ void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vecto
     out.resize(rows.size() * tilted_channels);
     parallel_for(rows.size(), 128, [&](std::size_t k) {
         const Row& row = rows[k];
-        float value[colors] = {}, u[colors] = {}, v[colors] = {};
+        Float4Sum<colors> sum_value, sum_u, sum_v;
         for (std::uint32_t l = row.begin; l < row.end; ++l) {
             const float met = rays_of(links[l]);
-            const float along_u = met * static_cast<float>(slopes[l].u), along_v = met * static_cast<float>(slopes[l].v);
             const float* from = sent.data() + colors * sender(links[l]);
-            for (std::size_t c = 0; c < colors; ++c) {
-                value[c] += met * from[c];
-                u[c] += along_u * from[c];
-                v[c] += along_v * from[c];
-            }
+            sum_value.add(met, from);
+            sum_u.add(met * static_cast<float>(slopes[l].u), from);
+            sum_v.add(met * static_cast<float>(slopes[l].v), from);
         }
+        const float *value = sum_value.data(), *u = sum_u.data(), *v = sum_v.data();
         constexpr float of_slope = 1.0f / ShotRows::slope_scale;
         const Frame frame = frame_around(normals[k]);
         float* to = out.data() + k * tilted_channels;
@@ -59,15 +55,11 @@ void TransportOperator::coefficients(const std::vector<float>& values, std::size
         for (std::size_t level = 0; level + 1 < level_begin.size(); ++level)
             parallel_for(level_begin[level + 1] - level_begin[level], 256, [&](std::size_t k) {
                 const std::size_t j = level_begin[level] + k;
-                auto sums = zeros(count);
-                for (std::uint32_t p = parents.begin[j]; p < parents.begin[j + 1]; ++p) {
-                    const float weight = parents.entries[p].weight;
-                    const float* parent = out.data() + parents.entries[p].column * count;
-                    for (std::size_t c = 0; c < count; ++c) sums[c] += weight * parent[c];
-                }
-                float* to = out.data() + j * count;
-                const float* from = values.data() + receiver_of[j] * count;
-                for (std::size_t c = 0; c < count; ++c) to[c] = from[c] - sums[c];
+                auto sum = float_sum(count);
+                for (std::uint32_t p = parents.begin[j]; p < parents.begin[j + 1]; ++p)
+                    sum.add(-parents.entries[p].weight, out.data() + parents.entries[p].column * count);
+                sum.add(1.0f, values.data() + receiver_of[j] * count);
+                sum.write(out.data() + j * count);
             });
     });
 }
