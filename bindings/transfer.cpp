@@ -58,11 +58,12 @@ std::unique_ptr<SkyTransfer> make_sky(const Compiled& scene, OperatorOptions opt
     });
 }
 
-// What an operator is made of, and under "counts" the samples of each group, rays and what was left out.
+// What an operator is made of, and under "counts" the samples of each group, levels for
+// reflections, rays and what was left out.
 py::dict operator_arrays(const TransportOperator& of, const py::object& owner) {
     py::dict out;
     for_arrays(of, [&](const char* name, const auto& values) { out[name] = view_of(values, owner); });
-    out["counts"] = to_array(std::vector<std::uint64_t>{of.samples.of_leaf, of.rays, of.left_out});
+    out["counts"] = to_array(std::vector<std::uint64_t>{of.samples.of_leaf, of.bounce_levels, of.rays, of.left_out});
     return out;
 }
 
@@ -71,10 +72,11 @@ TransportOperator take_operator(const py::dict& arrays, const CompiledScene& sce
     for_arrays(out, [&](const char* name, auto& values) { take(arrays, name, values); });
     std::vector<std::uint64_t> counts;
     take(arrays, "counts", counts);
-    require(counts.size() == 3, "counts: wanted 3");
+    require(counts.size() == 4, "counts: wanted 4");
     out.samples.of_leaf = counts[0];
-    out.rays = counts[1];
-    out.left_out = counts[2];
+    out.bounce_levels = counts[1];
+    out.rays = counts[2];
+    out.left_out = counts[3];
     without_gil([&] { require_whole(out, scene.scene().surfels.size()); });
     return out;
 }

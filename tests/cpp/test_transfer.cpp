@@ -135,8 +135,8 @@ TEST(TestLights, ThereMayBeNone) {
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
     ShotRows rows;
     rows.rows.resize(7);
-    TestLights none(compiled, found.senders, found.samples, rows, std::vector<float>(colors * found.senders.size(), 0.5f),
-                    {}, {}, 0, {});
+    TestLights none(compiled, found.senders, found.samples, rows,
+                    std::vector<float>(colors * found.senders.size(), 0.5f), {}, {}, 0, {});
     TestLights::Received received;
     none.receive(rows, received);
     none.normalize(received, std::vector<double>(rows.rows.size(), 1.0));

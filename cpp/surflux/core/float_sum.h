@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <type_traits>
@@ -14,7 +15,7 @@ public:
     void add(float weight, const float* from) {
         for (float& sum : sums_) sum += weight * *from++;
     }
-    void write(float* to) const { std::memcpy(to, sums_.data(), sums_.size() * sizeof(float)); }
+    void write(float* to) const { std::copy(sums_.begin(), sums_.end(), to); }
     const float* data() const { return sums_.data(); }
 
 private:

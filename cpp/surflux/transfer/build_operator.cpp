@@ -32,11 +32,12 @@ namespace {
 
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-constexpr int few_rays = 32;          // that tell how far it is to what a place sees
-constexpr int check_rays = 128;       // that tell whether the basis is off at a surfel
-constexpr double most_own = 0.25;     // rows of such surfels, of as many as receivers have
-constexpr int most_repeats = 2;       // of receivers of clouds (PlacedBasis)
-constexpr double widest_mean = 1.0;   // as SurfelMeans has it
+constexpr int few_rays = 32;              // that tell how far it is to what a place sees
+constexpr int check_rays = 128;           // that tell whether the basis is off at a surfel
+constexpr double most_own = 0.25;         // rows of such surfels, of as many as receivers have
+constexpr int most_repeats = 2;           // of receivers of clouds (PlacedBasis)
+constexpr double widest_mean = 1.0;       // as SurfelMeans has it
+constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected again by
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
 
@@ -93,7 +94,10 @@ public:
         give_rows_to_surfels();
         pack_rows(shot_, order_, out_);
         watch_.lap("surfels");
-        out_.at_groups = means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas);
+        if (options_.lighting == OperatorOptions::Lighting::local) out_.bounce_levels = bounce_levels;
+        out_.at_groups =
+            means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas,
+                            out_.level_begin[out_.bounce_end()], out_.level_begin[out_.level_begin.size() - 2]);
         watch_.lap("projection");
         return std::move(out_);
     }
@@ -218,7 +222,10 @@ private:
             places.push_back(place_of(j));
             air.push_back(stands_for(j) * free_path_[receivers_.row(j)]);
         }
-        return places_in_air(points_, tracer_, places, air, options_.region, options_.test_lights,
+        // Nearer than senders are wide no lamp is told from another.
+        const double area = std::accumulate(out_.areas.begin(), out_.areas.end(), 0.0);
+        const double clearance = std::sqrt(area / static_cast<double>(out_.senders.leaves.size()));
+        return places_in_air(points_, tracer_, places, air, options_.region, clearance, options_.test_lights,
                              options_.seed + lamp_stream);
     }
 
@@ -338,9 +345,8 @@ private:
             if (function[i] != Receivers::none)
                 all.entries.push_back({function[i], 1.0f});
             else
-                out_.at_surfels.for_row(i, [&](std::uint32_t of, float weight) {
-                    all.entries.push_back({of, weight});
-                });
+                out_.at_surfels.for_row(i,
+                                        [&](std::uint32_t of, float weight) { all.entries.push_back({of, weight}); });
             all.end_row();
         }
         out_.at_surfels = std::move(all);

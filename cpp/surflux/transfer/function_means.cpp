@@ -45,7 +45,7 @@ SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& bas
 }
 
 SparseRows means_at_groups(const SparseRows& at_surfels, const SenderGroups& senders, const std::vector<double>& areas,
-                           const std::vector<double>& outside) {
+                           const std::vector<double>& outside, std::uint32_t first, std::uint32_t last) {
     std::vector<std::vector<std::uint32_t>> members(senders.size());
     for (std::uint32_t i = 0; i < outside.size(); ++i)
         if (outside[i] > 0.0) members[senders.leaf_of_surfel[i]].push_back(i);
@@ -56,8 +56,9 @@ SparseRows means_at_groups(const SparseRows& at_surfels, const SenderGroups& sen
         for (const std::uint32_t i : members[senders.leaves[leaf]]) {
             area += outside[i];
             const auto own = static_cast<float>(areas[i]);
-            for (std::uint32_t k = at_surfels.begin[i]; k < at_surfels.begin[i + 1]; ++k)
-                all.push_back({at_surfels.entries[k].column, own * at_surfels.entries[k].weight});
+            at_surfels.for_row(i, [&](std::uint32_t function, float weight) {
+                if (function < first || function >= last) all.push_back({function, own * weight});
+            });
         }
         std::stable_sort(all.begin(), all.end(),
                          [](const SparseRows::Entry& a, const SparseRows::Entry& b) { return a.column < b.column; });

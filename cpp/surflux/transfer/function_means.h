@@ -18,8 +18,8 @@ SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& bas
                             const std::vector<std::uint32_t>& number, std::size_t surfels, const Progress& progress);
 
 // Over the leaves of senders, from those over surfels: by `areas`, of members of which `outside` is positive, divided
-// by `outside` of all.
+// by `outside` of all. Of functions numbered below `first` or from `last` on.
 SparseRows means_at_groups(const SparseRows& at_surfels, const SenderGroups& senders, const std::vector<double>& areas,
-                           const std::vector<double>& outside);
+                           const std::vector<double>& outside, std::uint32_t first, std::uint32_t last);
 
 }  // namespace surflux

@@ -86,8 +86,8 @@ std::vector<GroupLight::Shot> GroupLight::plan(const Unoccluded& light, std::siz
         if (wanted == 0.0) continue;
         if (node.is_leaf() || wanted <= 1.0) {
             const std::size_t most = node.is_leaf() ? samples_.of_leaf : 1;
-            out.push_back({k, static_cast<std::uint32_t>(
-                                  std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most))});
+            out.push_back(
+                {k, static_cast<std::uint32_t>(std::clamp<std::size_t>(static_cast<std::size_t>(wanted), 1, most))});
         } else {
             open.push_back(node.child + 1);
             open.push_back(node.child);
@@ -103,9 +103,9 @@ void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t se
     std::uint32_t at = shot.node;
     while (!groups_.nodes[at].is_leaf()) {
         const std::uint32_t child = groups_.nodes[at].child;
-        at = child + (random.uniform() * static_cast<double>(light.power[at]) >=
-                              static_cast<double>(light.power[child]) &&
-                      light.power[child + 1] > 0.0f);
+        at = child +
+             (random.uniform() * static_cast<double>(light.power[at]) >= static_cast<double>(light.power[child]) &&
+              light.power[child + 1] > 0.0f);
     }
     const std::size_t n = samples_.of_leaf;
     const float* kernel = light.kernels.data() + number_[at] * n;

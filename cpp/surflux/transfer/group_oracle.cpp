@@ -38,7 +38,8 @@ float GroupOracle::unlikeness(const std::uint32_t* members, std::size_t count, s
         const Vec3 lamp = a.position + distance * direction, to_lamp = lamp - b.position;
         const double squared = length_squared(to_lamp);
         const double of_a = dot(a.normal, direction) / (distance * distance);
-        const double of_b = squared > 0.0 ? std::max(0.0, dot(b.normal, to_lamp)) / (squared * std::sqrt(squared)) : 0.0;
+        const double of_b =
+            squared > 0.0 ? std::max(0.0, dot(b.normal, to_lamp)) / (squared * std::sqrt(squared)) : 0.0;
         if (!(of_a + of_b > 0.0)) continue;
         sum += of_b > 0.0 && tracer_.free(segment(b, lamp)) ? std::abs(of_a - of_b) / (of_a + of_b) : 1.0;
     }

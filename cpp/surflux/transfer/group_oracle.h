@@ -17,8 +17,8 @@ public:
                 std::uint64_t seed)
         : surfels_(surfels), points_(points), tracer_(tracer), distant_(distant), seed_(seed) {}
 
-    // The mean over pairs of members, of which there are some, of |a - b| / (a + b): 0 where they are lit alike, 1 where
-    // only one is. `stream`: of the random numbers of this group.
+    // The mean over pairs of members, of which there are some, of |a - b| / (a + b): 0 where they are lit alike, 1
+    // where only one is. `stream`: of the random numbers of this group.
     float unlikeness(const std::uint32_t* members, std::size_t count, std::uint64_t stream) const;
 
 private:

@@ -55,7 +55,7 @@ void require_receivers(const TransportOperator& of, std::size_t surfels) {
 void require_functions(const TransportOperator& of, std::size_t surfels) {
     const std::size_t functions = of.receiver_of.size();
     require_below("receiver_of", of.receiver_of, of.rows.size());
-    require(!of.level_begin.empty(), "level_begin: wanted levels");
+    require(of.level_begin.size() >= 2, "level_begin: wanted levels");
     require_begins("level_begin", of.level_begin, of.level_begin.size() - 1, functions);
     require_rows("parents_begin", "parents", of.parents, functions, functions);
     for (std::size_t level = 0; level + 1 < of.level_begin.size(); ++level)
@@ -63,6 +63,8 @@ void require_functions(const TransportOperator& of, std::size_t surfels) {
              ++p)
             require(of.parents.entries[p].column < of.level_begin[level],
                     "parents: wanted functions of coarser levels");
+    const std::uint32_t own = of.level_begin.back() - of.level_begin[of.level_begin.size() - 2];
+    require(of.level_begin[of.bounce_end()] + own <= of.rows.size(), "level_begin: wanted a row for each function");
     require_rows("at_groups_begin", "at_groups", of.at_groups, of.senders.leaves.size(), functions);
     require_rows("at_surfels_begin", "at_surfels", of.at_surfels, surfels, functions);
 }

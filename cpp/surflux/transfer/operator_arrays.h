@@ -7,7 +7,7 @@
 namespace surflux {
 
 // visit(name, vector) for each array that a TransportOperator, const or not, is made of: what its file holds. Beside
-// them there are three numbers, samples.of_leaf, rays and left_out.
+// them there are four numbers, samples.of_leaf, bounce_levels, rays and left_out.
 template <class Operator, class Visit>
 void for_arrays(Operator& of, const Visit& visit) {
     visit("positions", of.positions);

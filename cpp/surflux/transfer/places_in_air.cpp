@@ -1,6 +1,7 @@
 #include "surflux/transfer/places_in_air.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "surflux/core/error.h"
@@ -13,6 +14,8 @@ namespace {
 
 constexpr int rays_of_place = 32;            // one of which is taken, by its length
 constexpr std::size_t most_attempts = 1000;  // for each place wanted
+constexpr std::size_t attempts_before_halving = 16;
+constexpr int looks_around = 32;
 
 // The index of which partial sums rise above a random number.
 std::size_t pick(const std::vector<double>& sums, Random& random) {
@@ -26,11 +29,22 @@ bool contains(const Box& box, const Vec3& p) {
     return true;
 }
 
+// Looks around in directions of a Fibonacci sphere.
+bool is_clear(const Tracer& tracer, const Vec3& place, double clearance) {
+    constexpr double golden_angle = 2.399963229728653;
+    for (int k = 0; k < looks_around; ++k) {
+        const double z = (2.0 * k + 1.0) / looks_around - 1.0, r = std::sqrt(1.0 - z * z), phi = golden_angle * k;
+        if (tracer.closest({{place, {0.0, 0.0, 1.0}}, {r * std::cos(phi), r * std::sin(phi), z}, clearance}))
+            return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
-                                const std::vector<double>& air, const std::optional<Box>& region, std::size_t count,
-                                std::uint64_t seed) {
+                                const std::vector<double>& air, const std::optional<Box>& region, double clearance,
+                                std::size_t count, std::uint64_t seed) {
     std::vector<double> up_to(air.size());
     std::partial_sum(air.begin(), air.end(), up_to.begin());
     std::vector<Vec3> out;
@@ -46,7 +60,9 @@ std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer
         const std::size_t ray = pick(lengths, random);
         const double length = row.hits[ray] ? row.hits[ray].distance : 0.0;
         const Vec3 found = place.position + random.uniform() * length * row.rays[ray].direction;
-        if (!region || contains(*region, found)) out.push_back(found);
+        const double halvings = static_cast<double>(k / (attempts_before_halving * count));
+        if (region && !contains(*region, found)) continue;
+        if (is_clear(tracer, found, std::exp2(-halvings) * clearance)) out.push_back(found);
     }
     require(!out.empty(), "region: no surface of the scene has air in it before it; wanted where lamps will be");
     return out;

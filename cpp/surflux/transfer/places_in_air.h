@@ -13,10 +13,11 @@
 namespace surflux {
 
 // `count` random places in the air in front of surfaces, even in its volume, within `region` where there is one. `air`:
-// how much of it is in front of each of `receivers`: the area that it stands for times the mean length of its rays.
-// None where there is no air; an ArgumentError where the region holds none.
+// how much of it is in front of each of `receivers`: the area that it stands for times the mean length of its rays. No
+// surface is nearer than `clearance`, or, where there is little such room, than a half, a quarter and so on of it. None
+// where there is no air; an ArgumentError where the region holds none.
 std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
-                                const std::vector<double>& air, const std::optional<Box>& region, std::size_t count,
-                                std::uint64_t seed);
+                                const std::vector<double>& air, const std::optional<Box>& region, double clearance,
+                                std::size_t count, std::uint64_t seed);
 
 }  // namespace surflux

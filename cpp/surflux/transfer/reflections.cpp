@@ -36,8 +36,8 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, s
     for (int bounce = 1; bounce <= (bounces < 0 ? most_bounces : bounces); ++bounce) {
         if (!is_dark) {
             senders.pull_up(sent, channels);
-            transport.gather(sent, channels, values);
-            transport.coefficients(values, channels, coefs);
+            transport.gather(sent, channels, values, TransportOperator::Part::bounces);
+            transport.coefficients(values, channels, coefs, TransportOperator::Part::bounces);
             transport.receive(coefs, channels, received);
         }
         parallel_for(senders.size(), 4096, [&](std::size_t node) {

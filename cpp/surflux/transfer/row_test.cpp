@@ -26,8 +26,7 @@ void RowTest::receive(const ShotRows& of, Received& out) const {
     });
 }
 
-void RowTest::add_reflected(const ShotRows& of, std::size_t k, const std::vector<float>& sent,
-                            float* halves) const {
+void RowTest::add_reflected(const ShotRows& of, std::size_t k, const std::vector<float>& sent, float* halves) const {
     const ShotRows::Row& row = of.rows[k];
     const std::size_t n = size();
     for (std::uint32_t l = row.begin; l < row.end; ++l) {

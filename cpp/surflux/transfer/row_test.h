@@ -35,8 +35,7 @@ protected:
     static constexpr double significance = 2.0;  // standard errors that a difference must be beyond
     RowTest(std::size_t size, float scale) : scale_(size, scale) {}
     // Adds what senders send along the links of a row, size() interleaved values of each node, to both halves.
-    void add_reflected(const ShotRows& of, std::size_t row, const std::vector<float>& sent,
-                       float* halves) const;
+    void add_reflected(const ShotRows& of, std::size_t row, const std::vector<float>& sent, float* halves) const;
 
 private:
     // What the first and the second half of the rays tell of rows, 2 size() of each, each an estimate by itself.

@@ -8,6 +8,7 @@
 #include "surflux/core/bisection.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
+#include "surflux/core/sampling.h"
 
 namespace surflux {
 
@@ -16,6 +17,7 @@ namespace {
 constexpr double least_alike = 0.8;  // of a group that sends as one: what it hides of itself is darker than what of it
                                      // is seen (as D04 eq. 10 has it)
 constexpr double normal_weight = 1.5;  // as Bisection has it: the two sides of a sheet part first
+constexpr float scattered = 0.2f;      // what the area around a group counts, beside its own
 
 SenderGroups::Node describe(const Surfels& s, const std::vector<double>& areas, const std::vector<double>& weights,
                             const std::vector<std::uint32_t>& order, SenderGroups::Range range) {
@@ -92,6 +94,9 @@ SenderGroups::SenderGroups(const Scene& scene, const std::vector<double>& areas,
             const std::uint32_t parent = node.parent;
             node = describe(s, areas, weight, halving.order, range);
             node.parent = parent;
+            // Few surfels that lie scattered are seen from near, each by others.
+            const float around = scattered * static_cast<float>(pi) * node.radius * node.radius;
+            node.weight *= node.area > 0.0f ? 1.0f + around / node.area : 0.0f;
             node.weight *= unlikeness(halving.order.data() + range.first, range.last - range.first, before + k);
         });
         for (std::size_t k = before; k < nodes.size(); ++k) open.push(static_cast<std::uint32_t>(k));
@@ -190,8 +195,13 @@ SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, con
     parallel_for(positions.size(), 4096, [&](std::size_t k) {
         SenderSamples::Sample& sample = out.samples[k];
         const Vec3 p = positions[k] - out.origin[0], &n = s.normals[sample.surfel];
-        sample = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), static_cast<float>(n.x),
-                  static_cast<float>(n.y), static_cast<float>(n.z), sample.surfel};
+        sample = {static_cast<float>(p.x),
+                  static_cast<float>(p.y),
+                  static_cast<float>(p.z),
+                  static_cast<float>(n.x),
+                  static_cast<float>(n.y),
+                  static_cast<float>(n.z),
+                  sample.surfel};
     });
     return out;
 }

@@ -72,8 +72,7 @@ std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& s
         report(progress, first, patches);
         const std::size_t count = std::min(at_once, patches - first);
         std::vector<float> sky(patches * channels, 0.0f);
-        for (std::size_t p = 0; p < count; ++p)
-            std::fill_n(sky.data() + (first + p) * channels + p * colors, 3, 1.0f);
+        for (std::size_t p = 0; p < count; ++p) std::fill_n(sky.data() + (first + p) * channels + p * colors, 3, 1.0f);
         const std::vector<float> coefs = fields(sky, channels, none, reflectance_, bounces).all;
         parallel_for(surfels.size(), 64, [&](std::size_t k) {
             float* to = out.data() + (k * patches + first) * 3;

@@ -14,8 +14,8 @@ namespace surflux {
 // random sums with signs, whose mean square is that over all lamps (Johnson and Lindenstrauss 1984).
 class TestLights : public RowTest {
 public:
-    // White lamps at some places, reflected by `reflectance` (by node, `colors` each); each counts alike, with an RMS of
-    // 1 over the first rows, that stand for `weights` of the surface.
+    // White lamps at some places, reflected by `reflectance` (by node, `colors` each); each counts alike, with an RMS
+    // of 1 over the first rows, that stand for `weights` of the surface.
     TestLights(const CompiledScene& compiled, const SenderGroups& senders, const SenderSamples& samples,
                const ShotRows& rows, const std::vector<float>& reflectance, const std::vector<Vec3>& lamps,
                const std::vector<double>& weights, std::uint64_t seed, const Progress& progress);

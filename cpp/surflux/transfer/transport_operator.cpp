@@ -6,10 +6,16 @@
 
 namespace surflux {
 
-void TransportOperator::gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out) const {
+void TransportOperator::gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out,
+                               Part part) const {
     out.resize(rows.size() * channels);
+    // Rows are in the order of their functions: first those of coarse levels, last those of surfels' own.
+    const std::size_t own = level_begin.back() - level_begin[level_begin.size() - 2], end_of_basis = rows.size() - own;
+    const std::size_t first =
+        part == Part::all ? end_of_basis : std::min<std::size_t>(end_of_basis, level_begin[bounce_end()]);
     with_fixed(channels, [&](const auto count) {
-        parallel_for(rows.size(), 128, [&](std::size_t k) {
+        parallel_for(first + own, 128, [&](std::size_t in_part) {
+            const std::size_t k = in_part < first ? in_part : in_part - first + end_of_basis;
             const Row& row = rows[k];
             auto sum = float_sum(count);
             for (std::uint32_t l = row.begin; l < row.end; ++l)
@@ -48,11 +54,13 @@ void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vecto
     });
 }
 
-void TransportOperator::coefficients(const std::vector<float>& values, std::size_t channels,
-                                     std::vector<float>& out) const {
+void TransportOperator::coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out,
+                                     Part part) const {
     out.resize(receiver_of.size() * channels);
+    const std::size_t last = level_begin.size() - 2;
     with_fixed(channels, [&](const auto count) {
-        for (std::size_t level = 0; level + 1 < level_begin.size(); ++level)
+        for (std::size_t level = 0; level <= last; ++level) {
+            if (part == Part::bounces && level >= bounce_end() && level != last) continue;
             parallel_for(level_begin[level + 1] - level_begin[level], 256, [&](std::size_t k) {
                 const std::size_t j = level_begin[level] + k;
                 auto sum = float_sum(count);
@@ -61,6 +69,7 @@ void TransportOperator::coefficients(const std::vector<float>& values, std::size
                 sum.add(1.0f, values.data() + receiver_of[j] * count);
                 sum.write(out.data() + j * count);
             });
+        }
     });
 }
 
@@ -73,9 +82,8 @@ void TransportOperator::receive(const std::vector<float>& coefs, std::size_t cha
 
 std::size_t TransportOperator::bytes() const {
     const auto of = [](const auto& v) { return v.size() * sizeof v[0]; };
-    return of(positions) + of(normals) + of(surfels) + of(rows) + of(links) + of(slopes) +
-           of(receiver_of) + of(level_begin) +
-           of(parents.begin) + of(parents.entries) + of(at_groups.begin) + of(at_groups.entries) +
+    return of(positions) + of(normals) + of(surfels) + of(rows) + of(links) + of(slopes) + of(receiver_of) +
+           of(level_begin) + of(parents.begin) + of(parents.entries) + of(at_groups.begin) + of(at_groups.entries) +
            of(at_surfels.begin) + of(at_surfels.entries) + of(senders.nodes) + of(senders.leaf_of_surfel) +
            of(senders.leaves) + of(samples.origin) + of(samples.samples) + of(areas);
 }

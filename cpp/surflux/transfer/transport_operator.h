@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -74,19 +76,30 @@ struct TransportOperator {
     SenderSamples samples;
     std::vector<double> areas;  // of each surfel what is not inside geometry
 
+    // What is reflected again goes by way of the first levels alone, and of rows of surfels' own: another gather blurs
+    // it. Other functions are not in at_groups.
+    std::size_t bounce_levels = std::numeric_limits<std::size_t>::max();
     std::size_t rays = 0;
     std::size_t left_out = 0;  // receivers and surfels that max_memory kept from being refined
 
-    // By receiver, from what all nodes of `senders` send, `channels` interleaved values each.
-    void gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out) const;
+    // All receivers and functions, or those for reflections.
+    enum class Part { all, bounces };
+    // By receiver, from what all nodes of `senders` send, `channels` interleaved values each. Of a part, all others are
+    // left as they are.
+    void gather(const std::vector<float>& sent, std::size_t channels, std::vector<float>& out,
+                Part part = Part::all) const;
     // From `colors`, with gradients: `tilted_channels` of each receiver.
     void gather_tilted(const std::vector<float>& sent, std::vector<float>& out) const;
     // By function, from values by receiver.
-    void coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out) const;
+    void coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out,
+                      Part part = Part::all) const;
     // What the leaves of the senders receive on the mean, by node, from coefficients.
     void receive(const std::vector<float>& coefficients, std::size_t channels, std::vector<float>& out) const;
 
     std::size_t bytes() const;
+
+    // The first level that is not for reflections; behind all of them stand rows of surfels' own.
+    std::size_t bounce_end() const { return std::min<std::size_t>(bounce_levels, level_begin.size() - 2); }
 };
 
 // Points are placed and rays shot level by level, around where receivers differ by `epsilon` in what lamps at random
