@@ -49,6 +49,7 @@ PYBIND11_MODULE(_core, module) {
     bind_harmonics(module);
     bind_image(module);
     bind_render(module);
+    bind_lamp_view(module);
 }
 
 }  // namespace surflux::bindings

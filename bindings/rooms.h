@@ -20,5 +20,6 @@ void bind_transfer(pybind11::module_& module);
 void bind_harmonics(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
+void bind_lamp_view(pybind11::module_& module);
 
 }  // namespace surflux::bindings

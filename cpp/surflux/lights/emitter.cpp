@@ -22,9 +22,10 @@ struct PointEmitter : Emitter {
         if (squared == 0.0) return {position, 0.0};
         return {position, share(-d) * std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared))};
     }
+    double kernel_at(const Vec3& point, const Vec3& normal) const final { return arrival(point, normal, 0, 0).kernel; }
     // The integral of cos / r^2 over a patch is its solid angle.
     double mean_kernel(const Receiver& r) const final {
-        if (!r.is_patch()) return arrival(r.center, r.normal, 0.5, 0.5).kernel;
+        if (!r.is_patch()) return kernel_at(r.center, r.normal);
         if (dot(r.normal, position - r.center) <= 0.0) return 0.0;
         double sum = 0.0, area = 0.0;
         for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t) {
@@ -58,7 +59,10 @@ struct DirectionalEmitter final : Emitter {
     Arrival arrival(const Vec3&, const Vec3& normal, double, double) const override {
         return {towards_light, std::max(0.0, dot(normal, towards_light))};
     }
-    double mean_kernel(const Receiver& r) const override { return std::max(0.0, dot(r.normal, towards_light)); }
+    double kernel_at(const Vec3&, const Vec3& normal) const override {
+        return std::max(0.0, dot(normal, towards_light));
+    }
+    double mean_kernel(const Receiver& r) const override { return kernel_at(r.center, r.normal); }
     Vec3 towards_light;
 };
 
@@ -75,10 +79,16 @@ struct AreaEmitter final : Emitter {
         if (squared == 0.0) return {from, 0.0};
         return {from, std::max(0.0, dot(normal, d)) * std::max(0.0, -dot(front_, d)) / (pi * squared * squared)};
     }
+    double kernel_at(const Vec3& point, const Vec3& normal) const override {
+        if (dot(point - light_.corner, front_) <= 0.0) return 0.0;
+        const Vec3 corners[4] = {light_.corner, light_.corner + light_.edge_u,
+                                 light_.corner + light_.edge_u + light_.edge_v, light_.corner + light_.edge_v};
+        return element_to_polygon(point, normal, corners, 4);
+    }
     // In closed form over the light, by points over a patch, for which no ray is traced; the other way round, by
     // reciprocity, where the light is the smaller of the two: close to it, points of the patch would miss it.
     double mean_kernel(const Receiver& r) const override {
-        if (!r.is_patch()) return at_point(r.center, r.normal);
+        if (!r.is_patch()) return kernel_at(r.center, r.normal);
         const double area = r.points.area(r.shape);
         if (length(front_) < area && is_before(r)) return mean_from_light(r) * length(front_) / area;
         double sum = 0.0;
@@ -86,14 +96,14 @@ struct AreaEmitter final : Emitter {
             for (std::size_t a = 0; a < rule_.at.size(); ++a)
                 for (std::size_t b = 0; b < rule_.at.size(); ++b)
                     sum += rule_.weight[a] * rule_.weight[b] *
-                           at_point(p->corner + rule_.at[a] * p->u + rule_.at[b] * p->v, r.normal);
+                           kernel_at(p->corner + rule_.at[a] * p->u + rule_.at[b] * p->v, r.normal);
             return sum;
         }
         EvenPoints even(2, 0, r.surfel);
         const int patch_points = r.is_whole_surfel ? points_of_patch : points_of_part;
         for (int k = 0; k < patch_points; ++k) {
             const double* u = even.next();
-            sum += at_point(r.at(u[0], u[1]), r.normal);
+            sum += kernel_at(r.at(u[0], u[1]), r.normal);
         }
         return sum / patch_points;
     }
@@ -117,12 +127,6 @@ private:
                                               normal, corners, 3);
         }
         return sum;
-    }
-    double at_point(const Vec3& point, const Vec3& normal) const {
-        if (dot(point - light_.corner, front_) <= 0.0) return 0.0;
-        const Vec3 corners[4] = {light_.corner, light_.corner + light_.edge_u,
-                                 light_.corner + light_.edge_u + light_.edge_v, light_.corner + light_.edge_v};
-        return element_to_polygon(point, normal, corners, 4);
     }
     const AreaLight& light_;
     Vec3 front_;

@@ -32,6 +32,8 @@ struct Emitter {
     virtual ~Emitter() = default;
     // From the light's point (s, t).
     virtual Arrival arrival(const Vec3& point, const Vec3& normal, double s, double t) const = 0;
+    // Mean of the kernel over the light, at one place.
+    virtual double kernel_at(const Vec3& point, const Vec3& normal) const = 0;
     // Mean of the kernel over the light and over the receiver.
     virtual double mean_kernel(const Receiver& receiver) const = 0;
     // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.

@@ -22,6 +22,12 @@ public:
     std::vector<float> draw(const std::vector<Rgb>& values, const std::vector<Rgb>& emitters,
                             const Rgb& background) const;
 
+    // visit(column, weight) of what makes a pixel: surfels, then emitters, then the background, numbered in a row.
+    template <class Visit>
+    void for_pixel(std::size_t pixel, const Visit& visit) const {
+        for (std::uint64_t e = begin_[pixel]; e < begin_[pixel + 1]; ++e) visit(columns_[e], weights_[e]);
+    }
+
     std::size_t width() const { return width_; }
     std::size_t height() const { return height_; }
     std::size_t entries() const { return columns_.size(); }

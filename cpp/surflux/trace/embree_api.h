@@ -32,6 +32,22 @@ inline void intersect(RTCScene scene, Context& context, RTCRayHit& hit) {
     rtcIntersect1(scene, &hit, &arguments);
 }
 
+inline void occluded(const int (&valid)[16], RTCScene scene, Context& context, RTCRay16& rays) {
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &context;
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcOccluded16(valid, scene, &rays, &arguments);
+}
+
+inline void intersect(const int (&valid)[16], RTCScene scene, Context& context, RTCRayHit16& hits) {
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &hits, &arguments);
+}
+
 #else
 
 using Context = RTCIntersectContext;
@@ -41,6 +57,16 @@ inline void init(Context& context) { rtcInitIntersectContext(&context); }
 inline void occluded(RTCScene scene, Context& context, RTCRay& ray) { rtcOccluded1(scene, &context, &ray); }
 
 inline void intersect(RTCScene scene, Context& context, RTCRayHit& hit) { rtcIntersect1(scene, &context, &hit); }
+
+inline void occluded(const int (&valid)[16], RTCScene scene, Context& context, RTCRay16& rays) {
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcOccluded16(valid, scene, &context, &rays);
+}
+
+inline void intersect(const int (&valid)[16], RTCScene scene, Context& context, RTCRayHit16& hits) {
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &context, &hits);
+}
 
 #endif
 

@@ -3,6 +3,40 @@
 
 namespace surflux {
 
+namespace {
+
+constexpr std::size_t together = 16;
+
+// Ray k of sixteen.
+void put(RTCRay16& all, std::size_t k, const RTCRay& ray) {
+    all.org_x[k] = ray.org_x, all.org_y[k] = ray.org_y, all.org_z[k] = ray.org_z;
+    all.dir_x[k] = ray.dir_x, all.dir_y[k] = ray.dir_y, all.dir_z[k] = ray.dir_z;
+    all.tnear[k] = ray.tnear, all.tfar[k] = ray.tfar;
+    all.time[k] = ray.time, all.mask[k] = ray.mask, all.id[k] = ray.id, all.flags[k] = ray.flags;
+}
+
+RTCRayHit hit_of(const RTCRayHit16& all, std::size_t k) {
+    RTCRayHit out;
+    out.ray.org_x = all.ray.org_x[k], out.ray.org_y = all.ray.org_y[k], out.ray.org_z = all.ray.org_z[k];
+    out.ray.dir_x = all.ray.dir_x[k], out.ray.dir_y = all.ray.dir_y[k], out.ray.dir_z = all.ray.dir_z[k];
+    out.ray.tfar = all.ray.tfar[k];
+    out.hit.geomID = all.hit.geomID[k], out.hit.primID = all.hit.primID[k];
+    return out;
+}
+
+// visit(begin, count, valid) for sixteen rays after another, of the last of which some may be none.
+template <class Visit>
+void by_sixteen(std::size_t count, const Visit& visit) {
+    for (std::size_t begin = 0; begin < count; begin += together) {
+        const std::size_t n = std::min(together, count - begin);
+        alignas(64) int valid[together];
+        for (std::size_t k = 0; k < together; ++k) valid[k] = k < n ? -1 : 0;
+        visit(begin, n, valid);
+    }
+}
+
+}  // namespace
+
 Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel) {
     const Vec3 d = to - from.position;
     const double distance = length(d);
@@ -34,6 +68,45 @@ void Tracer::Impl::free(const Ray* rays, std::size_t count, Bool* free) const {
         embree::occluded(scene.get(), query.context, ray);
         free[k] = ray.tfar >= 0.0f;  // Embree sets it to -inf on a hit
     }
+}
+
+void Tracer::closest_coherent(const std::vector<Ray>& rays, std::vector<Hit>& hits) const {
+    hits.resize(rays.size());
+    Impl::Query query{{}, impl_.get(), rays.data()};
+    embree::init(query.context);
+    by_sixteen(rays.size(), [&](std::size_t begin, std::size_t n, const int (&valid)[together]) {
+        alignas(64) RTCRayHit16 found;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Ray& ray = rays[begin + k];
+            RTCRay one = impl_->ray_from(ray.from.position, ray.direction, ray.length);
+            one.id = static_cast<unsigned>(begin + k);
+            put(found.ray, k, one);
+            found.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        }
+        embree::intersect(valid, impl_->scene.get(), query.context, found);
+        for (std::size_t k = 0; k < n; ++k) {
+            Hit& hit = hits[begin + k] = impl_->found(hit_of(found, k), rays[begin + k].direction);
+            if (hit.front && impl_->covers(hit, rays[begin + k].from)) hit.front = false;
+        }
+    });
+}
+
+void Tracer::free_coherent(const std::vector<Ray>& rays, std::vector<char>& free) const {
+    free.resize(rays.size());
+    Impl::Query query{{}, impl_.get(), rays.data(), true};
+    embree::init(query.context);
+    by_sixteen(rays.size(), [&](std::size_t begin, std::size_t n, const int (&valid)[together]) {
+        alignas(64) RTCRay16 found;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Ray& ray = rays[begin + k];
+            const double share = ray.to == no_surfel ? short_of_target : 1.0;
+            RTCRay one = impl_->ray_from(ray.from.position, ray.direction, ray.length * share);
+            one.id = static_cast<unsigned>(begin + k);
+            put(found, k, one);
+        }
+        embree::occluded(valid, impl_->scene.get(), query.context, found);
+        for (std::size_t k = 0; k < n; ++k) free[begin + k] = found.tfar[k] >= 0.0f;
+    });
 }
 
 Hit Tracer::closest(const Ray& ray) const {

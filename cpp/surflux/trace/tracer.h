@@ -68,6 +68,10 @@ public:
     // leave the scene?
     bool free(const Ray& ray) const;
     void free(const std::vector<Ray>& rays, std::vector<char>& free) const;
+    // The same of rays that go nearly the same way, as those of neighbouring pixels do: sixteen at once, in half the
+    // time.
+    void closest_coherent(const std::vector<Ray>& rays, std::vector<Hit>& hits) const;
+    void free_coherent(const std::vector<Ray>& rays, std::vector<char>& free) const;
     // A point of a surfel, as a place to leave.
     Departure on(std::uint32_t surfel, const Vec3& point) const;
     // The place that a point with a normal stands for. Its surfel is the one that the line through it along the normal

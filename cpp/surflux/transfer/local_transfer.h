@@ -30,6 +30,7 @@ class LocalTransfer {
 public:
     LocalTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, Figures timings);
 
+    const CompiledScene& scene() const { return *scene_; }
     const TransportOperator& transport() const { return operator_; }
     std::size_t bytes() const { return operator_.bytes(); }
     // Direct irradiance at every surfel from such lights.

@@ -32,6 +32,12 @@ struct SparseRows {
 
     std::size_t rows() const { return begin.size() - 1; }
     void end_row() { begin.push_back(static_cast<std::uint32_t>(entries.size())); }
+    // Rows of another one behind its own.
+    void append(const SparseRows& other) {
+        const auto offset = static_cast<std::uint32_t>(entries.size());
+        entries.insert(entries.end(), other.entries.begin(), other.entries.end());
+        for (std::size_t row = 1; row < other.begin.size(); ++row) begin.push_back(offset + other.begin[row]);
+    }
 
     template <class Visit>
     void for_row(std::size_t row, const Visit& visit) const {

@@ -1,0 +1,85 @@
+#include "arrays.h"
+#include "convert.h"
+#include "pictures.h"
+#include "rooms.h"
+#include "solution_dict.h"
+
+#include "surflux/render/lamp_view.h"
+
+namespace surflux::bindings {
+
+namespace {
+
+std::unique_ptr<PatchCorners> make_corners(const LocalTransfer& transfer, const py::object& progress) {
+    const Progress report = to_progress(progress);
+    return without_gil([&] {
+        const CompiledScene& scene = transfer.scene();
+        return std::make_unique<PatchCorners>(
+            patch_corners(scene.scene(), scene.tracer(), transfer.transport().areas, report));
+    });
+}
+
+std::unique_ptr<LampView> make_view(const LocalTransfer& transfer, const PatchCorners& corners,
+                                    const CameraArrays& camera, std::size_t width, std::size_t height, int samples,
+                                    bool culling, std::size_t shadow_cell) {
+    const Camera from = to_camera(camera);
+    return without_gil([&] {
+        return std::make_unique<LampView>(transfer, corners, from, width, height,
+                                          LampViewOptions{samples, culling, shadow_cell});
+    });
+}
+
+// Pictures by name, and "shadow_rays" and "timings".
+py::dict frame(const LampView& view, const std::vector<Light>& lights, const py::object& reflectance, int bounces,
+               std::size_t relight_rays, int penumbra_rays, const Doubles& background, bool parts, std::uint64_t seed) {
+    const std::vector<Rgb> own =
+        reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+    const LampFrameOptions options{
+        {bounces, relight_rays, seed}, {penumbra_rays, seed}, to_vec3(background, "background"), parts};
+    LampFrame found = without_gil([&] { return view.frame(lights, own, options); });
+    const auto height = static_cast<py::ssize_t>(view.height()), width = static_cast<py::ssize_t>(view.width());
+    const auto picture = [&](std::vector<float>&& pixels) {
+        return handed_over(std::move(pixels)).reshape({height, width, py::ssize_t{3}});
+    };
+    py::dict out;
+    out["radiance"] = picture(std::move(found.radiance));
+    if (parts) {
+        out["direct"] = picture(std::move(found.direct));
+        out["indirect"] = picture(std::move(found.indirect));
+    }
+    out["shadow_rays"] = found.shadow_rays;
+    out["timings"] = to_dict(found.timings);
+    return out;
+}
+
+// What subpixels see: index (-1: nothing), depth, and the normal of the front.
+py::tuple seen(const LampView& view) {
+    const PixelPlaces& places = view.places();
+    std::vector<std::int32_t> index(places.surfel.begin(), places.surfel.end());
+    const std::size_t height = places.rays.height, width = places.rays.width;
+    return py::make_tuple(to_pixels(index, height, width, 1), to_pixels(places.depth, height, width, 1),
+                          to_pixels(places.normal, height, width, 3));
+}
+
+}  // namespace
+
+void bind_lamp_view(py::module_& module) {
+    py::class_<PatchCorners>(module, "PatchCorners")
+        .def(py::init(&make_corners), py::arg("transfer"), py::arg("progress") = py::none());
+    py::class_<LampView>(module, "LampView")
+        .def(py::init(&make_view), py::arg("transfer"), py::arg("corners"), py::arg("camera"), py::arg("width"),
+             py::arg("height"), py::arg("samples"), py::arg("culling"), py::arg("shadow_cell"), py::keep_alive<1, 2>())
+        .def("frame", &frame, py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("relight_rays"),
+             py::arg("penumbra_rays"), py::arg("background"), py::arg("parts"), py::arg("seed"))
+        .def("seen", &seen)
+        .def("albedo",
+             [](const LampView& view, const py::object& reflectance) {
+                 const std::vector<Rgb> own =
+                     reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+                 return to_pixels(without_gil([&] { return view.albedo(own); }), view.height(), view.width(), 3);
+             })
+        .def_property_readonly("bytes", &LampView::bytes)
+        .def_property_readonly("timings", [](const LampView& view) { return to_dict(view.timings()); });
+}
+
+}  // namespace surflux::bindings
