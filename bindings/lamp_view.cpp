@@ -29,11 +29,14 @@ std::unique_ptr<LampView> make_view(const LocalTransfer& transfer, const PatchCo
     });
 }
 
+std::vector<Rgb> to_reflectance(const py::object& reflectance) {
+    return reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+}
+
 // Pictures by name, and "shadow_rays" and "timings".
 py::dict frame(const LampView& view, const std::vector<Light>& lights, const py::object& reflectance, int bounces,
                std::size_t relight_rays, int penumbra_rays, const Doubles& background, bool parts, std::uint64_t seed) {
-    const std::vector<Rgb> own =
-        reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
+    const std::vector<Rgb> own = to_reflectance(reflectance);
     const LampFrameOptions options{
         {bounces, relight_rays, seed}, {penumbra_rays, seed}, to_vec3(background, "background"), parts};
     LampFrame found = without_gil([&] { return view.frame(lights, own, options); });
@@ -52,13 +55,15 @@ py::dict frame(const LampView& view, const std::vector<Light>& lights, const py:
     return out;
 }
 
-// What subpixels see: index (-1: nothing), depth, and the normal of the front.
-py::tuple seen(const LampView& view) {
-    const PixelPlaces& places = view.places();
-    std::vector<std::int32_t> index(places.surfel.begin(), places.surfel.end());
-    const std::size_t height = places.rays.height, width = places.rays.width;
-    return py::make_tuple(to_pixels(index, height, width, 1), to_pixels(places.depth, height, width, 1),
-                          to_pixels(places.normal, height, width, 3));
+py::dict surfaces(const LampView& view, const std::vector<Light>& lights, const py::object& reflectance) {
+    const std::vector<Rgb> own = to_reflectance(reflectance);
+    const LampSurfaces found = without_gil([&] { return view.surfaces(lights, own); });
+    py::dict out;
+    out["albedo"] = to_pixels(found.albedo, view.height(), view.width(), 3);
+    out["normal"] = to_pixels(found.normal, view.height(), view.width(), 3);
+    out["depth"] = to_pixels(found.depth, view.height(), view.width(), 1);
+    out["index"] = to_pixels(found.index, view.height(), view.width(), 1);
+    return out;
 }
 
 }  // namespace
@@ -71,13 +76,7 @@ void bind_lamp_view(py::module_& module) {
              py::arg("height"), py::arg("samples"), py::arg("culling"), py::arg("shadow_cell"), py::keep_alive<1, 2>())
         .def("frame", &frame, py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("relight_rays"),
              py::arg("penumbra_rays"), py::arg("background"), py::arg("parts"), py::arg("seed"))
-        .def("seen", &seen)
-        .def("albedo",
-             [](const LampView& view, const py::object& reflectance) {
-                 const std::vector<Rgb> own =
-                     reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
-                 return to_pixels(without_gil([&] { return view.albedo(own); }), view.height(), view.width(), 3);
-             })
+        .def("surfaces", &surfaces, py::arg("lights"), py::arg("reflectance"))
         .def_property_readonly("bytes", &LampView::bytes)
         .def_property_readonly("timings", [](const LampView& view) { return to_dict(view.timings()); });
 }

@@ -23,6 +23,7 @@ _HOME = {
     "FormFactorOperator": "solving.form_factor_operator",
     "Gaussians": "splats.gaussians",
     "Hierarchy": "geometry.hierarchy",
+    "LampRenderer": "solving.lamp_renderer",
     "LocalTransfer": "solving.local_transfer",
     "Page": "viewing.page",
     "PointLight": "scenes.lights",

@@ -43,6 +43,7 @@ from surflux.solving.harmonics import multiply_harmonics as multiply_harmonics
 from surflux.solving.harmonics import rotate_harmonics as rotate_harmonics
 from surflux.solving.harmonics import spherical_harmonics as spherical_harmonics
 from surflux.solving.lamp_film import animate_lamps as animate_lamps
+from surflux.solving.lamp_renderer import LampRenderer as LampRenderer
 from surflux.solving.local_transfer import LocalTransfer as LocalTransfer
 from surflux.solving.meshless import solve_meshless as solve_meshless
 from surflux.solving.precomputing import precompute_transfer as precompute_transfer

@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'form_factor_operator', 'form_factors', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'form_factor_operator', 'form_factors', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -369,6 +369,22 @@ class FlatImage:
         ...
     @property
     def entries(self) -> int:
+        ...
+class PatchCorners:
+    def __init__(self, transfer: LocalTransfer, progress: typing.Any = None) -> None:
+        ...
+class LampView:
+    def __init__(self, transfer: LocalTransfer, corners: PatchCorners, camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, samples: typing.SupportsInt | typing.SupportsIndex, culling: bool, shadow_cell: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def frame(self, lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], reflectance: typing.Any, bounces: typing.SupportsInt | typing.SupportsIndex, relight_rays: typing.SupportsInt | typing.SupportsIndex, penumbra_rays: typing.SupportsInt | typing.SupportsIndex, background: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], parts: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> dict:
+        ...
+    def surfaces(self, lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], reflectance: typing.Any) -> dict:
+        ...
+    @property
+    def bytes(self) -> int:
+        ...
+    @property
+    def timings(self) -> dict:
         ...
 def area_shares(surfels: Surfels, index: typing.SupportsInt | typing.SupportsIndex, curved: bool, kappa: typing.SupportsFloat | typing.SupportsIndex, resolution: typing.SupportsInt | typing.SupportsIndex, epsilon: typing.SupportsFloat | typing.SupportsIndex) -> tuple[numpy.typing.NDArray[numpy.uint32], numpy.ndarray[typing.Any, numpy.dtype[typing.Any]], numpy.typing.NDArray[numpy.float64], float, float]:
     ...

@@ -2,6 +2,7 @@
 
 #include "shapes.h"
 #include "surflux/lights/direct.h"
+#include "surflux/lights/emitter.h"
 #include "surflux/lights/environment.h"
 #include "surflux/lights/hemisphere.h"
 #include "surflux/lights/polygon.h"
@@ -104,6 +105,23 @@ Environment image_of(std::size_t width, std::size_t height, const Vec3& axis_up)
         e.pixels.push_back({v, 0.5 * v, 2.0 * v});
     }
     return e;
+}
+
+// The kernel at a place is the mean of what points of the light bring there.
+TEST(Emitter, TheKernelIsTheMeanOverTheLight) {
+    const std::vector<Light> lights{PointLight{{0.3, 0.2, 1.5}, white},
+                                    SpotLight{{0.3, 0.2, 1.5}, normalized({-0.2, 0, -1}), white, 50.0, 30.0},
+                                    DirectionalLight{normalized({0.2, -0.3, -1}), white},
+                                    AreaLight{{-0.4, 0.1, 0.9}, {0, 0.8, 0.2}, {0.7, 0, 0}, white}};
+    for (const std::unique_ptr<Emitter>& light : emitters_of(lights)) {
+        for (const Vec3& normal : {up, normalized({0.5, 0.4, 0.6}), down}) {
+            constexpr int n = 400;  // a midpoint rule: its error goes with 1 / n^2, but where the horizon cuts it
+            double sum = 0.0;
+            for (int a = 0; a < n; ++a)
+                for (int b = 0; b < n; ++b) sum += light->arrival({}, normal, (a + 0.5) / n, (b + 0.5) / n).kernel;
+            EXPECT_NEAR(light->kernel_at({}, normal), sum / (n * n), 1e-5);
+        }
+    }
 }
 
 TEST(EnvironmentMap, SamplesInProportionToTheDensityItStates) {

@@ -190,5 +190,50 @@ TEST(Tracer, NoRaySlipsOutOfAClosedBox) {
     }
 }
 
+// Sixteen at once, of which the last may be fewer, find what each finds by itself.
+TEST(Tracer, CoherentRaysFindWhatSingleOnesDo) {
+    Surfels patches;
+    shapes::add_rectangle(patches, {-2, -2, -1.5}, {4, 0, 0}, {0, 4, 0}, 5, 5);
+    shapes::add_rectangle(patches, {0.5, 1.2, -1}, {0, 0, 2}, {-2, 0, 0}, 3, 3);
+    shapes::finish(patches, 0.5, 0.0);
+    const Scene scene = scene_of({shapes::sphere(500, 1.0, 1.0, 0.5, 0.0), patches});
+    const Tracer tracer(scene);
+    const Surfels& s = scene.surfels;
+    for (const std::size_t count : {0u, 1u, 16u, 35u, 1000u}) {
+        std::vector<Ray> rays;
+        for (std::size_t k = 0; k < count; ++k) {
+            Random random(4, k);
+            const auto i = static_cast<std::uint32_t>(random.below(s.size()));
+            const Departure from = tracer.on(i, s.positions[i]);
+            const Frame frame = frame_around(s.normals[i]);
+            const Vec3 d = frame.to_world(square_to_cosine_hemisphere(random.uniform(), random.uniform()));
+            const auto j = static_cast<std::uint32_t>(random.below(s.size()));
+            if (k % 3 == 0) rays.push_back({from, d});
+            if (k % 3 == 1) rays.push_back(segment(from, from.position + 2.0 * d));
+            if (k % 3 == 2) rays.push_back(segment(from, s.positions[j], j));
+        }
+        std::vector<Hit> hits, together;
+        std::vector<char> free, free_together;
+        tracer.closest(rays, hits);
+        tracer.closest_coherent(rays, together);
+        tracer.free(rays, free);
+        tracer.free_coherent(rays, free_together);
+        EXPECT_EQ(free, free_together);
+        ASSERT_EQ(together.size(), count);
+        std::size_t met = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            if (k % 3 == 2) continue;  // ends on what it meets, up to rounding
+            EXPECT_EQ(hits[k].surfel, together[k].surfel) << k;
+            EXPECT_EQ(hits[k].front, together[k].front) << k;
+            EXPECT_NEAR(hits[k].distance, together[k].distance, 1e-6) << k;
+            met += hits[k].surfel != Hit::none;
+        }
+        if (count == 1000) {
+            EXPECT_GT(met, 100u);
+            EXPECT_LT(met, 600u);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace surflux

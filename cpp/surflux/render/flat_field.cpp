@@ -1,7 +1,6 @@
 #include "surflux/render/flat_field.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 #include "surflux/core/parallel.h"
@@ -44,20 +43,12 @@ std::optional<Disks> disks_of(const Scene& scene, const PixelPlaces& places, con
 
 }  // namespace
 
-void FlatField::draw(const std::vector<Rgb>& values, std::vector<float>& out) const {
-    std::vector<std::array<float, 4>> at_nodes(nodes.rows());
+void FlatField::at_nodes(const std::vector<Rgb>& values, std::vector<Value>& out) const {
+    out.resize(nodes.rows());
     parallel_for(nodes.rows(), 1024, [&](std::size_t node) {
         Rgb sum;
         nodes.for_row(node, [&](std::uint32_t surfel, float w) { sum += static_cast<double>(w) * values[surfel]; });
-        for (int c = 0; c < 3; ++c) at_nodes[node][static_cast<std::size_t>(c)] = static_cast<float>(sum[c]);
-    });
-    out.resize(3 * pixels.rows());
-    parallel_for(pixels.rows(), pixels_of_block, [&](std::size_t p) {
-        float sum[4] = {0, 0, 0, 0};
-        pixels.for_row(p, [&](std::uint32_t node, float w) {
-            for (std::size_t c = 0; c < 4; ++c) sum[c] += w * at_nodes[node][c];
-        });
-        std::copy(sum, sum + 3, out.data() + 3 * p);
+        out[node] = {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z), 0.0f};
     });
 }
 

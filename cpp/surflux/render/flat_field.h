@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "surflux/gl/context.h"
@@ -16,8 +19,18 @@ struct FlatField {
     SparseRows nodes;   // over surfels: the corners of patches in view, and disks
     SparseRows pixels;  // over nodes; each row makes 1, of pixels that see nothing it is empty
 
-    // By pixel, 3 each; values by surfel.
-    void draw(const std::vector<Rgb>& values, std::vector<float>& out) const;
+    // RGB and nothing, so that it is added at once.
+    using Value = std::array<float, 4>;
+
+    // Of nodes, from those of surfels.
+    void at_nodes(const std::vector<Rgb>& values, std::vector<Value>& out) const;
+    Value at_pixel(std::size_t pixel, const std::vector<Value>& at_nodes) const {
+        Value sum{};
+        pixels.for_row(pixel, [&](std::uint32_t node, float w) {
+            for (std::size_t c = 0; c < 4; ++c) sum[c] += w * at_nodes[node][c];
+        });
+        return sum;
+    }
 };
 
 // Disks are blended by OpenGL's kernels (flat_image.h). Throws DeviceError where there are some, and no OpenGL.

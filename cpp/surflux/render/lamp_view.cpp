@@ -12,48 +12,7 @@ namespace surflux {
 namespace {
 
 constexpr auto per_pi = static_cast<float>(1.0 / pi);
-constexpr double in_front = 0.99999;  // a lamp in the plane of a ceiling is seen
 constexpr std::size_t pixels_of_block = 2048;
-
-// A rectangle that may be seen, from its front alone.
-struct SeenRectangle {
-    Vec3 corner, u, v, normal;
-    double squared;
-
-    explicit SeenRectangle(const AreaLight& light)
-        : corner(light.corner),
-          u(light.edge_u),
-          v(light.edge_v),
-          normal(cross(u, v)),
-          squared(length_squared(normal)) {}
-
-    // The depth at which a ray of length 1 along the view axis meets it, or 0.
-    double depth_along(const Vec3& origin, const Vec3& direction) const {
-        const double along = dot(normal, direction);
-        if (!(along < 0.0)) return 0.0;
-        const double depth = dot(normal, corner - origin) / along;
-        if (!(depth > 0.0)) return 0.0;
-        const Vec3 at = origin + depth * direction - corner;
-        const double s = dot(cross(at, v), normal) / squared, t = dot(cross(u, at), normal) / squared;
-        return s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0 ? depth : 0.0;
-    }
-
-    // Rows that it may be seen in: all of them where it reaches the plane of the eye.
-    void bound_rows(const PixelRays& rays, std::size_t& top, std::size_t& bottom) const {
-        top = 0, bottom = rays.height;
-        double low = 1e30, high = -1e30;
-        for (const Vec3& p : {corner, corner + u, corner + v, corner + u + v}) {
-            const Vec3 at = rays.frame.to_camera(p);
-            if (!(at.z > 0.0)) return;
-            const double row = at.y / rays.size_at(at.z) + 0.5 * static_cast<double>(rays.height);
-            low = std::min(low, row), high = std::max(high, row);
-        }
-        const auto clamped = [&](double row) {
-            return static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(rays.height)));
-        };
-        top = clamped(std::floor(low - 1.0)), bottom = clamped(std::ceil(high + 1.0));
-    }
-};
 
 bool is_dark(const Colors& values) {
     return std::all_of(values.palette().begin(), values.palette().end(), [](const Rgb& v) { return v == Rgb{}; });
@@ -90,8 +49,8 @@ LampFrame LampView::frame(const std::vector<Light>& lights, const std::vector<Rg
     const PixelLight light(transfer_.scene().tracer(), places_, *cells_);
     out.shadow_rays = light.irradiance(lights, options.light, work.light, work.direct);
     watch.lap("direct");
-    field_.draw(indirect, work.indirect);
-    find_lamps(lights, work.lamps);
+    field_.at_nodes(indirect, work.indirect);
+    find_lamps(lights, places_, work.lamps);
     if (!reflectance.empty()) put_seen(reflectance, work.albedo);
     compose(lights, reflectance.empty() ? albedo_ : work.albedo, work, options, out);
     watch.lap("picture");
@@ -113,55 +72,31 @@ void LampView::put_seen(const Values& of_surfels, std::vector<float>& out) const
     });
 }
 
-void LampView::find_lamps(const std::vector<Light>& lights, SeenLamps& out) const {
-    const PixelRays& rays = places_.rays;
-    out.lamp.clear();
-    for (std::size_t k = 0; k < lights.size(); ++k) {
-        const auto* light = std::get_if<AreaLight>(&lights[k]);
-        if (!light) continue;
-        const SeenRectangle rectangle(*light);
-        std::size_t top = 0, bottom = 0;
-        rectangle.bound_rows(rays, top, bottom);
-        if (top >= bottom) continue;
-        if (out.lamp.empty()) out.lamp.assign(places_.size(), -1), out.depth = places_.depth;
-        parallel_for(bottom - top, 4, [&](std::size_t row) {
-            for (std::size_t x = 0; x < rays.width; ++x) {
-                const auto column = static_cast<double>(x), line = static_cast<double>(top + row);
-                const std::size_t p = (top + row) * rays.width + x;
-                const double depth = rectangle.depth_along(rays.origin(column, line), rays.direction(column, line));
-                if (depth > 0.0 && in_front * depth < static_cast<double>(out.depth[p])) {
-                    out.depth[p] = static_cast<float>(depth);
-                    out.lamp[p] = static_cast<std::int32_t>(k);
-                }
-            }
-        });
-    }
-}
-
 void LampView::compose(const std::vector<Light>& lights, const std::vector<float>& albedo, const Work& work,
                        const LampFrameOptions& options, LampFrame& out) const {
-    const std::size_t width = this->width(), pixels = width * height(), n = samples_;
-    const float share = 1.0f / static_cast<float>(n * n);
+    const std::size_t pixels = width() * height(), subpixels = samples_ * samples_;
+    const float share = 1.0f / static_cast<float>(subpixels);
     out.radiance.resize(3 * pixels);
     if (options.parts) out.direct.resize(3 * pixels), out.indirect.resize(3 * pixels);
     float behind[3];
     store(behind, options.background);
     parallel_for(pixels, pixels_of_block, [&](std::size_t pixel) {
         float direct[3] = {0, 0, 0}, indirect[3] = {0, 0, 0};
-        for (std::size_t k = 0; k < n * n; ++k) {
-            const std::size_t p = (pixel / width * n + k / n) * width * n + pixel % width * n + k % n;
-            const std::int32_t lamp = work.lamps.lamp.empty() ? -1 : work.lamps.lamp[p];
-            if (lamp >= 0) {
+        for (std::size_t k = 0; k < subpixels; ++k) {
+            const std::size_t p = subpixel(pixel, k);
+            const std::int32_t lamp = work.lamps.at(p);
+            if (lamp != SeenLamps::none) {
                 float shining[3];
                 store(shining, std::get<AreaLight>(lights[static_cast<std::size_t>(lamp)]).exitance);
                 for (std::size_t c = 0; c < 3; ++c) direct[c] += per_pi * shining[c];
             } else if (!places_.is_seen(p)) {
                 for (std::size_t c = 0; c < 3; ++c) direct[c] += behind[c];
             } else {
+                const FlatField::Value others = field_.at_pixel(p, work.indirect);
                 for (std::size_t c = 0; c < 3; ++c) {
                     const float reflected = per_pi * albedo[3 * p + c];
                     direct[c] += reflected * work.direct[3 * p + c];
-                    indirect[c] += reflected * work.indirect[3 * p + c];
+                    indirect[c] += reflected * others[c];
                     if (!emission_.empty()) direct[c] += per_pi * emission_[3 * p + c];
                 }
             }
@@ -174,21 +109,44 @@ void LampView::compose(const std::vector<Light>& lights, const std::vector<float
     });
 }
 
-std::vector<float> LampView::albedo(const std::vector<Rgb>& reflectance) const {
-    if (reflectance.empty()) return averaged(albedo_);
+LampSurfaces LampView::surfaces(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance) const {
+    const std::size_t pixels = width() * height(), subpixels = samples_ * samples_;
     std::vector<float> own;
-    put_seen(reflectance, own);
-    return averaged(own);
-}
-
-std::vector<float> LampView::averaged(const std::vector<float>& values) const {
-    const std::size_t width = this->width(), n = samples_;
-    std::vector<float> out(3 * width * height(), 0.0f);
-    parallel_for(width * height(), pixels_of_block, [&](std::size_t pixel) {
-        for (std::size_t k = 0; k < n * n; ++k) {
-            const std::size_t p = (pixel / width * n + k / n) * width * n + pixel % width * n + k % n;
-            for (std::size_t c = 0; c < 3; ++c) out[3 * pixel + c] += values[3 * p + c] / static_cast<float>(n * n);
+    if (!reflectance.empty()) put_seen(reflectance, own);
+    const std::vector<float>& albedo = reflectance.empty() ? albedo_ : own;
+    SeenLamps lamps;
+    find_lamps(lights, places_, lamps);
+    std::vector<std::int32_t> number;  // of each light among area lights
+    std::int32_t count = 0;
+    for (const Light& light : lights) number.push_back(std::holds_alternative<AreaLight>(light) ? count++ : count);
+    LampSurfaces out;
+    out.albedo.resize(3 * pixels);
+    out.normal.resize(3 * pixels);
+    out.depth.resize(pixels);
+    out.index.resize(pixels, -1);
+    parallel_for(pixels, pixels_of_block, [&](std::size_t pixel) {
+        for (std::size_t k = 0; k < subpixels; ++k) {
+            const std::size_t p = subpixel(pixel, k);
+            if (lamps.at(p) != SeenLamps::none) continue;
+            for (std::size_t c = 0; c < 3; ++c)
+                out.albedo[3 * pixel + c] += albedo[3 * p + c] / static_cast<float>(subpixels);
         }
+        const std::size_t p = subpixel(pixel, samples_ / 2 * (samples_ + 1));
+        const std::int32_t lamp = lamps.at(p);
+        const auto width = places_.rays.width;
+        const Vec3 direction = places_.rays.direction(static_cast<double>(p % width), static_cast<double>(p / width));
+        if (lamp != SeenLamps::none) {
+            const auto& light = std::get<AreaLight>(lights[static_cast<std::size_t>(lamp)]);
+            store(&out.normal[3 * pixel], normalized(cross(light.edge_u, light.edge_v)));
+            out.index[pixel] = -2 - number[static_cast<std::size_t>(lamp)];
+            out.depth[pixel] = lamps.depth[p];
+            return;
+        }
+        out.depth[pixel] = places_.depth[p];
+        if (!places_.is_seen(p)) return;
+        const Vec3 normal = places_.normal_at(p);
+        store(&out.normal[3 * pixel], dot(normal, direction) > 0.0 ? -normal : normal);
+        out.index[pixel] = static_cast<std::int32_t>(places_.surfel[p]);
     });
     return out;
 }

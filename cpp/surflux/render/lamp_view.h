@@ -8,6 +8,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/render/flat_field.h"
 #include "surflux/render/pixel_light.h"
+#include "surflux/render/seen_lamps.h"
 #include "surflux/transfer/local_transfer.h"
 
 namespace surflux {
@@ -33,6 +34,15 @@ struct LampFrame {
     Figures timings;
 };
 
+// What a picture shows besides light, rows from the top.
+struct LampSurfaces {
+    std::vector<float> albedo;  // 3 per pixel: the mean of its subpixels, 0 where no surfel is seen
+    // Of one subpixel, the middle one (the one right below the middle for even `samples`):
+    std::vector<float> normal;        // 3 per pixel, of the side that is seen; 0 where nothing is
+    std::vector<float> depth;         // along the view axis; infinity where nothing is seen
+    std::vector<std::int32_t> index;  // of the surfel seen, -1 where nothing is, -2 - k for area light number k
+};
+
 // A scene under lamps that move, seen from one place (L07 section 6.5): indirect light by transfer, drawn as flat
 // values, direct light found at every pixel. What does not depend on lamps is kept from picture to picture: what each
 // pixel sees, what of the field it shows, and where the surface is smooth.
@@ -49,30 +59,26 @@ public:
 
     std::size_t width() const { return places_.rays.width / samples_; }
     std::size_t height() const { return places_.rays.height / samples_; }
-    std::size_t samples() const { return samples_; }
-    const PixelPlaces& places() const { return places_; }  // of subpixels
-    // By pixel, 3 each, of the reflectance of surfels, or of the scene's.
-    std::vector<float> albedo(const std::vector<Rgb>& reflectance) const;
+    LampSurfaces surfaces(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance) const;
     std::size_t bytes() const;
     const Figures& timings() const { return timings_; }  // of how it was made
 
 private:
-    // Lamps in front of subpixels; empty where none is in view.
-    struct SeenLamps {
-        std::vector<std::int32_t> lamp;  // -1: none
-        std::vector<float> depth;
-    };
     struct Work {
         PixelLight::Scratch light;
-        std::vector<float> direct, indirect, albedo;
+        std::vector<float> direct, albedo;
+        std::vector<FlatField::Value> indirect;  // at nodes
         SeenLamps lamps;
     };
     template <class Values>
     void put_seen(const Values& of_surfels, std::vector<float>& out) const;
-    void find_lamps(const std::vector<Light>& lights, SeenLamps& out) const;
     void compose(const std::vector<Light>& lights, const std::vector<float>& albedo, const Work& work,
                  const LampFrameOptions& options, LampFrame& out) const;
-    std::vector<float> averaged(const std::vector<float>& values) const;
+    // Number k of the subpixels of a pixel, row by row.
+    std::size_t subpixel(std::size_t pixel, std::size_t k) const {
+        const std::size_t x = pixel % width(), y = pixel / width();
+        return (y * samples_ + k / samples_) * places_.rays.width + x * samples_ + k % samples_;
+    }
 
     const LocalTransfer& transfer_;
     const std::size_t samples_;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t grain = 256;             // pixels whose rays are traced one after another
 constexpr std::uint64_t light_stream = 0x91c;  // of random numbers, by light
-constexpr float unknown = -1.0f;               // of a cell whose probe the light does not shine on
+// In place of what is visible: of a cell whose probe the light does not shine on, and of a pixel on which it does not.
+constexpr float unknown = -1.0f, unlit = -2.0f;
 
 using Pixels = std::vector<std::uint32_t>;
 
@@ -108,17 +109,19 @@ private:
 
     // Pixels whose cell knows nothing of the light, or another one beside them something else.
     Pixels first_open() {
+        parallel_for(places_.size(), 4096,
+                     [&](std::size_t p) { scratch_.visible[p] = is_lit(p) ? presumed(p) : unlit; });
         const PixelTiles tiles(places_.rays.width, places_.rays.height);
         std::vector<Pixels> parts(tiles.rows());
         parallel_for(tiles.rows(), 1, [&](std::size_t row) {
             tiles.for_row(row, [&](std::size_t p) {
-                scratch_.visible[p] = 0.0f;
-                if (!is_lit(p)) return;
-                const float here = scratch_.visible[p] = presumed(p);
+                const float here = scratch_.visible[p];
+                if (here == unlit || scratch_.is_traced[p]) return;
                 bool open = here == unknown;
-                if (!open)
-                    cells_.for_neighbors(p, [&](std::size_t q) { open = open || (is_lit(q) && presumed(q) != here); });
-                if (open && !scratch_.is_traced[p]) parts[row].push_back(static_cast<std::uint32_t>(p));
+                cells_.for_neighbors(p, [&](std::size_t q) {
+                    open = open || (scratch_.visible[q] != here && scratch_.visible[q] != unlit);
+                });
+                if (open) parts[row].push_back(static_cast<std::uint32_t>(p));
             });
         });
         return together(parts);
@@ -156,16 +159,18 @@ private:
         });
     }
 
-    // Neighbours of pixels just traced that are presumed to see what these do not.
+    // Pixels beside those just traced, or at their corners, that are presumed to see what these do not.
     Pixels next_open(const Pixels& traced) const {
         std::vector<Pixels> parts((traced.size() + grain - 1) / grain);
         parallel_blocks(traced.size(), grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k) {
                 const float here = scratch_.visible[traced[k]];
-                cells_.for_neighbors(traced[k], [&](std::size_t q) {
+                const auto visit = [&](std::size_t q) {
                     if (is_lit(q) && !scratch_.is_traced[q] && scratch_.visible[q] != here)
                         parts[begin / grain].push_back(static_cast<std::uint32_t>(q));
-                });
+                };
+                cells_.for_neighbors(traced[k], visit);
+                cells_.for_diagonals(traced[k], visit);
             }
         });
         const PixelTiles tiles(places_.rays.width, places_.rays.height);
@@ -197,14 +202,17 @@ private:
 std::size_t PixelLight::irradiance(const std::vector<Light>& lights, const PixelLightOptions& options, Scratch& scratch,
                                    std::vector<float>& out) const {
     std::size_t rays = 0;
-    out.assign(3 * places_.size(), 0.0f);
-    for (const std::unique_ptr<Emitter>& light : emitters_of(lights)) {
+    const auto emitters = emitters_of(lights);
+    if (emitters.empty()) out.assign(3 * places_.size(), 0.0f);
+    out.resize(3 * places_.size());
+    for (const std::unique_ptr<Emitter>& light : emitters) {
         rays += OneLight(tracer_, places_, cells_, *light, options, scratch).find();
+        const bool is_first = light == emitters.front();
         float color[3];
         for (int c = 0; c < 3; ++c) color[c] = static_cast<float>(light->color[c]);
         parallel_for(places_.size(), 4096, [&](std::size_t p) {
             const float share = scratch.kernel[p] * scratch.visible[p];
-            for (std::size_t c = 0; c < 3; ++c) out[3 * p + c] += color[c] * share;
+            for (std::size_t c = 0; c < 3; ++c) out[3 * p + c] = color[c] * share + (is_first ? 0.0f : out[3 * p + c]);
         });
     }
     return rays;

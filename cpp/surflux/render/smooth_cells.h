@@ -33,6 +33,27 @@ public:
         if (pixel >= width_ && (joins_[pixel - width_] & below)) visit(pixel - width_);
     }
 
+    // The same for those at its corners, which it is one with by way of a pixel beside both.
+    template <class Visit>
+    void for_diagonals(std::size_t pixel, const Visit& visit) const {
+        const std::size_t x = pixel % width_, above = pixel - width_, under = pixel + width_;
+        const auto both = [&](std::size_t p, std::uint8_t one, std::size_t q, std::uint8_t other) {
+            return (joins_[p] & one) && (joins_[q] & other);
+        };
+        if (pixel >= width_ && x > 0 &&
+            (both(pixel - 1, right, above - 1, below) || both(above, below, above - 1, right)))
+            visit(above - 1);
+        if (pixel >= width_ && x + 1 < width_ &&
+            (both(pixel, right, above + 1, below) || both(above, below, above, right)))
+            visit(above + 1);
+        if (under < joins_.size() && x > 0 &&
+            (both(pixel - 1, right, pixel - 1, below) || both(pixel, below, under - 1, right)))
+            visit(under - 1);
+        if (under < joins_.size() && x + 1 < width_ &&
+            (both(pixel, right, pixel + 1, below) || both(pixel, below, under, right)))
+            visit(under + 1);
+    }
+
 private:
     static constexpr std::uint8_t right = 1, below = 2;
     struct Square {

@@ -80,6 +80,8 @@ def command_line(runs, cloud_limit):
     relight.add_argument("--turntable", type=int, metavar="N", help=text)
     text = "write a page in which a slider turns the environment, in any browser"
     relight.add_argument("--export", metavar="OUT.html", help=text)
+    text = "light of lamps: interpolated between surfels (default), or traced to every pixel, with sharp shadows"
+    relight.add_argument("--direct", metavar="HOW", help=text)
     relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
     relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
     relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 256)")

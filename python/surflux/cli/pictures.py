@@ -16,9 +16,19 @@ def check_images(images):
 
 
 def write_images(solution, camera, options, images, **settings):
-    """Each picture in the format of its name; only EXR has room for what the light is made of."""
+    """Each picture of a solution in the format of its name."""
+    write_layers(
+        lambda layers: solution.render(camera, options.size, layers=layers, progress=True, **settings), options, images
+    )
+
+
+def write_layers(drawn, options, images):
+    """Each picture in the format of its name; only EXR has room for what the light is made of.
+
+    drawn: function of `layers`, as of Solution.render.
+    """
     all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
-    layers = solution.render(camera, size=options.size, layers=all_of_it or ["radiance"], progress=True, **settings)
+    layers = drawn(all_of_it or ["radiance"])
     for image in images:
         tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
         sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))

@@ -5,7 +5,7 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
-from surflux.cli.pictures import camera_of, check_images, write_images
+from surflux.cli.pictures import camera_of, check_images
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
@@ -81,6 +81,8 @@ def _lights_of(options, transfer):
 
 def _refuse_options(options, off_screen, frames):
     """Refuses, before any work, what would only be found out after it."""
+    if options.direct is not None and not options.image:
+        raise ValueError("--direct: is of pictures; wanted with --image")
     if off_screen and options.screenshot is not None:
         raise ValueError("--screenshot: is the window's; wanted without --image, -o and --export")
     if options.screenshot is not None:
@@ -126,7 +128,7 @@ def _drawn(transfer, lights, camera, options):
     paths = []
     single = [image for image in options.image or [] if not _is_series(image)]
     if single:
-        write_images(lights.relit(transfer, 0), camera, options, single, **settings)
+        lights.write_images(transfer, camera, options, single, **settings)
         paths += single
     for image in options.image or []:
         if _is_series(image):

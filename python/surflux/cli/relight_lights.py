@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 import surflux as sf
+from surflux._base import check
 from surflux._base.warn import warn
+from surflux.cli.pictures import write_images, write_layers
 from surflux.solving.turning_light import TurningLight
 
 OWN = "scene"  # as an environment: that of the scene
@@ -26,6 +28,8 @@ class MovingLamps:
             if getattr(options, name) is not None:
                 raise ValueError(f"--{name}: goes with --environment, or with a transfer of distant light")
         self._name, self._seed = options.input, 0 if options.seed is None else options.seed
+        self._direct = "interpolated" if options.direct is None else options.direct
+        check.choice("--direct", self._direct, ("interpolated", "traced"))
         self._frames = None if options.path is None else sf.load_lamps(options.path)
         self.count = 1 if self._frames is None else len(self._frames)
 
@@ -46,8 +50,20 @@ class MovingLamps:
     def window(self, transfer, **options):
         return sf.move_lamps(transfer, self._frames[0], **options)
 
+    def write_images(self, transfer, camera, options, images, *, samples, culling, **settings):
+        """Pictures of the first frame."""
+        if self._direct == "interpolated":
+            settings |= {"samples": samples, "culling": culling}
+            return write_images(self.relit(transfer, 0), camera, options, images, **settings)
+        renderer = sf.LampRenderer(transfer, camera, options.size, samples=samples, culling=culling, progress=True)
+
+        def drawn(layers):
+            return renderer.frame(self._frames[0], layers=layers, seed=self._seed, **settings)
+
+        return write_layers(drawn, options, images)
+
     def film(self, transfer, path, size, **options):
-        return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, **options)
+        return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, direct=self._direct, **options)
 
 
 class TurningEnvironment:
@@ -63,6 +79,8 @@ class TurningEnvironment:
         if isinstance(transfer, sf.LocalTransfer):
             made = 'sf.precompute_transfer(scene, "distant") makes one that takes it'
             raise ValueError(f"--environment: {options.input} is a transfer of lamps; {made}")
+        if options.direct is not None:
+            raise ValueError("--direct: is for lamps, which go without --environment")
         if options.path is not None:
             raise ValueError("--path: is for lamps; an environment is turned by --turntable")
         if transfer is not None and options.seed is not None:
@@ -96,6 +114,10 @@ class TurningEnvironment:
 
     def window(self, transfer, **options):
         return sf.turn_environment(transfer, self._environment, **options)
+
+    def write_images(self, transfer, camera, options, images, **settings):
+        """Pictures of the first frame."""
+        write_images(self.relit(transfer, 0), camera, options, images, **settings)
 
     def film(self, transfer, path, size, **options):
         return sf.animate_environment(transfer, self._environment, path, size, frames=self.count, **options)

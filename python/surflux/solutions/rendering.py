@@ -38,13 +38,18 @@ class Options(TypedDict, total=False):
     progress: Progress
 
 
+def picture_size(size):
+    """(width, height) of a picture, checked."""
+    if not (isinstance(size, (tuple, list)) and len(size) == 2):
+        raise ValueError(f"size: wanted (width, height), got {size!r}")
+    return tuple(check.count("size", v, 1, 16384) for v in size)
+
+
 class View:
     """What a picture is drawn from and how, checked."""
 
     def __init__(self, solution, camera, size, background, samples, culling, direct):
-        if not (isinstance(size, (tuple, list)) and len(size) == 2):
-            raise ValueError(f"size: wanted (width, height), got {size!r}")
-        self.size = tuple(check.count("size", v, 1, 16384) for v in size)
+        self.size = picture_size(size)
         if camera is None:
             camera = own_or_framing(solution.camera, solution.surfels, size)
         if not isinstance(camera, Camera):
@@ -62,13 +67,13 @@ class View:
             raise ValueError(f'direct: wanted "interpolated", for {only}')
 
 
-def layer_names(layers):
+def layer_names(layers, known=LAYERS):
     """The names of the layers that are asked for: all of them, or some; of none, radiance alone."""
     if isinstance(layers, (list, tuple)):
         for name in layers:
-            check.choice("layers", name, LAYERS)
+            check.choice("layers", name, known)
         return tuple(layers)
-    return LAYERS if check.flag("layers", layers) else ("radiance",)
+    return known if check.flag("layers", layers) else ("radiance",)
 
 
 def blended_groups(solution, dark=None):

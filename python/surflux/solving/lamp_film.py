@@ -10,9 +10,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from surflux._base import check
 from surflux._base.types import FilePath, Integer, Progress, Size
+from surflux.pictures.animation import write_frames
 from surflux.pictures.camera import Camera
 from surflux.scenes.lights import Light
+from surflux.solving.lamp_renderer import LampRenderer
 from surflux.solving.local_transfer import LocalTransfer
 from surflux.solving.relit_film import write_relit
 
@@ -29,6 +32,7 @@ def animate_lamps(
     reflectance: ArrayLike | None = None,
     bounces: int | None = None,
     seed: Integer = 0,
+    direct: Literal["interpolated", "traced"] = "interpolated",
     fps: float = 25,
     exposure: float | Literal["auto"] | None = None,
     stops: float = 0.0,
@@ -41,6 +45,7 @@ def animate_lamps(
     Each frame is drawn as `transfer.relight(lights).render(camera)` is. While no area light moves, OpenGL draws the
     first alone: how much of which surfels each pixel shows is kept, and what other lamps bring is a product with it.
     `render` does not blend surfels that are dark with lit ones; here that is said of those that are dark in all frames.
+    With direct="traced" frames are those of a LampRenderer: direct light at every pixel, with sharp shadows.
 
     Args:
         transfer: LocalTransfer, as precompute_transfer finds it.
@@ -48,7 +53,9 @@ def animate_lamps(
         path, size, fps, exposure, stops, filmic, progress: see Solution.animate.
         camera: Camera; None for the scene's own, or one that has all surfels in view.
         reflectance, bounces, seed: see LocalTransfer.relight.
-        options: all else goes to Solution.render.
+        direct: "interpolated" between surfels, or "traced" to every pixel.
+        options: all else goes to Solution.render; with "traced" to LampRenderer (`culling`, `shadow_cell`, and
+            `samples`, which are 2 unless given) and its frames (`background`, `penumbra_rays`, `threads`).
 
     Returns:
         list of the Paths written: of one film, or of all pictures.
@@ -71,8 +78,11 @@ def animate_lamps(
         raise ValueError(f"transfer: wanted a LocalTransfer, got {type(transfer).__name__}")
     if not isinstance(frames, (list, tuple)) or not frames:
         raise ValueError("frames: wanted a list with the lights of at least one frame")
+    tone = {"exposure": exposure, "stops": stops, "filmic": filmic, "fps": fps, "progress": progress}
+    if check.choice("direct", direct, ("interpolated", "traced")) == "traced":
+        light = {"reflectance": reflectance, "bounces": bounces, "seed": seed}
+        return _write_traced(transfer, frames, path, size, camera, light, **tone, **options)
     relit = partial(transfer.relight, reflectance=reflectance, bounces=bounces, seed=seed)
-    tone = {"exposure": exposure, "stops": stops, "filmic": filmic}
     return write_relit(
         lambda k: relit(frames[k]),
         len(frames),
@@ -81,11 +91,22 @@ def animate_lamps(
         scene=transfer.scene,
         dark=(relit(_some_lights(frames), probes=1, penumbra_rays=1).radiosity == 0).all(axis=1),
         camera=camera,
-        fps=fps,
-        progress=progress,
         **tone,
         **options,
     )
+
+
+def _write_traced(
+    transfer, frames, path, size, camera, light, *, samples=2, culling=True, shadow_cell=4, threads=None, **options
+):
+    """The frames of a LampRenderer; light: options of all of them."""
+    look = {"samples": samples, "culling": culling, "shadow_cell": shadow_cell, "threads": threads}
+    renderer = LampRenderer(transfer, camera, size, **look)
+
+    def drawn(k, layers, **settings):
+        return renderer.frame(frames[k], layers=layers, threads=threads, **light, **settings)
+
+    return write_frames(drawn, len(frames), path, size, **options)
 
 
 def _some_lights(frames):

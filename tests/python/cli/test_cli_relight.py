@@ -81,6 +81,24 @@ def test_the_scenes_own_lamps_are_one_frame(room, run):
     assert shown("a.png").shape == (40, 60, 3)
 
 
+def test_direct_light_at_every_pixel(room, run):
+    options = ("--path", "path.toml", "--image", "a%d.exr", "--direct", "traced", *SMALL)
+    assert run("relight", "room.toml", *options)[0] == 0
+    renderer = sf.LampRenderer(room, None, (60, 40), samples=2)
+    for k, lights in enumerate(sf.load_lamps("path.toml"), start=1):
+        np.testing.assert_allclose(sf.read_image(f"a{k}.exr"), renderer.frame(lights), rtol=1e-4, atol=1e-5)
+    options = ("--image", "b.exr", "--image", "b.png", "--direct", "traced", "--samples", 1, "--background", "1,2,3")
+    status, _, err = run("relight", "room.toml", *options, *SMALL)
+    assert status == 0, err
+    wanted = sf.LampRenderer(room, None, (60, 40)).frame(
+        sf.PointLight([0.5, 0.5, 0.6], 1.0), layers=True, background=[1, 2, 3]
+    )
+    for name in ("radiance", "direct", "depth"):
+        found = sf.read_image("b.exr", None if name == "radiance" else name)
+        np.testing.assert_allclose(found, wanted[name], rtol=1e-4, atol=1e-5)
+    assert shown("b.png").shape == (40, 60, 3)
+
+
 def test_a_camera_of_the_command_line(room, run):
     look = ("--eye", "0.2,-1,0.5", "--target", "0.5,0.5,0.4", "--image", "a.exr")
     assert run("relight", "room.toml", *look, *SMALL)[0] == 0
@@ -133,6 +151,8 @@ def test_all_bounces(room, run):
         (("--bounces", "-1"), "--bounces: wanted"),
         (("--epsilon-t", "0"), "--epsilon-t: wanted"),
         (("--rays", "3"), "--rays: wanted"),
+        (("--direct", "sharp", "--image", "a.png"), "--direct: wanted"),
+        (("--direct", "traced", "-o", "a.ply"), "--direct: is of pictures; wanted with --image"),
     ],
 )
 def test_what_is_refused_before_any_work(room, run, options, said):

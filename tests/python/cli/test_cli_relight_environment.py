@@ -135,6 +135,7 @@ def test_a_window_without_a_display_is_a_picture(ball, run):
 
 
 REFUSED = [
+    (("--direct", "traced", "--image", "a.png"), "--direct: is for lamps, which go without --environment"),
     (("--path", "path.toml"), "--path: is for lamps; an environment is turned by --turntable"),
     (("--turntable", "8"), "--turntable: wants an --image: a film (.mp4, .gif), or a pattern"),
     (("--turntable", "8", "--export", "a.html"), "--turntable: wants an --image"),

@@ -118,9 +118,24 @@ def _view(solution, size):
     return View(solution, CAMERA, size, 0.0, 2, True, "interpolated")
 
 
+def test_direct_light_at_every_pixel(transfer, matrices, tmp_path):
+    frames = [POINT, [POINT, OTHER]]
+    found = pictures(transfer, frames, tmp_path, direct="traced", background=0.1, culling=False, shadow_cell=2)
+    renderer = sf.LampRenderer(transfer, None, SIZE, samples=2, culling=False, shadow_cell=2)
+    for picture, lights in zip(found, frames, strict=True):
+        np.testing.assert_array_equal(picture, renderer.frame(lights, background=0.1))
+    assert matrices == []
+    pictures(transfer, frames, tmp_path, direct="traced", samples=1, bounces=1, reflectance=0.3, layers=["direct"])
+    wanted = sf.LampRenderer(transfer, None, SIZE).frame(frames[1], bounces=1, reflectance=0.3, layers=True)
+    np.testing.assert_array_equal(sf.read_image(tmp_path / "a02.exr", "direct"), wanted["direct"])
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
+        ({"direct": "sharp"}, "direct: wanted"),
+        ({"direct": "traced", "shadow_cell": 0}, "shadow_cell: wanted"),
+        ({"direct": "traced", "frames": [sf.Environment(1.0)]}, "lights: wanted point, spot, area or directional"),
         ({"transfer": 3}, "transfer: wanted a LocalTransfer, got int"),
         ({"frames": []}, "frames: wanted a list with the lights of at least one frame"),
         ({"frames": POINT}, "frames: wanted a list"),

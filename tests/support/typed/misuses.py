@@ -28,6 +28,7 @@ row = sf.form_factors(scene).row  # refused
 sf.form_factors(scene, return_escape=True).sum()  # refused
 sf.form_factor_operator(scene, rays="many")  # refused
 sf.precompute_transfer(scene, "sideways")  # refused
+sf.LampRenderer(scene)  # refused
 solution.render(size=800)  # refused
 solution.render(backgrounds=0.0)  # refused
 solution.render(layers=True).mean()  # refused
