@@ -1,7 +1,7 @@
 """Frames a second and errors of LampRenderer under a lamp that moves, beside path tracing of single pixels.
 
-`python tests/support/lamp_frames.py SCENE.toml|FILE.transfer FROM TO`, where lamps are x,y,z, moves a point light from
-one to the other and back, in steps. Errors are RMS over pixels drawn at random, relative to the RMS of the truth there.
+`python tests/support/lamp_frames.py SCENE.toml|FILE.transfer FROM TO`, where places are x,y,z, moves a light from one to
+the other, in steps: a point light, or with `--side` a square area light of that side that shines downwards. Errors are RMS over pixels drawn at random, relative to the RMS of the truth there.
 """
 
 import argparse
@@ -61,12 +61,21 @@ def errors(transfer, renderer, lamp, count, samples, seed=0):
     return out
 
 
+def lamp_at(place, side):
+    if not side:
+        return sf.PointLight(place, 100.0)
+    corner = place - [side / 2, side / 2, 0]
+    return sf.AreaLight(corner, [0, side, 0], [side, 0, 0], 400.0 / side**2)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene")
     parser.add_argument("start")
     parser.add_argument("end")
+    parser.add_argument("--side", type=float, default=0.0)
     parser.add_argument("--size", default="960x720")
+    parser.add_argument("--subpixels", type=int, default=1, help="of a pixel each way")
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--pixels", type=int, default=0, help="that are path traced for three of the frames")
     parser.add_argument("--samples", type=int, default=4096)
@@ -77,9 +86,9 @@ def main():
         transfer = sf.precompute_transfer(sf.load_scene(given.scene))
     size = tuple(int(side) for side in given.size.split("x"))
     start, end = (np.array([float(x) for x in text.split(",")]) for text in (given.start, given.end))
-    lamps = [sf.PointLight(start + t * (end - start), 100.0) for t in np.linspace(0, 1, given.frames)]
-    renderer = sf.LampRenderer(transfer, None, size)
-    every = sf.LampRenderer(transfer, None, size, shadow_cell=1)
+    lamps = [lamp_at(start + t * (end - start), given.side) for t in np.linspace(0, 1, given.frames)]
+    renderer = sf.LampRenderer(transfer, None, size, samples=given.subpixels)
+    every = sf.LampRenderer(transfer, None, size, samples=given.subpixels, shadow_cell=1)
     renderer.frame(lamps[0])
     seconds, wrong = [], []
     for lamp in lamps:
@@ -101,7 +110,7 @@ def main():
         for lamp in (lamps[0], lamps[len(lamps) // 2], lamps[-1]):
             found = errors(transfer, renderer, lamp, given.pixels, given.samples)
             for name, off in found.items():
-                print(np.round(lamp.position, 2), name, {layer: f"{100 * e:.1f} %" for layer, e in off.items()})
+                print(lamp, name, {layer: f"{100 * e:.1f} %" for layer, e in off.items()})
 
 
 if __name__ == "__main__":

@@ -53,8 +53,9 @@ class LampRenderer:
         threads, progress: see solve.
 
     Attributes:
-        transfer, size, samples, culling, shadow_cell: as handed in.
-        camera: Camera that looks; can be set, and the next frame makes anew what depends on it.
+        transfer, samples, culling, shadow_cell: as handed in.
+        camera, size: Camera that looks, and pixels of frames; can be set, and the next frame makes anew what depends on
+            them.
         timings: dict of seconds that it took to get ready: "corners" of patches once, and for the camera what its
             pixels see ("places"), "field" and "cells".
         frame_timings: dict of seconds of the last frame: "relight" for indirect light everywhere, "direct", "picture".
@@ -90,7 +91,7 @@ class LampRenderer:
     ) -> None:
         if not isinstance(transfer, LocalTransfer):
             raise ValueError(f"transfer: wanted a LocalTransfer, got {type(transfer).__name__}")
-        self.transfer, self.size = transfer, picture_size(size)
+        self.transfer, self.size = transfer, size
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)
         self.shadow_cell = check.count("shadow_cell", shadow_cell, 1, 64)
@@ -114,6 +115,15 @@ class LampRenderer:
         if not isinstance(camera, Camera):
             raise ValueError(f"camera: wanted a Camera, got {type(camera).__name__}")
         self._camera, self._view = camera, None
+
+    @property
+    def size(self) -> Size:
+        """(width, height) of frames in pixels; can be set, and the next frame makes anew what depends on it."""
+        return self._size
+
+    @size.setter
+    def size(self, size: Size) -> None:
+        self._size, self._view = picture_size(size), None
 
     @property
     def timings(self) -> dict[str, float]:

@@ -12,6 +12,7 @@ KEYS = {
     "l": "a lamp more, in the middle",
     "r": "remove the lamp",
     "w": "write the lamps into a file",
+    "t": "direct light at every pixel, with sharp shadows, or at every surfel",
 }
 _NEARER = 0.9
 _SLIDERS = {  # of the chosen lamp: where each begins, its limits and its title
@@ -41,10 +42,14 @@ class LampControls(RelitControls):
             "l": lambda: self._change(view.add),
             "r": lambda: self._change(view.remove),
             "w": lambda: self.hand(self._write, ""),
+            "t": lambda: view.trace(not view.traced),
         }
         for name, (left, limits, title) in _SLIDERS.items():
             self._lamp_slider(name, left, limits, title)
         view.hold(self._dragged, self._dropped)
+        style = view.plotter.iren.interactor.GetInteractorStyle()
+        style.AddObserver("StartInteractionEvent", lambda *_: view.turning(True))
+        style.AddObserver("EndInteractionEvent", lambda *_: view.turning(False))
 
     def _lamp_slider(self, name, left, limits, title):
         def changed(value):

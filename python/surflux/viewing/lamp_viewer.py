@@ -29,8 +29,9 @@ def move_lamps(
     Lamps are spheres, the chosen one a larger one. They move parallel to the picture; `,` and `.` bring the chosen one
     nearer and farther. Sliders set its power and its colour, which keeps its luminance. While something is dragged,
     direct light is found by one ray to each surfel; when it is let go, by as many as `LocalTransfer.relight` takes.
-    What is white stays from light to light until `a` adapts it; `d` shows direct or indirect light alone, `w` writes
-    the lamps into a file that load_lamps reads.
+    `t` shows direct light at every pixel, as LampRenderer draws it, also while lamps are dragged. What is white stays
+    from light to light until `a` adapts it; `d` shows direct or indirect light alone, `w` writes the lamps into a file
+    that load_lamps reads.
 
     Without a display, or with `screenshot`, a picture is saved instead.
 

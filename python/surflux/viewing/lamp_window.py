@@ -3,9 +3,10 @@
 import numpy as np
 
 from surflux.drawing.clicks import sight_ray
-from surflux.scenes.lights import PointLight
+from surflux.scenes.lights import AreaLight, PointLight
 from surflux.viewing.lamps import Lamp
 from surflux.viewing.relit_window import RelitView
+from surflux.viewing.traced_light import TracedLight
 
 _RADIUS, _CHOSEN = 0.015, 1.5  # of a lamp, over the extent, and of the chosen one over that of others
 _QUICK = {"probes": 1, "penumbra_rays": 1, "shadow_rays": 4096}  # of light while something is dragged
@@ -20,6 +21,7 @@ class LampView(RelitView):
         options: see RelitView.
 
     Attributes:
+        traced: whether direct light is that of every pixel. Set by `trace`.
         lamps: list of Lamp. chosen: index of the one that sliders and keys change.
         handles: the vtkSphereWidget of each lamp that has a place, by index, since `hold`.
     """
@@ -27,6 +29,7 @@ class LampView(RelitView):
     def __init__(self, transfer, lights, **options):
         self.transfer = transfer
         self.chosen, self.handles, self._held, self._spheres = 0, {}, None, 0
+        self.traced, self._picture = False, None
         lights = [middle_light(transfer.scene)] if lights is None else lights
         solution = self.timed(transfer.relight, lights)  # which refuses what is no lamp
         self.lamps = [Lamp.of(light) for light in lights]
@@ -38,6 +41,46 @@ class LampView(RelitView):
 
     def found(self, quick):
         return self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
+
+    def trace(self, traced):
+        """Shows direct light at every pixel, as LampRenderer draws it, or at every surfel."""
+        self.traced = traced
+        if traced:
+            self._picture = self._picture or TracedLight(self)
+            self.timed(self._picture.draw)
+        else:
+            self._picture.remove()
+        self.say_light()
+        self.describe(self.shown())
+
+    def turning(self, begins):
+        """While the camera moves, surfels stand in for the picture of it."""
+        if self.traced and begins:
+            self._picture.remove()
+        elif self.traced:
+            self._picture.draw()
+
+    def relight(self, quick=False):
+        if not (self.traced and quick):
+            super().relight(quick)
+            return
+        if self.picked is not None:
+            self.pick(None)
+        self.subject.lamps = [light for light in self.lights() if isinstance(light, AreaLight)]
+        self._draw_lamps()
+        self.timed(self._picture.draw)
+        self.say_light()
+        self.describe(self.shown())
+
+    def redraw(self):
+        super().redraw()
+        if self.traced:
+            self._picture.draw()
+
+    def frame(self, camera=None):
+        super().frame(camera)
+        if self.traced:
+            self._picture.draw()
 
     def choose(self, index):
         """Makes a lamp the one that sliders and keys change."""

@@ -177,6 +177,86 @@ def test_d_shows_parts_of_the_light(window):
     np.testing.assert_allclose(view.shown().values, 0.5 * expected)
 
 
+def wanted_bytes(view, transfer, layer="radiance"):
+    """(h, w, 3) what LampRenderer draws of the view, in the exposure of the window."""
+    renderer = sf.LampRenderer(transfer, view.camera(), tuple(view.plotter.window_size))
+    image = renderer.frame(view.lights(), layers=[layer, "index"])
+    shown = sf.tone_map(image[layer], exposure=np.pi * 2.0**view.stops / view.white(), filmic=False)
+    shown[image["index"] == -1] = 1.0
+    return np.rint(255 * shown).astype(int)
+
+
+def expect_traced(view, transfer, layer="radiance"):
+    """The picture is shown but where words, sliders and lamps are."""
+    same = np.abs(shot(view) - wanted_bytes(view, transfer, layer)).max(axis=2) <= 1
+    assert same[60:330, 150:450].mean() > 0.96
+    assert same.mean() > 0.8
+
+
+def test_direct_light_at_every_pixel_follows_a_lamp(window, transfer):
+    view, _ = window([WHITE, BLUE])
+    surfels = shot(view)
+    press(view, "t")
+    assert view.traced
+    expect_traced(view, transfer)
+    picture = shot(view)
+    assert (np.abs(picture - surfels).max(axis=2) > 3).mean() > 0.05
+    x, y = pixel(view, BLUE.position)
+    assert picture[449 - y, x, 2] > picture[449 - y, x, 0] + 100  # the sphere is before it
+    before = shown_radiosity(view)
+    view.move(1, np.array([0.6, 0.4, 0.5]) - view.subject.origin())
+    assert shown_radiosity(view) is before  # of surfels, which nobody sees while it is dragged
+    expect_traced(view, transfer)
+    view.relight()
+    assert not np.array_equal(shown_radiosity(view), before)
+    expect_traced(view, transfer)
+    press(view, "+")
+    press(view, "+")
+    expect_traced(view, transfer)
+    press(view, "d")
+    expect_traced(view, transfer, "direct")
+    press(view, "d")
+    expect_traced(view, transfer, "indirect")
+    press(view, "d")
+    press(view, "t")
+    assert not view.traced
+    view.set_exposure(0.0)
+    untraced = shot(view)
+    press(view, "t")
+    press(view, "t")
+    assert np.array_equal(shot(view)[100:], untraced[100:])  # below the words, which tell milliseconds
+
+
+def test_while_the_camera_turns_surfels_are_shown(window, transfer):
+    view, _ = window([WHITE])
+    press(view, "t")
+    mouse = view.plotter.iren.interactor
+    mouse.SetEventInformation(300, 100, 0, 0, "\0", 0, None)
+    mouse.LeftButtonPressEvent()
+    mouse.SetEventInformation(310, 104, 0, 0, "\0", 0, None)
+    mouse.MouseMoveEvent()
+    assert "traced" not in view.plotter.actors
+    assert view.plotter.actors["surfels"].GetVisibility()
+    mouse.LeftButtonReleaseEvent()
+    assert not np.allclose(view.camera().eye, FRONT.eye, atol=0.01)
+    expect_traced(view, transfer)
+    press(view, "0")
+    assert np.allclose(view.camera().eye, FRONT.eye, atol=1e-6)
+    expect_traced(view, transfer)
+    press(view, "b")  # and with both sides, which from inside is the same
+    expect_traced(view, transfer)
+
+
+def test_area_lights_move_in_the_picture(window, transfer):
+    view, _ = window([sf.AreaLight([0.4, 0.5, 0.8], [0, 0, 0.1], [-0.2, 0, 0], 20.0)])  # towards the camera
+    press(view, "t")
+    expect_traced(view, transfer)
+    view.move(0, np.array([0.4, 0.5, 0.3]) - view.subject.origin())
+    expect_traced(view, transfer)
+    x, y = pixel(view, [0.45, 0.5, 0.33])
+    assert shot(view)[449 - y, x].min() > 250
+
+
 def test_written_lamps_are_read_again(window, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     lights = [
