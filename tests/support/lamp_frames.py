@@ -1,7 +1,8 @@
 """Frames a second and errors of LampRenderer under a lamp that moves, beside path tracing of single pixels.
 
-`python tests/support/lamp_frames.py SCENE.toml|FILE.transfer FROM TO`, where places are x,y,z, moves a light from one to
-the other, in steps: a point light, or with `--side` a square area light of that side that shines downwards. Errors are RMS over pixels drawn at random, relative to the RMS of the truth there.
+`python tests/support/lamp_frames.py SCENE.toml|FILE.transfer FROM TO`, where places are x,y,z, moves a light from one
+to the other, in steps: a point light, or with `--side` a square area light of that side that shines downwards. Errors
+are RMS over pixels drawn at random, relative to the RMS of the truth there.
 """
 
 import argparse
@@ -76,6 +77,7 @@ def main():
     parser.add_argument("--side", type=float, default=0.0)
     parser.add_argument("--size", default="960x720")
     parser.add_argument("--subpixels", type=int, default=1, help="of a pixel each way")
+    parser.add_argument("--bounces", default=3, type=lambda text: None if text == "all" else int(text))
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--pixels", type=int, default=0, help="that are path traced for three of the frames")
     parser.add_argument("--samples", type=int, default=4096)
@@ -84,6 +86,7 @@ def main():
         transfer = sf.load_transfer(given.scene)
     else:
         transfer = sf.precompute_transfer(sf.load_scene(given.scene))
+    transfer.bounces = given.bounces
     size = tuple(int(side) for side in given.size.split("x"))
     start, end = (np.array([float(x) for x in text.split(",")]) for text in (given.start, given.end))
     lamps = [lamp_at(start + t * (end - start), given.side) for t in np.linspace(0, 1, given.frames)]
