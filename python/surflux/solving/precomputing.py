@@ -21,7 +21,9 @@ from surflux.solving.sky_transfer import SkyTransfer
 from surflux.solving.transfer import Transfer
 
 SAMPLES = 4  # of the unoccluded light of each group of senders
-EPSILON = {"local": 0.3, "distant": 0.15, "sky": 0.3}
+EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.3}
+RAYS = {"local": 128, "distant": 256, "sky": 256}
+MOST_SENDERS = 2**23  # links hold 24 bits of a node of a binary tree
 VISIBILITY_RAYS = 1024  # of each receiver
 
 
@@ -34,7 +36,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 256,
+    rays: int | None = None,
     senders: int = 65536,
     region: ArrayLike | None = None,
     max_memory: float | None = None,
@@ -51,7 +53,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 256,
+    rays: int | None = None,
     senders: int = 65536,
     max_memory: float | None = None,
     seed: int = 0,
@@ -67,7 +69,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 256,
+    rays: int | None = None,
     senders: int = 65536,
     patches: int = 145,
     max_memory: float | None = None,
@@ -83,7 +85,7 @@ def precompute_transfer(
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
-    rays: int = 256,
+    rays: int | None = None,
     senders: int = 65536,
     patches: int = 145,
     region: ArrayLike | None = None,
@@ -99,7 +101,7 @@ def precompute_transfer(
     everywhere, with one product for each bounce. Points are refined where they differ in what a test tells of them.
     Surfels whose own rays contradict the basis have rays of their own.
 
-    "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 256 lamps at random places
+    "local" is direct-to-indirect transfer: `LocalTransfer.relight` takes lamps. Its test are 512 lamps at random places
     in the air; points keep irradiance and its gradient by the normal.
 
     "distant" is for an environment by five bands of spherical harmonics: `DistantTransfer.relight` takes it, turned if
@@ -119,11 +121,13 @@ def precompute_transfer(
         bounces: how often light is reflected; None for until another bounce brings less than a thousandth.
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
-            None for .3. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
+            None for .2. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
             "sky": what it has of a distant light, as of lamps; None for .3.
         levels, radius: of the basis, as in `solve_meshless`.
-        rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128.
-        senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. At least 1.
+        rays: of a point on the coarsest level, 16 to 65535; half as many on every other finer level, down to 128; None
+            for 128 ("local") or 256.
+        senders: groups of surfels, at most; the more, the nearer lamps may come to surfaces. 1 to
+            8 388 608.
         region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those
             alone ("local"). None for anywhere in the air, hollow walls, too.
         patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
@@ -162,8 +166,8 @@ def precompute_transfer(
         levels=check.count("levels", levels, 1, 10),
         radius=0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
         epsilon=check.number("epsilon_t", epsilon_t, 0.0, low_open=True),
-        rays=check.count("rays", rays, 16, 65535),
-        senders=check.count("senders", senders, 1),
+        rays=RAYS[lighting] if rays is None else check.count("rays", rays, 16, 65535),
+        senders=check.count("senders", senders, 1, MOST_SENDERS),
         samples=SAMPLES,
         region=region,
         max_memory=0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),

@@ -13,7 +13,7 @@ from cases.builders import cube_inside
 
 DATA = Path(__file__).parents[3] / "data"
 LAMP = sf.PointLight([0.3, 0.25, 0.35], [1.0, 2.0, 0.5])
-ENOUGH, LITTLE, TOO_LITTLE = 100e6, 13e6, 6e6  # the Cornell box takes some 20 MB, its first level 11 MB
+ENOUGH, LITTLE, TOO_LITTLE = 100e6, 10e6, 6e6  # the Cornell box takes some 15 MB, its first level 7 MB
 
 
 @pytest.fixture(scope="module")
