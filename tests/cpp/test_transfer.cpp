@@ -158,8 +158,8 @@ TEST(TransportOperator, LinksHaveTheSlopesOfTheirRays) {
     int turned = 0;
     for (std::size_t k = 0; k < found.positions.size(); ++k) {
         if (std::abs(found.positions[k].z) < 0.9) continue;  // at the poles, where x is in the tangent plane
-        EXPECT_GT(values[4 * colors * k + colors], 0.2f);
-        EXPECT_NEAR(values[4 * colors * k], 0.5f, 0.1f);
+        EXPECT_GT(values[TransportOperator::tilted_channels * k + 3], 0.2f);
+        EXPECT_NEAR(values[TransportOperator::tilted_channels * k], 0.5f, 0.1f);
         ++turned;
     }
     EXPECT_GT(turned, 5);

@@ -42,9 +42,9 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     operator_.at_surfels.multiply(coefs, TransportOperator::tilted_channels, [&](std::size_t i, const float* sum) {
         const Vec3& n = s.normals[i];
         for (int c = 0; c < 3; ++c)
-            out[i][c] = std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[colors + c]) +
-                                          n.y * static_cast<double>(sum[2 * colors + c]) +
-                                          n.z * static_cast<double>(sum[3 * colors + c]));
+            out[i][c] =
+                std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[3 + c]) +
+                                  n.y * static_cast<double>(sum[6 + c]) + n.z * static_cast<double>(sum[9 + c]));
     });
     return out;
 }

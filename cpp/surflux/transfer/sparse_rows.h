@@ -17,7 +17,7 @@ inline constexpr std::size_t colors = 4;
 template <class Work>
 void with_fixed(std::size_t channels, const Work& work) {
     if (channels == colors) return work(std::integral_constant<std::size_t, colors>());
-    if (channels == 4 * colors) return work(std::integral_constant<std::size_t, 4 * colors>());
+    if (channels == 3 * colors) return work(std::integral_constant<std::size_t, 3 * colors>());
     work(channels);
 }
 

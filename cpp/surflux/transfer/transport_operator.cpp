@@ -43,12 +43,12 @@ void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vecto
         constexpr float of_slope = 1.0f / ShotRows::slope_scale;
         const Frame frame = frame_around(normals[k]);
         float* to = out.data() + k * tilted_channels;
-        for (std::size_t c = 0; c < colors; ++c) {
+        for (std::size_t c = 0; c < 3; ++c) {
             const float tilt_u = row.per_ray * (of_slope * u[c] - row.u * value[c]);
             const float tilt_v = row.per_ray * (of_slope * v[c] - row.v * value[c]);
             to[c] = row.per_ray * value[c];
             for (int axis = 0; axis < 3; ++axis)
-                to[colors * static_cast<std::size_t>(axis + 1) + c] =
+                to[3 * static_cast<std::size_t>(axis + 1) + c] =
                     tilt_u * static_cast<float>(frame.u[axis]) + tilt_v * static_cast<float>(frame.v[axis]);
         }
     });

@@ -55,7 +55,7 @@ struct TransportOperator {
     // Irradiance and its rotation gradient (Ward and Heckbert 1992): n' . gradient is what a normal n' near the
     // receiver's has more. Together they are vector irradiance, value * normal + gradient, but that light is taken to
     // go on below the horizon of the receiver. Of each color its value, then the gradient along x, y and z.
-    static constexpr std::size_t tilted_channels = 4 * colors;
+    static constexpr std::size_t tilted_channels = 4 * 3;
 
     // Receivers, in the order of the functions that are theirs: level by level, neighbours near each other.
     std::vector<Vec3> positions, normals;
