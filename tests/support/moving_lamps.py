@@ -11,21 +11,11 @@ import time
 import numpy as np
 
 import surflux as sf
+from surflux.bench.transfer import errors_of
 from surflux.bench.truth import Truth
 
 MEASURED = 800  # surfels, drawn by area
 REPEATS = 9
-
-
-def squared(values):
-    return (values**2).sum(axis=1).mean()
-
-
-def errors(found, truth):
-    """(of all, of indirect irradiance): relative RMS errors without the variance of the reference."""
-    noise = squared(truth.indirect_error)
-    off = max(0.0, squared(found[truth.index] - truth.indirect) - noise)
-    return np.sqrt(off / squared(truth.total)), np.sqrt(off / (squared(truth.indirect) - noise))
 
 
 def main():
@@ -56,7 +46,7 @@ def main():
                 found = transfer.indirect(lamp, bounces=3)
                 taken.append(time.perf_counter() - start)
             found = transfer.indirect(lamp)
-            of_all, of_indirect = errors(found, truth)
+            of_all, of_indirect = errors_of(found, truth)
             mean = found[truth.index].mean() / truth.indirect.mean() - 1
             print(
                 f"| {seed} | {text} | {100 * of_all:.1f} | {100 * of_indirect:.0f} | {100 * mean:+.1f} | "

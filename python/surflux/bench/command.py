@@ -4,7 +4,8 @@ Each case is run once to warm up and then several times; seconds are medians, al
 against a closed form where there is one; "own estimate" is Solution.error. With --quick or --full it measures instead
 what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
-what each constant of a solver that is no option trades (`constants`).
+what each constant of a solver that is no option trades (`constants`), with --transfer precomputed light transport
+beside what it is to reach (`transfer`).
 """
 
 import argparse
@@ -34,6 +35,7 @@ def main(arguments=None):
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
+    parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
     parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
     parser.add_argument(
@@ -67,6 +69,7 @@ def main(arguments=None):
         "scale": _scale,
         "reference": _reference,
         "constants": _constants,
+        "transfer": _transfer,
         "cases": _cases,
     }[kind]
     rows, text = run(options)
@@ -82,7 +85,7 @@ def main(arguments=None):
 
 def _kind(options):
     """What is asked for, one of the options' names, or "cases" where none of these is."""
-    kinds = ("quick", "full", "scale", "reference", "areas", "constants")
+    kinds = ("quick", "full", "scale", "reference", "areas", "constants", "transfer")
     chosen = [kind for kind in kinds if getattr(options, kind)]
     if len(chosen) > 1:
         raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
@@ -107,7 +110,7 @@ def _check_options(options, kind):
     if options.cache and kind != "scale":
         raise ValueError("--cache: goes with --scale")
     if options.scene and not _scenes(kind):
-        raise ValueError("--scene: goes with --quick, --full, --scale or --constants")
+        raise ValueError("--scene: goes with --quick, --full, --scale, --constants or --transfer")
     for option, names in (("case", cases.CASES), ("scene", _scenes(kind))):
         for name in getattr(options, option) or ():
             if name not in names:
@@ -131,6 +134,10 @@ def _scenes(kind):
         from surflux.bench import scale
 
         return tuple(scale.SCENES)
+    if kind == "transfer":
+        from surflux.bench import transfer
+
+        return transfer.NAMES
     return scenes.NAMES if kind in ("quick", "full", "constants") else ()
 
 
@@ -185,6 +192,13 @@ def _constants(options):
 
     rows = constants.measure(_scenes_there(options.scene or constants.SCENES), options.repeats, options.threads)
     return rows, constants.table(rows)
+
+
+def _transfer(options):
+    from surflux.bench import transfer
+
+    rows = transfer.measure(options.scene or transfer.NAMES, options.repeats, options.threads)
+    return rows, transfer.table(rows)
 
 
 def _scale(options):
