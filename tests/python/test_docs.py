@@ -1,8 +1,11 @@
-"""What the documentation shows runs: every example of every docstring, and every python block of the README."""
+"""What the documentation shows runs: every example of every docstring, and every python block of the README
+and of the guide, notebooks too."""
 
 import doctest
 import importlib
 import inspect
+import json
+import os
 import pkgutil
 import re
 from pathlib import Path
@@ -14,6 +17,7 @@ import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
 GUIDE = sorted((README.parent / "python" / "guide").glob("*.md"))
+NOTEBOOKS = sorted((README.parent / "python" / "guide").glob("*.ipynb"))
 MODULES = ["surflux", *(m.name for m in pkgutil.walk_packages(sf.__path__, "surflux.") if m.name != "surflux.__main__")]
 
 
@@ -72,6 +76,31 @@ def test_guide(page, elsewhere):
     assert found
     for block in found:
         exec(compile(block, page, "exec"), shared)
+
+
+def cells(book, kind):
+    return [cell for cell in json.loads(book.read_text())["cells"] if cell["cell_type"] == kind]
+
+
+@pytest.mark.parametrize("book", NOTEBOOKS, ids=lambda book: book.stem)
+@pytest.mark.slow
+def test_notebook(book, elsewhere):
+    """Its cells run from top to bottom, and it is kept without what they show."""
+    if not os.environ.get("CI"):
+        pytest.importorskip("IPython")
+    shared = {"__name__": "__main__"}
+    for cell in cells(book, "code"):
+        assert cell["outputs"] == []
+        assert cell["execution_count"] is None
+        exec(compile("".join(cell["source"]), book, "exec"), shared)
+
+
+@pytest.mark.parametrize("book", NOTEBOOKS, ids=lambda book: book.stem)
+def test_a_page_of_the_guide_leads_to_the_notebook(book):
+    assert f"({book.name})" in book.with_suffix(".md").read_text()
+    for cell in cells(book, "markdown"):
+        for link in re.findall(r"\]\((?!https?:)([^)#]+)", "".join(cell["source"])):
+            assert (book.parent / link).exists(), f"{book.name} links to {link}"
 
 
 @pytest.mark.parametrize("page", [README, *GUIDE], ids=lambda page: page.stem)
