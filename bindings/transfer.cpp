@@ -83,6 +83,7 @@ TransportOperator take_operator(const py::dict& arrays, const CompiledScene& sce
 
 std::unique_ptr<LocalTransfer> local_of_arrays(const Compiled& scene, const py::dict& arrays, const Figures& timings) {
     TransportOperator transport = take_operator(arrays, *scene);
+    require(transport.samples.of_leaf > 0, "samples: wanted at least 1 for each leaf");
     return without_gil([&] { return std::make_unique<LocalTransfer>(scene, std::move(transport), timings); });
 }
 

@@ -94,7 +94,12 @@ public:
         give_rows_to_surfels();
         pack_rows(shot_, order_, out_);
         watch_.lap("surfels");
-        if (options_.lighting == OperatorOptions::Lighting::local) out_.bounce_levels = bounce_levels;
+        if (options_.lighting == OperatorOptions::Lighting::local) {
+            out_.bounce_levels = bounce_levels;
+        } else {  // no lamp is seen from samples
+            out_.samples.samples = {};
+            out_.samples.of_leaf = 0;
+        }
         out_.at_groups =
             means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas,
                             out_.level_begin[out_.bounce_end()], out_.level_begin[out_.level_begin.size() - 2]);
