@@ -21,6 +21,7 @@ from surflux.scans.thinning import EvenSample, joined
 _OPEN = {"ply": open_ply, "pcd": open_pcd, "las": open_las, "e57": open_e57, "npz": open_npz, "obj": open_obj}
 # Of disks: fewer of them do not cover the surface.
 _REACHES = ("radius", "area")
+_FARTHEST = 1e30
 
 
 class Columns(NamedTuple):
@@ -54,6 +55,7 @@ def read_columns(path, format=None, points=None, seed=0):
     for chunk in opened.chunks:
         first, count = count, count + len(chunk["points"])
         finite = np.all(np.isfinite(chunk["points"]), axis=1)
+        _check_places(path, chunk["points"], finite, first)
         rows = np.flatnonzero(finite)
         if len(rows) < len(finite):
             dropped += len(finite) - len(rows)
@@ -74,3 +76,12 @@ def read_columns(path, format=None, points=None, seed=0):
         for name in _REACHES:
             columns.pop(name, None)
     return Columns(columns, columns.pop("row"), count, opened.viewpoints(), opened.faces)
+
+
+def _check_places(path, points, finite, first):
+    """Refuses coordinates of which squares leave the range of numbers, as Surfels does, naming the first."""
+    far = finite & np.any(np.abs(points) > _FARTHEST, axis=1)
+    if np.any(far):
+        row = int(np.argmax(far))
+        largest = points[row][np.argmax(np.abs(points[row]))]
+        raise file_error(path, f"point {first + row}: a coordinate is {largest:g}; wanted up to {_FARTHEST:g}")
