@@ -1,5 +1,6 @@
 """Rows of numbers, in bytes or in text, a chunk at a time."""
 
+import codecs
 import itertools
 import os
 
@@ -38,7 +39,7 @@ def text_lines(path, begin=0, line=0):
         file.seek(begin)
         for raw in file:
             line += 1
-            text = raw.decode("latin-1").strip()
+            text = raw.removeprefix(codecs.BOM_UTF8).decode("latin-1").strip()
             if text and not text.startswith(("#", "//")):
                 yield line, text
 

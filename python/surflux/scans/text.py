@@ -1,7 +1,7 @@
 """XYZ, PTS and CSV: a point on a line of text."""
 
+import codecs
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,11 +11,6 @@ from surflux.scans.tables import delimiter_of, is_number, split, text_lines, tex
 
 _LOOKED_AT = 1000  # lines, to see what columns without names are
 _XYZ, _RGB, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
-
-
-class _Layout(NamedTuple):
-    names: tuple
-    delimiter: str
 
 
 def open_text(path, form):
@@ -92,7 +87,7 @@ def _named_columns(path):
             raw = file.readline(1 << 16)
             if not raw:
                 break
-            text = raw.decode("latin-1").removeprefix("\xef\xbb\xbf").strip()
+            text = raw.removeprefix(codecs.BOM_UTF8).decode("latin-1").strip()
             comment = text.startswith(("#", "//"))
             bare = text.lstrip("#/ \t")
             words = split(bare, next((mark for mark in ",;" if mark in bare), ""))
