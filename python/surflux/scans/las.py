@@ -1,5 +1,7 @@
 """LAS and LAZ, COPC among them, by laspy: the extra surflux[scans]."""
 
+import os
+
 import numpy as np
 
 from surflux._base.files import file_error
@@ -16,6 +18,7 @@ def open_las(path):
     Scale and offset are applied in float64. Attributes: intensity, classification, return_number, number_of_returns,
     point_source_id, gps_time, nir, scan_angle in degrees, and the extra dimensions of the file by their names.
     """
+    _check_records(path)
     with outside(path, "laspy"):
         import laspy
 
@@ -24,6 +27,19 @@ def open_las(path):
         if header.are_points_compressed and not laspy.LazBackend.detect_available():
             raise ImportError("LAZ without a backend", name="lazrs")
     return PointFile(header.point_count, _chunks(path, reader))
+
+
+def _check_records(path):
+    """Refuses a header with more records than the file has room for: laspy would go through all of them."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        head = file.read(247)
+    for at, least in ((100, 54), (243, 60)):  # of variable length records, and of extended ones
+        if len(head) < at + 4 or (at > 200 and head[25] < 4):  # LAS 1.4 has these
+            continue
+        records = int.from_bytes(head[at : at + 4], "little")
+        if records * least > size:
+            raise file_error(path, f"the header promises {records} records of {least} bytes or more", f"byte {at}")
 
 
 def _chunks(path, reader):

@@ -25,7 +25,8 @@ def e57(path, *scans):
 
 def station(n, seed, **more):
     random = np.random.default_rng(seed)
-    data = {f"cartesian{axis}": random.uniform(1.0, 2.0, n) for axis in "XYZ"}
+    # pye57 writes single precision.
+    data = {f"cartesian{axis}": random.uniform(1.0, 2.0, n).astype(np.float32).astype(np.float64) for axis in "XYZ"}
     return data | more
 
 

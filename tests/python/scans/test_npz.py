@@ -8,7 +8,7 @@ import pytest
 
 import surflux as sf
 
-POINTS = np.random.default_rng(0).uniform(-1.0, 1.0, (25, 3)) + [5e5, 4e6, 0.0]
+POINTS = np.add(np.random.default_rng(0).uniform(-1.0, 1.0, (25, 3)), [5e5, 4e6, 0.0])
 
 
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
