@@ -50,7 +50,7 @@ def test_files_are_thinned_by_seed_and_rows_say_what_is_left(tmp_path, data):
     assert not np.array_equal(sf.read_scan(path, points=200, seed=1).rows, scan.rows)
     assert len(sf.read(path, points=200)) == len(scan)
     assert len(sf.read_scan(path, points=5000)) == 5000
-    with pytest.raises(ValueError, match="^points: wanted a whole number from 2"):
+    with pytest.raises(ValueError, match=r"^points: wanted a whole number from 2"):
         sf.read(path, points=1)
 
 
