@@ -152,6 +152,7 @@ def read_scan(
         return scan_of_columns(path, read_columns(path, format, points, seed))
 
 
+@np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
 def scan_of_columns(path, read):
     """The Scan of what read_columns read of a path."""
     columns = dict(read.columns)

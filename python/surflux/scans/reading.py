@@ -34,6 +34,7 @@ class Columns(NamedTuple):
     faces: int
 
 
+@np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
 def read_columns(path, format=None, points=None, seed=0):
     """The columns of a file of points; points that are not finite are dropped, with a warning that says how many.
 
