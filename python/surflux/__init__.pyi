@@ -18,6 +18,8 @@ from surflux.pictures.images import write_image as write_image
 from surflux.points.arranging import concatenate as concatenate
 from surflux.points.arranging import divide_patches as divide_patches
 from surflux.points.reading import read as read
+from surflux.points.scan import Scan as Scan
+from surflux.points.scan import read_scan as read_scan
 from surflux.points.surfels import Surfels as Surfels
 from surflux.scenes.camera_file import save_camera as save_camera
 from surflux.scenes.lamp_path import load_lamps as load_lamps

@@ -14,6 +14,7 @@ import pytest
 
 import surflux as sf
 from fuzzing import damaged, damaged_scene
+from scan_files import pcd, table
 
 ASCII = """ply
 format ascii 1.0
@@ -137,6 +138,21 @@ def test_points(folder):
     good, refused = counts(sf.read, folder / "a.ply", [*seeds, ASCII.encode(), plain.encode()], 150)
     assert good > 40
     assert refused > 200
+
+
+def test_scans(folder):
+    for kind in ("ascii", "binary", "binary_compressed"):
+        seed = pcd(folder / "whole.pcd", table(20), kind).read_bytes()
+        good, refused = counts(sf.read_scan, folder / "a.pcd", [seed], 200)
+        assert good > 0  # NPZ has checksums
+        assert refused > 20
+    np.savez(folder / "whole.npz", points=np.ones((20, 3)), label=np.arange(20))
+    rows = [" ".join(map(str, row)) for row in np.arange(60).reshape(10, 6)]
+    text = "\n".join(rows).encode()
+    for name, seed in (("a.npz", (folder / "whole.npz").read_bytes()), ("a.xyz", text), ("a.pts", b"10\n" + text)):
+        good, refused = counts(sf.read_scan, folder / name, [seed], 200)
+        assert good > 0  # NPZ has checksums
+        assert refused > 20
 
 
 def test_meshes(folder):

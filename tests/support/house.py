@@ -11,8 +11,8 @@ FLOORS += ["neighbors", "files", "image", "gl", "scene", "core"]
 STRANGERS = {"radiosity", "meshless", "reference", "area"}
 
 # The rooms of python/surflux, top to bottom; the face (surflux/__init__.py) finds public names in them when asked.
-ROOMS = ["cli", "bench", "viewing", "solving", "splats", "solutions", "scenes", "points", "drawing", "pictures"]
-ROOMS += ["geometry", "_base"]
+ROOMS = ["cli", "bench", "viewing", "solving", "splats", "solutions", "scenes", "points", "scans", "drawing"]
+ROOMS += ["pictures", "geometry", "_base"]
 
 # Outside libraries by their headers' folder, and where those may be included. Eigen may be used anywhere.
 HOMES = {

@@ -7,9 +7,12 @@ from pathlib import Path
 from surflux._core import FileError
 
 
-def file_error(path, reason):
-    """The FileError of a whole file; bytes of its name that are no text are shown as the core shows them."""
-    return FileError(f"{os.fsencode(path).decode('utf-8', 'backslashreplace')}: {reason}")
+def file_error(path, reason, place=None):
+    """The FileError of a whole file, or of a place in it; bytes of its name that are no text are shown as the core
+    shows them.
+    """
+    name = os.fsencode(path).decode("utf-8", "backslashreplace")
+    return FileError(f"{name}: {reason}" if place is None else f"{name} ({place}): {reason}")
 
 
 def require_file(path):

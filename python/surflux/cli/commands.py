@@ -87,6 +87,7 @@ def _check_options(options):
     given = {name: value for name, value in vars(options).items() if value is not None}
     checks = {
         "thin": lambda name, value: check.count(name, value, 2),
+        "points": lambda name, value: check.count(name, value, 2),
         "threads": check.count,
         "samples": lambda name, value: check.count(name, value, 1, 8),
         "turntable": check.count,
@@ -108,6 +109,8 @@ def _check_options(options):
             checked(f"--{name.replace('_', '-')}", given[name])
     if "viewpoint" in given and _is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
+    if "points" in given and _is_scene(options.input):
+        raise ValueError("--points: is for a cloud; a scene file thins an object by its key thin")
     if given.get("exposure", "auto") == "auto":
         options.exposure = None
     else:
@@ -201,7 +204,7 @@ def _scene_to_solve(options):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
         )
-    limit = CLOUD_LIMIT if options.thin is None else options.thin
+    limit = options.thin or options.points or CLOUD_LIMIT
     if len(cloud) > limit:
         _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
         cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
@@ -214,7 +217,8 @@ def _load_scene(options):
 
 
 def _cloud(options):
-    return sf.read(options.input, viewpoint=options.viewpoint, progress=True)
+    seed = getattr(options, "seed", None) or 0
+    return sf.read(options.input, viewpoint=options.viewpoint, points=options.points, seed=seed, progress=True)
 
 
 def _is_scene(path):

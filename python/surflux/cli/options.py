@@ -19,7 +19,9 @@ def command_line(runs, cloud_limit):
     solve = command("solve", "Solve a scene file, or a point cloud under a plain sky.")
     solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
     solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
-    solve.add_argument("--thin", type=int, metavar="N", help=f"keep N points of a cloud (default: {cloud_limit})")
+    solve.add_argument(
+        "--thin", type=int, metavar="N", help=f"keep N points of a cloud, once read (default: {cloud_limit})"
+    )
     text = '"radiosity" on surfels (default), or "meshless": a smooth field, on whatever patches'
     solve.add_argument("--solver", default="radiosity", choices=("radiosity", "meshless"), help=text)
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
@@ -28,7 +30,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
-    _viewpoint_option(solve)
+    _cloud_options(solve)
     _image_options(solve)
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)
@@ -41,7 +43,7 @@ def command_line(runs, cloud_limit):
     area.add_argument("--kappa", type=float, help="how fast a surfel's share falls with distance (default: 3)")
     area.add_argument("--resolution", type=int, metavar="N", help="samples across a disk (default: 32)")
     area.add_argument("--epsilon", type=float, help="cosine between normals of one surface (default: 0.8)")
-    _viewpoint_option(area)
+    _cloud_options(area)
     _common_options(area)
 
     check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
@@ -53,7 +55,7 @@ def command_line(runs, cloud_limit):
     text = "closed surfaces that face inwards are bodies turned inside out: -o turns them"
     closed.add_argument("--bodies", action="store_true", help=text)
     check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
-    _viewpoint_option(check)
+    _cloud_options(check)
     _common_options(check)
 
     render = command("render", "Pictures of a solved file, or Gaussians for viewers.")
@@ -84,7 +86,7 @@ def command_line(runs, cloud_limit):
     relight.add_argument("--direct", metavar="HOW", help=text)
     relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
     relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
-    relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 256; lamps: 128)")
+    relight.add_argument("--rays", type=int, metavar="N", help="of a coarsest point (default: 256; lamps: 128)")
     relight.add_argument("--seed", type=int, help="of everything random")
     relight.add_argument("--screenshot", metavar="OUT.png", help="write a picture of the window instead of opening it")
     _image_options(relight, "write a film (.mp4, .gif), a pattern of pictures, frames/%%04d.png, or one picture")
@@ -93,7 +95,7 @@ def command_line(runs, cloud_limit):
     _common_options(relight)
 
     view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
-    view.add_argument("input", metavar="FILE", help="a scene (.toml), points or a solution (.ply), or a mesh")
+    view.add_argument("input", metavar="FILE", help="a scene (.toml), points, a solution (.ply), or a mesh")
     view.add_argument("--screenshot", metavar="OUT.png", help="write a picture instead of opening a window")
     view.add_argument("--export", metavar="OUT.html", help="write a page that any browser shows by itself")
     view.add_argument(
@@ -113,7 +115,7 @@ def command_line(runs, cloud_limit):
     view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
     view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
     view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
-    _viewpoint_option(view)
+    _cloud_options(view)
     _camera_options(view)
 
     command("bench", "Seconds and errors of every stage on this machine.")
@@ -123,9 +125,11 @@ def command_line(runs, cloud_limit):
     return parser
 
 
-def _viewpoint_option(parser):
-    text = "where a cloud was scanned from: estimated normals point there"
+def _cloud_options(parser):
+    text = "where a cloud was scanned from: estimated normals point there (default: what the file says)"
     parser.add_argument("--viewpoint", type=_vector, metavar="X,Y,Z", help=text)
+    text = "at most N points of a cloud, such as 500k or 2M: it is thinned while it is read, evenly"
+    parser.add_argument("--points", type=_many, metavar="N", help=text)
 
 
 def _common_options(parser):
@@ -172,6 +176,18 @@ def _vector(text):
     except ValueError:
         raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
     return (x, y, z)
+
+
+def _many(text):
+    """A whole number, which may end in k or M."""
+    factor = {"k": 1e3, "m": 1e6}.get(text[-1:].lower(), 1.0)
+    try:
+        number = float(text[:-1] if factor > 1.0 else text) * factor
+    except ValueError:
+        number = 0.5
+    if not number.is_integer():  # as inf is none, either
+        raise argparse.ArgumentTypeError(f"wanted a whole number, such as 500k or 2M, got {text!r}")
+    return int(number)
 
 
 def _bounces(text):

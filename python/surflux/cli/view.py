@@ -10,6 +10,7 @@ from surflux._base.warn import warn
 from surflux.cli.pictures import camera_of
 from surflux.drawing.plots import picture_path
 from surflux.points.reading import read_with_faces
+from surflux.scans.formats import MESHES
 from surflux.solutions.solution_file import NO_SOLUTION
 from surflux.viewing.page import page_path
 
@@ -26,14 +27,16 @@ def thing_of(options):
             return scene, True
         zeta = {} if options.zeta is None else {"zeta": options.zeta}
         return sf.solve(scene, **zeta, progress=True), True
-    if options.mesh or path.suffix.lower() != ".ply":
+    suffix = path.suffix.lower()
+    if options.mesh or suffix.lstrip(".") in (*MESHES, "obj"):
         return sf.Surfels.from_mesh(path, reflectance=None, progress=True), False
     try:
-        return sf.load_solution(path), True
+        if suffix == ".ply":
+            return sf.load_solution(path), True
     except sf.FileError as error:
         if NO_SOLUTION not in str(error):
             raise
-    surfels, faces = read_with_faces(path, viewpoint=options.viewpoint, progress=True)
+    surfels, faces = read_with_faces(path, viewpoint=options.viewpoint, points=options.points, progress=True)
     if faces:
         warn(f"{path}: has {check.counted(faces, 'face')}, left out, as its points are shown: --mesh shows the faces")
     return surfels, False

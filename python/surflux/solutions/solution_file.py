@@ -12,7 +12,7 @@ from surflux._base import check
 from surflux._base.files import file_error
 from surflux._base.types import FilePath
 from surflux.pictures.camera import Camera
-from surflux.points.reading import load_arrays
+from surflux.points.ply_arrays import load_arrays
 from surflux.points.surfels import Surfels
 from surflux.points.writing import unpack_comments
 from surflux.scenes.lights import AreaLight

@@ -128,6 +128,8 @@ WRONG = [
     (["solve", "broken.ply"], "broken.ply"),
     (["solve", "broken.toml"], "broken.toml (object 1, shape): wanted one of"),
     (["solve", "room.toml", "--thin", "50"], "--thin: is for a cloud"),
+    (["solve", "room.toml", "--points", "50"], "--points: is for a cloud"),
+    (["solve", "ball.ply", "--points", "1"], "--points: wanted a whole number from 2"),
     (["solve", "ball.ply", "--thin", "1"], "--thin: wanted a whole number from 2"),
     (["solve", "room.toml", "--tolerance", "-1"], "--tolerance: wanted values in (0, 1), got -1"),
     (["solve", "room.toml", "--seed", "-1"], "--seed: wanted a whole number from 0"),
@@ -212,6 +214,7 @@ def test_where_nothing_can_be_written_nothing_is_solved(ball, run, monkeypatch, 
         (["solve", "a.toml", "--size", "800"], "wanted WIDTHxHEIGHT, such as 800x600, got '800'"),
         (["solve", "a.toml", "--eye", "1,2"], "wanted three numbers x,y,z, got '1,2'"),
         (["solve", "a.toml", "--thin", "many"], "invalid int value: 'many'"),
+        (["solve", "a.ply", "--points", "1.5"], "wanted a whole number, such as 500k or 2M, got '1.5'"),
     ],
 )
 def test_wrong_usage(capsys, arguments, message):
@@ -270,7 +273,7 @@ def test_a_reader_that_has_gone_is_no_error(here):
 
 
 def test_warnings_are_one_line(here, run, monkeypatch):
-    def read(path, viewpoint=None, progress=False):
+    def read(path, **_):
         warnings.warn("3 normals are zero", stacklevel=1)
         return shapes.sphere(42)
 

@@ -7,7 +7,7 @@ import pytest
 
 from ply_samples import core_surfels, write
 from surflux import _core
-from surflux.points.reading import load_arrays
+from surflux.points.ply_arrays import load_arrays
 from surflux.points.writing import save_surfels
 
 FileError = _core.FileError
@@ -129,17 +129,18 @@ def test_refuses_patches_of_no_surfel(tmp_path):
             load_arrays(path)
 
 
-def test_formats_go_by_suffix_or_by_name(tmp_path):
+def test_formats_go_by_content_or_by_name(tmp_path):
     source = write(tmp_path / "a.PLY", ["vertex 1: float x y z"], ["1 2 3"])
     assert len(load_arrays(source)["points"]) == 1
     other = source.rename(tmp_path / "scan.dat")
+    assert len(load_arrays(str(other))["points"]) == 1
     assert len(load_arrays(str(other), format="ply")["points"]) == 1
-    with pytest.raises(FileError, match=r"scan\.dat: format 'dat' cannot be read as points; supported now: ply"):
-        load_arrays(other)
-    with pytest.raises(FileError, match="format 'las' cannot be read"):
+    with pytest.raises(FileError, match=r"scan\.dat: is no PLY file, but las$"):
         load_arrays(other, format="las")
+    with pytest.raises(FileError, match="format 'dxf' cannot be read as points; supported now: ply, pcd, las"):
+        load_arrays(other, format="dxf")
     (tmp_path / "scan").touch()
-    with pytest.raises(FileError, match="a name without a suffix, and no format, cannot be read"):
+    with pytest.raises(FileError, match="a name without a suffix cannot be read as points"):
         load_arrays(tmp_path / "scan")
 
 

@@ -13,7 +13,7 @@ from surflux import _core
 from surflux._base.color import linear_to_srgb, srgb_to_linear
 from surflux.drawing.colors import Shown, screen_bytes
 from surflux.pictures.images import tone_map
-from surflux.points.reading import load_arrays
+from surflux.points.ply_arrays import load_arrays
 from surflux.points.writing import pack_comments, save_surfels, unpack_comments
 
 FileError = _core.FileError

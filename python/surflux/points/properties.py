@@ -1,0 +1,96 @@
+"""Properties of surfels among the columns of a file: each is taken out, checked, and None where it is not there."""
+
+import numpy as np
+
+from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.files import file_error
+from surflux.geometry.gloss import USUAL_EXPONENT
+from surflux.points.writing import COLOR_NAMES
+
+COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+LINEAR = ("reflectance", "emission")  # RGB that surfels have, property by property with _r, _g and _b
+
+
+def take(path, columns, names):
+    """The columns of these names, taken out, as one array; None where there are none."""
+    there = [name for name in names if name in columns]
+    if not there:
+        return None
+    if len(there) < len(names):
+        missing = next(name for name in names if name not in columns)
+        raise file_error(path, f"its vertices have {there[0]}, but no {missing}")
+    return np.stack([columns.pop(name) for name in names], axis=-1)
+
+
+def check_rows(path, name, values, low):
+    """Refuse what is not finite or below `low`, naming the first vertex of the kind."""
+    if values is None:
+        return
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.isfinite(values) & (values >= low))
+    if np.any(bad):
+        row = int(np.argwhere(bad)[0][0])
+        wanted = "a finite number" + (f" not below {low:g}" if np.isfinite(low) else "")
+        raise file_error(path, f"vertex {row}: {name} is {values[bad][0]:g}; wanted {wanted}")
+
+
+def require_less_than_one(path, reflectance):
+    """Refuses what reflects all light or more, naming the first vertex of the kind."""
+    if np.any(reflectance >= 1.0):
+        row = int(np.argmax(np.any(reflectance >= 1.0, axis=1)))
+        raise file_error(path, f"vertex {row}: reflectance is {reflectance[row].max():g}; wanted less than 1")
+
+
+def take_normals(path, columns):
+    """The normals, of length 1, rows of NaN where they are zero or not finite; None where there are none."""
+    normals = take(path, columns, ("nx", "ny", "nz"))
+    if normals is None:
+        return None
+    return unit_normals(normals)
+
+
+def unit_normals(normals):
+    """Normals of length 1, rows of NaN where they are zero or not finite."""
+    # By the largest component first: squares of very large or small ones leave the range of float64.
+    normals = np.asarray(normals, dtype=np.float64)
+    largest = np.max(np.abs(normals), axis=1, keepdims=True)
+    usable = np.isfinite(largest) & (largest > 0.0)
+    normals = normals / np.where(usable, largest, np.nan)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals
+
+
+def take_radii(path, columns):
+    """The radii; None where there are none, or nobody filled them in."""
+    radii = columns.pop("radius", None)
+    # Some programs write the property and never fill it in.
+    if radii is None or not np.any(radii):
+        return None
+    check_rows(path, "radius", radii, np.nextafter(0.0, 1.0))
+    return radii
+
+
+def take_gloss(path, columns):
+    """dict of "specular" and "exponent", empty where there are none."""
+    specular = take(path, columns, tuple(f"specular_{channel}" for channel in "rgb"))
+    if specular is None:  # and an exponent is something else
+        return {}
+    check_rows(path, "specular", specular, 0.0)
+    exponent = columns.pop("exponent", np.full(len(specular), USUAL_EXPONENT))
+    check_rows(path, "exponent", exponent, 0.0)
+    return {"specular": specular, "exponent": exponent}
+
+
+def take_colors(path, columns, types):
+    """The colours as linear reflectance; None where there are none."""
+    for names in COLOR_CHOICES:
+        if not all(name in columns for name in names):
+            continue
+        colors = take(path, columns, names)
+        check_rows(path, "colour", colors, 0.0)
+        white = white_of_colors(colors, types[names[0]])
+        if white is None:
+            row = int(np.argmax(colors.max(axis=1)))
+            raise file_error(path, f"vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
+        return reflectance_of_colors(colors, white)
+    return None

@@ -1,0 +1,187 @@
+"""Scans: points with all that their file says of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from surflux._base import check
+from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.files import file_error
+from surflux._base.passes import watched
+from surflux._base.types import FilePath, Floats, Integer, Progress
+from surflux.points.properties import unit_normals
+from surflux.points.scan_surfels import arrays_of_scan, surfels_of_arrays
+from surflux.points.surfels import Surfels
+from surflux.scans.reading import read_columns
+
+_BLOCK = 1_000_000  # colours made linear at once
+Format = Literal["ply", "pcd", "las", "laz", "copc", "e57", "npz", "xyz", "xyzn", "xyzrgb", "pts", "csv", "obj"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scan:
+    """Points as a file has them, with whatever it says of each: what read makes surfels of.
+
+    >>> import numpy as np, surflux as sf
+    >>> np.savez("roof.npz", points=np.random.default_rng(0).random((50, 3)), classification=np.arange(50) % 7)
+    >>> scan = sf.read_scan("roof.npz")
+    >>> scan
+    Scan(50 points; classification)
+    >>> scan[scan.attributes["classification"] == 6].surfels()
+    Surfels(7 surfels, no areas)
+    """
+
+    points: Floats
+    """(n, 3) float64, in the frame of the file: offsets and poses are applied."""
+    normals: Floats | None = None
+    """(n, 3), unit; rows of NaN where the file's are zero or not finite. None where it has none."""
+    reflectance: Floats | None = None
+    """(n, 3) linear reflectance of the file's colours, white at .98. None where it has none, or all are 0."""
+    attributes: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """What else is known, (n,) each or (n, m), in its own type: intensity, classification, return_number,
+    number_of_returns, point_source_id, gps_time, scan_angle (degrees), label, scan, and the file's other columns."""
+    viewpoints: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """(k, 3): where each of k scans was taken from, rows of NaN where the file does not say. With more than one,
+    attributes["scan"] says of each point which is its own."""
+    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """(n,): the row of the file that each point stands in, ascending; some are missing where points were left out."""
+    name: str = "scan"
+    """Of messages: the path."""
+
+    @property
+    def viewpoint(self) -> Floats | None:
+        """(3,): where all points were seen from; None where that is not known, or not one place."""
+        return self.viewpoints[0] if len(self.viewpoints) == 1 and np.all(np.isfinite(self.viewpoints)) else None
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        has = [name for name in ("normals", "reflectance") if getattr(self, name) is not None]
+        return (
+            f"Scan({'; '.join([check.counted(len(self), 'point'), ', '.join([*has, *self.attributes])]).rstrip('; ')})"
+        )
+
+    def __getitem__(self, selection: slice | ArrayLike) -> Scan:
+        """The points chosen by a boolean mask (n,), an array or list of indices, or a slice.
+
+        Raises ValueError for anything else, IndexError past the end.
+        """
+        chosen = check.selection("selection", selection, len(self))
+        return Scan(
+            self.points[chosen],
+            None if self.normals is None else self.normals[chosen],
+            None if self.reflectance is None else self.reflectance[chosen],
+            {name: values[chosen] for name, values in self.attributes.items()},
+            self.viewpoints,
+            self.rows[chosen] if len(self.rows) == len(self) else self.rows,
+            self.name,
+        )
+
+    def surfels(
+        self,
+        reflectance: ArrayLike | None = None,
+        emission: ArrayLike = 0.0,
+        viewpoint: ArrayLike | None = None,
+        *,
+        threads: int | None = None,
+        progress: Progress = False,
+    ) -> Surfels:
+        """Surfels of the points, as read gives them.
+
+        Args:
+            reflectance, emission: as read takes them. None is the reflectance of the colours, else grey by the
+                intensity, .5 at its mean, else .5.
+            viewpoint: (3,), towards which estimated normals turn; None for the scan's own, each scan's for its points.
+            threads: at most this many; None for all.
+            progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
+                False cancels.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: the points cannot be surfels.
+            Cancelled: the callback returned False.
+        """
+        if viewpoint is not None:
+            viewpoint = check.vector3("viewpoint", viewpoint)
+        with watched(threads, progress):
+            return surfels_of_arrays(self.name, arrays_of_scan(self), reflectance, emission, viewpoint)
+
+
+def read_scan(
+    path: FilePath,
+    format: Format | None = None,
+    *,
+    points: Integer | None = None,
+    seed: int = 0,
+    progress: Progress = False,
+) -> Scan:
+    """Read a file of points with all that it says of each.
+
+    Args:
+        path, format, points, seed: as read takes them.
+        progress: True for bars on stderr, or a callback (done, total) -> bool; False cancels. The total is 0 where the
+            file does not say how many points it has.
+
+    Returns:
+        Scan. Points without a finite place are left out, with a warning that says how many.
+
+    Raises:
+        FileError: the file cannot be read, or holds no points. Names the path, the line or byte where there is one, and
+            the reason; where it takes a package that is not installed, the line that installs it.
+        ValueError: an argument, by name.
+        Cancelled: the callback returned False.
+
+    >>> import surflux as sf
+    >>> with open("scan.csv", "w") as file:
+    ...     _ = file.write("x,y,z,intensity\\n635619.85,848899.70,406.59,12\\n635621.10,848899.95,406.61,80\\n")
+    >>> scan = sf.read_scan("scan.csv")
+    >>> scan.points[0].tolist(), scan.attributes["intensity"].tolist()
+    ([635619.85, 848899.7, 406.59], [12.0, 80.0])
+    """
+    path = check.path("path", path)
+    if points is not None:
+        points = check.count("points", points, 2)
+    seed = check.seed("seed", seed)
+    with watched(None, progress):
+        return scan_of_columns(path, read_columns(path, format, points, seed))
+
+
+@np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
+def scan_of_columns(path, read):
+    """The Scan of what read_columns read of a path."""
+    columns = dict(read.columns)
+    points, normals, colors = (columns.pop(name, None) for name in ("points", "normals", "colors"))
+    places = [[np.nan] * 3 if place is None else place for place in read.viewpoints]
+    return Scan(
+        points,
+        None if normals is None else unit_normals(normals),
+        None if colors is None else _reflectance(path, colors, read.rows),
+        columns,
+        np.reshape(np.array(places, dtype=np.float64), (-1, 3)),
+        read.rows,
+        file_error(path, "").args[0].removesuffix(": "),
+    )
+
+
+def _reflectance(path, colors, rows):
+    bad = ~np.all(np.isfinite(colors) & (colors >= 0), axis=1)
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        value = colors[row][~(np.isfinite(colors[row]) & (colors[row] >= 0))][0]
+        raise file_error(path, f"point {rows[row]}: colour is {value:g}; wanted a finite number not below 0")
+    if not np.any(colors):
+        return None  # a record with room for colours that nobody filled in
+    white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else "uchar")
+    if white is None:
+        row = int(np.argmax(colors.max(axis=1)))
+        raise file_error(path, f"point {rows[row]}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
+    out = np.empty(colors.shape)
+    for begin in range(0, len(colors), _BLOCK):
+        out[begin : begin + _BLOCK] = reflectance_of_colors(colors[begin : begin + _BLOCK], white)
+    return out

@@ -1,0 +1,132 @@
+"""Surfels of what files say: what is missing is estimated, and what cannot be surfels is the file's fault."""
+
+import os
+
+import numpy as np
+
+from surflux._base.color import WHITE
+from surflux._base.files import file_error
+from surflux._base.warn import warn
+from surflux.geometry.cores import replaced
+from surflux.geometry.estimates import estimated_normals
+from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
+from surflux.points.surfels import Surfels
+from surflux.scans.columns import attribute_name
+
+
+def arrays_of_scan(scan):
+    """What a Scan says about surfels, as load_arrays has it, with its viewpoints, and the scan of each point."""
+    columns = dict(scan.attributes)
+    out = {"points": scan.points, "normals": scan.normals, "radii": take_radii(scan.name, columns)}
+    out["areas"] = columns.pop("area", None)
+    check_rows(scan.name, "area", out["areas"], 0.0)
+    for name in LINEAR:
+        out[name] = take(scan.name, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
+        check_rows(scan.name, name, out[name], 0.0)
+    if out["reflectance"] is None:
+        out["reflectance"] = scan.reflectance
+    else:
+        require_less_than_one(scan.name, out["reflectance"])
+    out["gloss"] = take_gloss(scan.name, columns)
+    out["columns"] = columns
+    out["viewpoints"], out["scan"] = scan.viewpoints, columns.get("scan")
+    return out
+
+
+def grey_of_intensity(intensity):
+    """Linear reflectance (n, 3) of the intensity of what a scanner got back: .5 at its mean, at most .98.
+
+    Intensities below 0, as of a logarithmic scale, count from the least of them. None where they say nothing.
+    """
+    values = np.asarray(intensity, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.isfinite(values)):
+        return None
+    values = values - min(0.0, values.min())
+    mean = values.mean()
+    if mean <= 0.0 or values.min() == values.max():
+        return None
+    return np.repeat(np.minimum(values * (0.5 / mean), WHITE)[:, None], 3, axis=1)
+
+
+def _reflectance(arrays):
+    if arrays["reflectance"] is not None:
+        return arrays["reflectance"]
+    names = [name for name in arrays["columns"] if attribute_name(name) == "intensity"]
+    grey = grey_of_intensity(arrays["columns"][names[0]]) if names else None
+    return 0.5 if grey is None else grey
+
+
+def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint):
+    """Surfels of what load_arrays or arrays_of_scan give."""
+    places = arrays.get("viewpoints", ())
+    if viewpoint is None and len(places) == 1 and np.all(np.isfinite(places)):
+        viewpoint = places[0]
+    if reflectance is None:
+        reflectance = _reflectance(arrays)
+    if arrays["emission"] is not None and np.ndim(emission) == 0 and emission == 0:
+        emission = arrays["emission"]
+    try:
+        surfels = Surfels(
+            arrays["points"],
+            _complete_normals(path, arrays, viewpoint),
+            radii=arrays["radii"],
+            areas=arrays["areas"],
+            reflectance=reflectance,
+            emission=emission,
+            **arrays["gloss"],
+            viewpoint=viewpoint,
+        )
+    except ValueError as error:
+        # A message begins with the argument it is about: these come from the file.
+        if str(error).startswith(("points", "normals", "radii", "areas", "specular", "exponent")):
+            raise file_error(path, str(error)) from error
+        raise
+    if len(arrays.get("triangles", ())):
+        core = surfels._core
+        of = arrays["triangle_surfel"]
+        surfels = Surfels._from_core(
+            replaced(core, areas=arrays["areas"], triangles=arrays["triangles"], triangle_surfel=of)
+        )
+    return surfels
+
+
+def _complete_normals(path, arrays, viewpoint):
+    """The file's normals, the bad ones among them estimated; None where all are bad or missing, and can be left to
+    Surfels.
+    """
+    normals = arrays["normals"]
+    bad = np.ones(0, dtype=bool) if normals is None else np.isnan(normals[:, 0])
+    if np.any(bad):
+        some = f"{np.count_nonzero(bad)} of {len(bad)}"
+        warn(f"{os.fsdecode(path)}: {some} normals are zero or not finite and were estimated")
+    if np.all(bad):  # or missing
+        return None if viewpoint is not None else _towards_scanners(arrays)
+    if not np.any(bad):
+        return normals
+    estimated = np.array(estimated_normals(arrays["points"], viewpoint))
+    if viewpoint is None:
+        nearest = _nearest(arrays["points"][~bad], arrays["points"][bad])
+        flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
+        estimated[np.flatnonzero(bad)[flipped]] *= -1.0
+    return np.where(bad[:, None], estimated, normals)
+
+
+def _towards_scanners(arrays):
+    """Estimated normals of points of several scans, each towards its own scanner; None where no position is known."""
+    places, scan = arrays.get("viewpoints", ()), arrays.get("scan")
+    if scan is None or not np.any(np.isfinite(places)):
+        return None
+    normals = np.array(estimated_normals(arrays["points"], None))
+    towards = np.sum((places[scan] - arrays["points"]) * normals, axis=1)  # NaN of a scan without a position
+    return np.where(towards[:, None] < 0.0, -normals, normals)
+
+
+def _nearest(points, queries):
+    """For each query the index of the nearest point."""
+    import pyvista
+    from vtkmodules.vtkCommonDataModel import vtkStaticPointLocator
+
+    locator = vtkStaticPointLocator()
+    locator.SetDataSet(pyvista.PolyData(points))
+    locator.BuildLocator()
+    return np.array([locator.FindClosestPoint(query) for query in queries], dtype=np.int64)

@@ -1,0 +1,82 @@
+"""Which format a file of points has: by its content, then by its suffix, or as the caller says."""
+
+import os
+from pathlib import Path
+
+from surflux._base.files import file_error, require_file
+from surflux.scans.obj import MESH_HINT
+
+FORMATS = ("ply", "pcd", "las", "laz", "e57", "npz", "xyz", "pts", "csv", "obj")
+_TEXT = ("xyz", "xyzn", "xyzrgb", "pts", "csv")
+_SUFFIXES = {name: name for name in (*FORMATS, "xyzn", "xyzrgb")} | {
+    "txt": "xyz",
+    "asc": "xyz",
+    "laz": "las",
+    "copc": "las",
+}
+MESHES = ("stl", "off", "glb", "gltf", "vtp", "vtk")
+_BEGINNINGS = {b"LASF": "las", b"ASTM-E57": "e57", b"PK\x03\x04": "npz", b"ply\n": "ply", b"ply\r": "ply"}
+_BEGINNINGS |= {b"# .PCD": "pcd", b"#.PCD": "pcd", b"VERSION": "pcd"}
+_LFS = b"version https://git-lfs"
+_OTHERS = {
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"%PDF": "a PDF",
+    b"\x1f\x8b": "a gzip archive",
+}
+_OTHERS |= {b"glTF": "a mesh in glTF", b"<!DOCTYPE": "a web page", b"<html": "a web page"}
+
+
+def format_of(path, format=None):
+    """One of "ply", "pcd", "las", "e57", "npz", "obj" and, for text, "xyz", "xyzn", "xyzrgb", "pts", "csv".
+
+    Args:
+        format: a name of FORMATS or a suffix; None to go by what the file begins with, then by its suffix.
+
+    Raises:
+        FileError: no such file, or one of another kind; says what reads or converts it.
+    """
+    require_file(path)
+    if format is not None:
+        name = str(format).lower().lstrip(".")
+        if name in _SUFFIXES:
+            return _SUFFIXES[name]
+        raise file_error(path, _refusal(path, f"format {str(format)!r}", name))
+    head = _head(path)
+    suffix = Path(os.fsdecode(path)).suffix.lower().lstrip(".")
+    for beginning, name in _BEGINNINGS.items():
+        if head.startswith(beginning):
+            return name
+    if head.startswith(_LFS):
+        raise file_error(path, "a pointer of git-lfs, not the file itself; 'git lfs pull' fetches that", "line 1")
+    for beginning, what in _OTHERS.items():
+        if head.startswith(beginning):
+            hint = MESH_HINT if "mesh" in what else "wanted points"
+            raise file_error(path, f"is {what}; {hint}")
+    if suffix in _SUFFIXES:
+        name = _SUFFIXES[suffix]
+        if not head:
+            raise file_error(path, "the file is empty")
+        if name in _TEXT and b"\0" in head:
+            raise file_error(path, "is no text, though its name says so, and of no format of points that is known")
+        return name
+    raise file_error(path, _refusal(path, f"format {suffix!r}" if suffix else "a name without a suffix", suffix))
+
+
+def _head(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read(1024)
+    except OSError as fault:
+        raise file_error(path, f"cannot be read: {fault.strerror or fault}") from fault
+
+
+def _refusal(path, what, name):
+    shown = os.fsdecode(path)
+    if name in MESHES:
+        hint = MESH_HINT
+    elif name == "toml":
+        hint = "surflux.load_scene reads it as a scene"
+    else:
+        hint = f"PDAL (pdal translate {shown} {Path(shown).stem}.laz) and CloudCompare turn most others into these"
+    return f"{what} cannot be read as points; supported now: {', '.join(FORMATS)}. {hint}"

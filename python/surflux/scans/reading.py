@@ -1,0 +1,88 @@
+"""Files of points as columns, whole or thinned while they are read."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from surflux._base import check
+from surflux._base.files import file_error
+from surflux._base.passes import report, stage
+from surflux._base.warn import warn
+from surflux.scans.e57 import open_e57
+from surflux.scans.formats import format_of
+from surflux.scans.las import open_las
+from surflux.scans.npz import open_npz
+from surflux.scans.obj import open_obj
+from surflux.scans.pcd import open_pcd
+from surflux.scans.ply import open_ply
+from surflux.scans.text import open_text
+from surflux.scans.thinning import EvenSample, joined
+
+_OPEN = {"ply": open_ply, "pcd": open_pcd, "las": open_las, "e57": open_e57, "npz": open_npz, "obj": open_obj}
+# Of disks: fewer of them do not cover the surface.
+_REACHES = ("radius", "area")
+_FARTHEST = 1e30
+
+
+class Columns(NamedTuple):
+    """What a file says of its points."""
+
+    columns: dict  # as chunks of a PointFile have them
+    rows: np.ndarray  # (n,) int64: where in the file each point stands
+    count: int  # of points in the file
+    viewpoints: list  # (3,) each, or None
+    faces: int
+
+
+@np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
+def read_columns(path, format=None, points=None, seed=0):
+    """The columns of a file of points; points that are not finite are dropped, with a warning that says how many.
+
+    Args:
+        path: str or path.
+        format: as format_of takes it.
+        points: at most so many, an even sample taken while the file is read; None for all.
+        seed: of that sample.
+
+    Raises:
+        FileError: the file cannot be read, or holds no points.
+        Cancelled: the callback of the watched pass returned False.
+    """
+    form = format_of(path, format)
+    opened = _OPEN[form](path) if form in _OPEN else open_text(path, form)
+    thin = points is not None and (opened.count is None or opened.count > points)
+    sample, kept = EvenSample(points, seed) if thin else None, []
+    told, count, dropped = stage("reading"), 0, 0
+    for chunk in opened.chunks:
+        first, count = count, count + len(chunk["points"])
+        finite = np.all(np.isfinite(chunk["points"]), axis=1)
+        _check_places(path, chunk["points"], finite, first)
+        rows = np.flatnonzero(finite)
+        if len(rows) < len(finite):
+            dropped += len(finite) - len(rows)
+            chunk = {name: values[rows] for name, values in chunk.items()}
+        chunk["row"] = rows + first
+        if len(rows):
+            sample.add(chunk) if thin else kept.append(chunk)
+        report(told, count, opened.count or 0)
+    if count == dropped:
+        none = f"none of its {count} has finite coordinates" if count else "it has none"
+        raise file_error(path, f"no points: {none}")
+    if dropped:
+        shown = file_error(path, "").args[0].removesuffix(": ")
+        what = check.counted(dropped, "point")
+        warn(f"{shown}: {what} of {count} left out, without a finite place")
+    columns = sample.columns() if thin else joined(kept)
+    if thin and len(columns["points"]) < count - dropped:
+        for name in _REACHES:
+            columns.pop(name, None)
+    return Columns(columns, columns.pop("row"), count, opened.viewpoints(), opened.faces)
+
+
+def _check_places(path, points, finite, first):
+    """Refuses coordinates of which squares leave the range of numbers, as Surfels does, naming the first."""
+    far = finite & np.any(np.abs(points) > _FARTHEST, axis=1)
+    if np.any(far):
+        row = int(np.argmax(far))
+        largest = points[row][np.argmax(np.abs(points[row]))]
+        raise file_error(path, f"point {first + row}: a coordinate is {largest:g}; wanted up to {_FARTHEST:g}")

@@ -1,0 +1,63 @@
+"""Even samples taken while files are read."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from scan_files import pcd, table
+from surflux.scans.thinning import EvenSample
+
+
+def sampled(points, limit, seed=0, parts=6):
+    sample = EvenSample(limit, seed)
+    for part in np.array_split(points, parts):
+        sample.add({"points": part})
+    return sample.columns()["points"]
+
+
+@pytest.mark.parametrize("parts", [1, 6, 60])
+def test_a_surface_is_sampled_evenly_however_dense_it_was(parts):
+    """Half of the points are in a hundredth of the square, and few of the sample are."""
+    random = np.random.default_rng(0)
+    points = np.zeros((60_000, 3))
+    points[:, :2] = random.random((60_000, 2))
+    points[::2] *= 0.1
+    kept = sampled(points, 1000, parts=parts)
+    assert 800 <= len(kept) <= 1000
+    corner = np.mean(np.all(kept < 0.1, axis=1))
+    assert corner < 0.03  # .01, and cells that the border cuts
+    assert len(sampled(points, 60_000)) == 60_000
+
+
+def test_strays_and_coincident_points_take_nothing_from_the_rest():
+    random = np.random.default_rng(0)
+    points = random.random((20_000, 3)) * [1.0, 1.0, 0.0]
+    points[0], points[1] = [1e20, 0.0, 0.0], [-1e30, 0.0, 0.0]
+    assert 800 <= len(sampled(points, 1000)) <= 1000
+    assert 1 <= len(sampled(np.full((20_000, 3), 5.0), 1000)) <= 10
+
+
+@pytest.mark.parametrize("data", ["ascii", "binary", "binary_compressed"])
+def test_files_are_thinned_by_seed_and_rows_say_what_is_left(tmp_path, data):
+    rows = table(5000)
+    path = pcd(tmp_path / "a.pcd", rows, data)
+    scan = sf.read_scan(path, points=200)
+    assert 150 <= len(scan) <= 200
+    np.testing.assert_array_equal(scan.attributes["label"], scan.rows)
+    np.testing.assert_array_equal(scan.points[:, 0], rows["x"][scan.rows])
+    assert np.all(np.diff(scan.rows) > 0)
+    np.testing.assert_array_equal(sf.read_scan(path, points=200).rows, scan.rows)
+    assert not np.array_equal(sf.read_scan(path, points=200, seed=1).rows, scan.rows)
+    assert len(sf.read(path, points=200)) == len(scan)
+    assert len(sf.read_scan(path, points=5000)) == 5000
+    with pytest.raises(ValueError, match=r"^points: wanted a whole number from 2"):
+        sf.read(path, points=1)
+
+
+def test_radii_and_areas_are_made_anew_where_a_file_is_thinned(tmp_path):
+    s = sf.Surfels.sample_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 600)
+    s.areas = 1.0 / 600
+    s.save(tmp_path / "a.ply")
+    thin = sf.read(tmp_path / "a.ply", points=60)
+    assert thin.areas is None
+    assert np.median(thin.radii) > 2.0 * np.median(s.radii)  # sqrt(10) times as far apart
