@@ -11,10 +11,8 @@ import time
 import numpy as np
 
 import surflux as sf
-from surflux.bench.transfer import errors_of
-from surflux.bench.truth import Truth
+from surflux.bench.transfer_truth import errors_of, traced
 
-MEASURED = 800  # surfels, drawn by area
 REPEATS = 9
 
 
@@ -29,11 +27,9 @@ def main():
     scene = sf.load_scene(given.scene)
     lamps = [sf.PointLight([float(x) for x in lamp.split(",")], 100.0) for lamp in given.lamps]
     start = time.perf_counter()
-    areas = sf.precompute_transfer(scene, levels=1, rays=16, senders=1).relight([]).surfels.areas
+    surfels = sf.precompute_transfer(scene, levels=1, rays=16, senders=1).relight([]).surfels  # with areas
     print(f"compiled and tried in {time.perf_counter() - start:.1f} s")
-    surfels = scene.surfels
-    surfels.areas = areas
-    truths = [Truth(sf.Scene(scene.objects, lights=[lamp]), surfels, MEASURED) for lamp in lamps]
+    truths = [traced(scene, lamp, surfels) for lamp in lamps]
     print("| seed | lamp | of all, % | of indirect, % | mean, % | indirect, ms |\n|---|---|---|---|---|---|")
     for seed in range(given.seeds):
         start = time.perf_counter()
@@ -46,7 +42,7 @@ def main():
                 found = transfer.indirect(lamp, bounces=3)
                 taken.append(time.perf_counter() - start)
             found = transfer.indirect(lamp)
-            of_all, of_indirect = errors_of(found, truth)
+            of_all, of_indirect, *_ = errors_of(found, truth)
             mean = found[truth.index].mean() / truth.indirect.mean() - 1
             print(
                 f"| {seed} | {text} | {100 * of_all:.1f} | {100 * of_indirect:.0f} | {100 * mean:+.1f} | "

@@ -47,7 +47,7 @@ def main(arguments=None):
     )
     parser.add_argument("--cache", metavar="FOLDER", help="with --scale: keep reference values there")
     parser.add_argument("--list", action="store_true", help="print the names of the cases, or of the scenes")
-    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each (default: 3)")
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each, or seeds (default: 3)")
     parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
     parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
     parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
@@ -137,7 +137,7 @@ def _scenes(kind):
     if kind == "transfer":
         from surflux.bench import transfer
 
-        return transfer.NAMES
+        return tuple(transfer.CASES)
     return scenes.NAMES if kind in ("quick", "full", "constants") else ()
 
 
@@ -197,7 +197,7 @@ def _constants(options):
 def _transfer(options):
     from surflux.bench import transfer
 
-    rows = transfer.measure(options.scene or transfer.NAMES, options.repeats, options.threads)
+    rows = transfer.measure(options.scene or transfer.CASES, options.repeats, options.threads)
     return rows, transfer.table(rows)
 
 
