@@ -4,8 +4,8 @@ Each scene has a process of its own. Seconds are of all stages of precompute_tra
 are those of all cores, for others may use the machine. Memory is the operator's, and the most the process had until the
 first lamp was lit. Errors are those of `transfer_truth`, of all reflections, at lamps where none was while transfer was
 precomputed; those with 3 bounces, as milliseconds and frames are measured with, stand beside them. Of the Buddha they
-are of the picture, beside glossy path tracing; in place of 3 bounces stands what is left of them beside paths that are
-glossy at their last reflection alone, as transfer has it.
+are of the picture, beside that of surfels that are path traced, glossy at the last reflection, as transfer has it, and
+diffuse before; in place of 3 bounces stands the error beside paths that are glossy throughout.
 
 L07 is Lehtinen and others 2007 on two cores of their time, pictures on its graphics card.
 """
@@ -24,7 +24,7 @@ import numpy as np
 import surflux as sf
 from surflux.bench import scenes
 from surflux.bench.scale import peak_gigabytes
-from surflux.bench.transfer_truth import errors_of, picture_error, traced, traced_picture
+from surflux.bench.transfer_truth import SUBPIXELS, errors_of, picture_error, traced, traced_pictures
 from surflux.scenes import shapes
 from surflux.scenes.transform import make_transform
 
@@ -65,7 +65,7 @@ class Row:
     uncertainty: float = 0.0  # standard error of the worst
     worst_of_indirect: tuple | None = None  # relative to indirect light alone
     uncertainty_of_indirect: float | None = None
-    worst_of_three: tuple | None = None  # as `worst`, of 3 bounces; of the Buddha beside paths of one glossy reflection
+    worst_of_three: tuple | None = None  # as `worst`, of 3 bounces; of the Buddha beside paths glossy throughout
     relight_ms: float | None = None
     bounce_ms: float | None = None
     frames: float | None = None
@@ -144,16 +144,15 @@ def of_buddha(name, seeds, threads):
         for turn, rotation in enumerate(turns):
             solution = transfer.relight(probe, rotation=rotation, threads=threads)
             row.gigabytes = row.gigabytes or peak_gigabytes()
-            layers = ["radiance", "normal", "depth", "index"]
-            drawn = solution.render(BUDDHA_CAMERA, BUDDHA_SIZE, samples=1, layers=layers)
+            drawn = solution.render(BUDDHA_CAMERA, BUDDHA_SIZE, samples=SUBPIXELS)
             if turn not in truths:
                 light = sf.Environment.from_harmonics(sf.rotate_harmonics(probe.harmonics(5), rotation))
                 lit = sf.Scene(scene.objects, lights=[light])
-                view = lit, BUDDHA_CAMERA, BUDDHA_SIZE, drawn
-                truths[turn] = [traced_picture(*view, glossy_bounces=gloss, threads=threads) for gloss in (True, False)]
-            off.append([picture_error(drawn["radiance"], truth) for truth in truths[turn]])
+                view = solution, lit, BUDDHA_CAMERA, BUDDHA_SIZE
+                truths[turn] = [traced_pictures(*view, glossy_bounces=last, threads=threads) for last in (False, True)]
+            off.append([picture_error(drawn, truth) for truth in truths[turn]])
         speeds.append(1e3 * _median(lambda of=transfer: of.relight(probe, threads=threads), RELIT))
-    found = np.reshape(off, (seeds, len(turns), 2, 2))  # ..., (with glossy bounces, without), (error, its own)
+    found = np.reshape(off, (seeds, len(turns), 2, 2))  # ..., (glossy at last, throughout), (error, its own)
     row.worst, row.rms, row.uncertainty = _over_seeds(found[:, :, 0, 0], found[:, :, 0, 1])
     row.worst_of_three = _range(found[:, :, 1, 0].max(axis=1))
     row.relight_ms = median(speeds)

@@ -11,14 +11,14 @@ import numpy as np
 import surflux as sf
 from surflux import _core
 from surflux._base.passes import thread_limit
-from surflux.bench.pictures import unproject
 from surflux.bench.truth import LEAST_PATHS, area_sample, places_on
+from surflux.solutions.towards import towards_eye
 
 MEASURED = 6000  # surfels for each lamp
 ROUNDS = 8  # of each, from one place
 PATHS = 32  # of each round
-PIXELS = 3000
-PATHS_A_PIXEL = 256
+PATHS_A_SURFEL = 128  # of each of two pictures
+SUBPIXELS = 2  # each way
 
 
 @dataclass
@@ -83,37 +83,40 @@ def squares(values):
     return (np.asarray(values, float) ** 2).sum(axis=-1)
 
 
-@dataclass
-class PictureTruth:
-    """Radiance of pixels drawn at random: (rows, columns), and (m, 3) each."""
+def traced_pictures(solution, scene, camera, size, *, glossy_bounces, threads=None):
+    """Two pictures (2, h, w, 3), independent of each other, of surfels that are path traced towards the eye.
 
-    at: tuple
-    radiance: np.ndarray
-    error: np.ndarray
+    They are drawn as those of the solution are, at whose surfels scene has its own: what drawing itself adds is in
+    all of them, for flat facets that are traced at each pixel are another surface than surfels that blend.
+    """
+    own, towards = scene.surfels, towards_eye(scene.surfels.points, camera)
+    front = np.flatnonzero((towards * own.normals).sum(axis=1) > 0.0)
+    rest = {name: getattr(solution, name) for name in ("parents", "objects", "irradiance", "direct")}
+    out = []
+    for seed in range(2):
+        radiance = np.zeros((len(own), 3))
+        radiance[front], _ = sf.reference_radiance(
+            scene,
+            own.points[front],
+            own.normals[front],
+            towards[front],
+            reflectance=own.reflectance[front],
+            specular=own.specular[front],
+            exponent=own.exponent[front],
+            glossy_bounces=glossy_bounces,
+            samples=PATHS_A_SURFEL,
+            seed=seed,
+            threads=threads,
+        )
+        diffuse = own.replace(specular=0.0)
+        known = sf.Solution(diffuse, radiosity=np.pi * radiance, **rest)
+        out.append(known.render(camera, size, samples=SUBPIXELS))
+    return np.array(out)
 
 
-def traced_picture(scene, camera, size, drawn, *, glossy_bounces, count=PIXELS, threads=None):
-    """The PictureTruth of what the middles of pixels see in `drawn`, layers of Solution.render(samples=1)."""
-    rows, columns = np.nonzero(drawn["index"] >= 0)
-    chosen = np.random.default_rng(0).choice(len(rows), min(count, len(rows)), replace=False)
-    at = rows[chosen], columns[chosen]
-    points, index, own = unproject(camera, drawn["depth"], size)[at], drawn["index"][at], scene.surfels
-    radiance, error = sf.reference_radiance(
-        scene,
-        points,
-        drawn["normal"][at],
-        camera.eye - points,
-        reflectance=own.reflectance[index],
-        specular=own.specular[index],
-        exponent=own.exponent[index],
-        glossy_bounces=glossy_bounces,
-        samples=PATHS_A_PIXEL,
-        threads=threads,
-    )
-    return PictureTruth(at, radiance, error)
-
-
-def picture_error(picture, truth):
-    """RMS over pixels, relative to the truth's, without the variance of that; and its standard error."""
-    noise = squares(truth.error)
-    return relative(squares(picture[truth.at] - truth.radiance) - noise, squares(truth.radiance) - noise)
+def picture_error(picture, traced):
+    """RMS over what is seen, relative to that of the traced, without their variance; and its standard error."""
+    one, other = np.asarray(traced, float)
+    seen = (one + other).any(axis=-1)
+    off = ((picture - one) * (picture - other)).sum(axis=-1)[seen]
+    return relative(off, (one * other).sum(axis=-1)[seen])

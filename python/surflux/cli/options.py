@@ -84,7 +84,7 @@ def command_line(runs, cloud_limit):
     relight.add_argument("--export", metavar="OUT.html", help=text)
     text = "light of lamps: interpolated between surfels (default), or traced to every pixel, with sharp shadows"
     relight.add_argument("--direct", metavar="HOW", help=text)
-    relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
+    relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: all)")
     relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
     relight.add_argument("--rays", type=int, metavar="N", help="of a coarsest point (default: 256; lamps: 128)")
     relight.add_argument("--seed", type=int, help="of everything random")

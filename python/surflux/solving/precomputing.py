@@ -32,7 +32,7 @@ def precompute_transfer(
     scene: Scene,
     lighting: Literal["local"] = "local",
     *,
-    bounces: int | None = 3,
+    bounces: int | None = None,
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
@@ -49,7 +49,7 @@ def precompute_transfer(
     scene: Scene,
     lighting: Literal["distant"],
     *,
-    bounces: int | None = 3,
+    bounces: int | None = None,
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
@@ -65,7 +65,7 @@ def precompute_transfer(
     scene: Scene,
     lighting: Literal["sky"],
     *,
-    bounces: int | None = 3,
+    bounces: int | None = None,
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
@@ -81,7 +81,7 @@ def precompute_transfer(
     scene: Scene,
     lighting: Literal["local", "distant", "sky"] = "local",
     *,
-    bounces: int | None = 3,
+    bounces: int | None = None,
     epsilon_t: float | None = None,
     levels: int = 6,
     radius: float | None = None,
@@ -118,7 +118,7 @@ def precompute_transfer(
     Args:
         scene: Scene; its lights do not matter. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
-        bounces: how often light is reflected; None for until another bounce brings less than a thousandth.
+        bounces: how often light is reflected; None for until another bounce brings less than a thousandth of all.
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
             None for .2. "distant": what it sees of the sky, the RMS over the sphere; None for .15.

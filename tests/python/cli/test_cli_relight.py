@@ -50,7 +50,7 @@ def test_one_exposure_for_all_frames(room, run):
     linear = [room.relight(lights).render(size=(60, 40)) for lights in sf.load_lamps("path.toml")]
     first = sf.tone_map(linear[0], stops=1.0)
     np.testing.assert_allclose(shown("a1.png"), first, atol=0.5 / 255 + 1e-3)
-    assert np.abs(shown("a2.png") - sf.tone_map(linear[1], stops=1.0)).max() > 3 / 255  # the exposure of its own
+    assert np.abs(shown("a2.png") - sf.tone_map(linear[1], stops=1.0)).max() > 2 / 255  # the exposure of its own
 
 
 def test_a_film_and_numbered_files(room, run):
