@@ -28,6 +28,7 @@ _HOME = {
     "Page": "viewing.page",
     "PointLight": "scenes.lights",
     "Scene": "scenes.scene",
+    "Sky": "scenes.sky",
     "SkyPatches": "scenes.sky_patches",
     "SkyTransfer": "solving.sky_transfer",
     "Solution": "solutions.solution",

@@ -28,6 +28,7 @@ from surflux.scenes.lights import PointLight as PointLight
 from surflux.scenes.lights import SpotLight as SpotLight
 from surflux.scenes.scene import Scene as Scene
 from surflux.scenes.scene_file import load_scene as load_scene
+from surflux.scenes.sky import Sky as Sky
 from surflux.scenes.sky_patches import SkyPatches as SkyPatches
 from surflux.solutions.solution import Solution as Solution
 from surflux.solutions.solution_file import load_solution as load_solution

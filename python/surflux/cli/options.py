@@ -84,7 +84,9 @@ def command_line(runs, cloud_limit):
     relight.add_argument("--direct", metavar="HOW", help=text)
     relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: 3)")
     relight.add_argument("--epsilon-t", type=float, help="what transfer may be off by before it is refined")
-    relight.add_argument("--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 256; lamps: 128)")
+    relight.add_argument(
+        "--rays", type=int, metavar="N", help="of a point of the coarsest level (default: 256; lamps: 128)"
+    )
     relight.add_argument("--seed", type=int, help="of everything random")
     relight.add_argument("--screenshot", metavar="OUT.png", help="write a picture of the window instead of opening it")
     _image_options(relight, "write a film (.mp4, .gif), a pattern of pictures, frames/%%04d.png, or one picture")
