@@ -63,6 +63,7 @@ _HOME = {
     "reference_radiance": "solving.glossy_reference",
     "rotate_harmonics": "solving.harmonics",
     "save_camera": "scenes.camera_file",
+    "sky_view_factor": "solving.sky_view",
     "solve": "solving.radiosity",
     "solve_meshless": "solving.meshless",
     "spherical_harmonics": "solving.harmonics",

@@ -51,6 +51,7 @@ from surflux.solving.precomputing import precompute_transfer as precompute_trans
 from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
+from surflux.solving.sky_view import sky_view_factor as sky_view_factor
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.splats.gaussian_files import load_gaussians as load_gaussians

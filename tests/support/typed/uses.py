@@ -127,6 +127,8 @@ daylight: sf.SkyTransfer = sf.precompute_transfer(scene, "sky", patches=577)
 coefficients: NDArray[np.float32] = daylight.coefficients([0, 1])
 assert_type(daylight.relight(np.ones(len(daylight.patches))), sf.Solution)
 assert_type(daylight.relight(hour), sf.Solution)
+assert_type(sf.sky_view_factor(scene, "solid_angle", rays=64), Floats)
+assert_type(sf.sky_view_factor(floor), Floats)
 kinds: list[sf.Transfer] = [transfer, distant, daylight]
 assert_type(transfer.relight([sf.PointLight([0, 0, 1], 2.0)], reflectance=[0.5, 0.4, 0.3]), sf.Solution)
 assert_type(transfer.indirect(sf.PointLight([0, 0, 1], 2.0), bounces=2), Floats)
