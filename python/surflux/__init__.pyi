@@ -30,6 +30,7 @@ from surflux.scenes.lights import PointLight as PointLight
 from surflux.scenes.lights import SpotLight as SpotLight
 from surflux.scenes.scene import Scene as Scene
 from surflux.scenes.scene_file import load_scene as load_scene
+from surflux.scenes.sky import Sky as Sky
 from surflux.scenes.sky_patches import SkyPatches as SkyPatches
 from surflux.solutions.solution import Solution as Solution
 from surflux.solutions.solution_file import load_solution as load_solution
@@ -52,6 +53,7 @@ from surflux.solving.precomputing import precompute_transfer as precompute_trans
 from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
+from surflux.solving.sky_view import sky_view_factor as sky_view_factor
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.splats.gaussian_files import load_gaussians as load_gaussians

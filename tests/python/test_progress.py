@@ -33,6 +33,7 @@ SIGNATURES = [
     sf.read,
     sf.reference_irradiance,
     sf.reference_radiance,
+    sf.sky_view_factor,
     sf.solve,
     sf.solve_meshless,
 ]
@@ -56,10 +57,12 @@ def calls(tmp_path_factory):
         "load_scene": lambda **o: sf.load_scene(folder / "balls.toml", **o).surfels.radii,
         "reference": lambda **o: sf.reference_irradiance(scene, [[0, 0, 1]], [[0, 0, 1]], 16, **o)[0],
         "effective_areas": lambda **o: sf.effective_areas(ball, **o),
+        "sky_view_factor": lambda **o: sf.sky_view_factor(ball, rays=16, **o),
     }
 
 
 LONG = ("Surfels", "from_mesh", "sample_mesh", "thinned", "read", "load_scene", "reference", "effective_areas")
+LONG += ("sky_view_factor",)
 
 
 def _joined(a, b):

@@ -16,6 +16,7 @@ from surflux.points.arranging import concatenate
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import LIGHTS, Light
 from surflux.scenes.options import check_options
+from surflux.scenes.sky import Sky
 
 
 class Scene:
@@ -24,7 +25,7 @@ class Scene:
     Args:
         objects: list of Surfels, at least one, none of them empty; each entry is one object, whose surfels interpolate
             among themselves alone (a reconstruction group, L07 section 6.1).
-        lights: list of PointLight, SpotLight, AreaLight, DirectionalLight and Environment; may be empty where
+        lights: list of PointLight, SpotLight, AreaLight, DirectionalLight, Environment and Sky; may be empty where
             surfels have emission.
         camera: Camera from which the scene wants to be seen, or None.
         name: text for titles and messages.
@@ -32,7 +33,7 @@ class Scene:
             sf.solve(scene) wherever the call does not give others, and so on the command line.
 
     Attributes:
-        objects, lights: as handed in, as tuples.
+        objects, lights: as handed in, as tuples; a Sky as the lights that it is made of.
         surfels: all surfels in one.
         camera, name: as handed in. Both can be set: a solution takes the scene's camera along for its pictures.
         solve_options: a dict of its own, empty where none were given; can be set.
@@ -49,7 +50,7 @@ class Scene:
     def __init__(
         self,
         objects: list[Surfels] | tuple[Surfels, ...],
-        lights: Sequence[Light] = (),
+        lights: Sequence[Light | Sky] = (),
         *,
         camera: Camera | None = None,
         name: str = "",
@@ -61,7 +62,8 @@ class Scene:
         for index, surfels in enumerate(self._objects):
             if not len(surfels):
                 raise ValueError(f"objects: wanted at least one surfel in each, got none at index {index}")
-        self._lights = _entries("lights", lights, LIGHTS, "lights")
+        given = _entries("lights", lights, (*LIGHTS, Sky), "lights")
+        self._lights = tuple(part for light in given for part in (light.lights if isinstance(light, Sky) else [light]))
         self.camera, self.name, self.solve_options = camera, name, solve_options
         self._core = self._made_of = self._divided = None
 
@@ -78,7 +80,7 @@ class Scene:
 
     @property
     def lights(self) -> tuple[Light, ...]:
-        """The lights, as a tuple."""
+        """The lights, as a tuple; of a Sky its Environment and its sun."""
         return self._lights
 
     @property

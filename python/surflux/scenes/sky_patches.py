@@ -11,6 +11,7 @@ from surflux._base.types import Floats
 from surflux.scenes.lights import Environment
 
 _SUBDIVISIONS = {144 * m * m + 1: m for m in range(1, 9)}
+_TREGENZA = (30, 30, 24, 24, 18, 12, 6)  # patches in each row, from the horizon up
 
 
 class SkyPatches:
@@ -56,6 +57,32 @@ class SkyPatches:
     def solid_angles(self) -> Floats:
         """(n,) solid angles in steradians: 2 pi of the ground, and of all patches of the sky together."""
         return np.asarray(self._core.solid_angles)
+
+    @property
+    def projected(self) -> Floats:
+        """(n,) irradiance of a level plane that faces up, from each patch at radiance 1; pi of all, 0 of the ground."""
+        m = _SUBDIVISIONS[len(self) - 1]
+        height = 0.5 * np.pi / (7 * m + 0.5)
+        squares = np.sin(height * np.arange(7 * m + 1)) ** 2
+        counts = np.repeat(_TREGENZA, m) * m
+        cap = np.pi * (1.0 - squares[-1])
+        return np.concatenate([[0.0], np.repeat(np.pi * np.diff(squares) / counts, counts), [cap]])
+
+    def _places(self, across: int) -> Floats:
+        """(patches of the sky, across**2, 3): directions that stand for equal parts of each patch but the ground."""
+        m = _SUBDIVISIONS[len(self) - 1]
+        height = 0.5 * np.pi / (7 * m + 0.5)
+        u, v = (np.ravel(k) for k in np.meshgrid(*[(np.arange(across) + 0.5) / across] * 2))
+        sines, azimuths = [], []
+        for row, count in enumerate(np.repeat(_TREGENZA, m) * m):
+            low, high = np.sin(height * row), np.sin(height * (row + 1))
+            sines.append(np.tile(low + v * (high - low), (count, 1)))
+            azimuths.append(2.0 * np.pi * (np.arange(count)[:, None] + u - 0.5) / count)
+        sines.append(1.0 - v[None, :] * (1.0 - np.cos(0.5 * height)))
+        azimuths.append(2.0 * np.pi * u[None, :])
+        sine, azimuth = np.concatenate(sines), np.concatenate(azimuths)
+        level = np.sqrt(1.0 - sine**2)
+        return np.stack([level * np.sin(azimuth), level * np.cos(azimuth), sine], axis=-1)
 
     def index(self, directions: ArrayLike) -> NDArray[np.uint32]:
         """(m,) the patch that each of directions (m, 3) lies in, of any length but 0; the horizon itself is sky.

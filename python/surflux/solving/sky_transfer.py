@@ -14,6 +14,7 @@ from surflux._base.passes import stage, thread_limit, watched
 from surflux._base.types import Progress
 from surflux.scenes.lights import Environment
 from surflux.scenes.scene import Scene
+from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
 from surflux.solving.transfer import Transfer
@@ -36,7 +37,7 @@ class SkyTransfer(Transfer):
 
     def relight(
         self,
-        sky: Environment | ArrayLike,
+        sky: Sky | Environment | ArrayLike,
         *,
         reflectance: ArrayLike | None = None,
         bounces: int | None = None,
@@ -45,7 +46,8 @@ class SkyTransfer(Transfer):
         """The scene under a sky, of which each patch is even. It is linear in the sky.
 
         Args:
-            sky: Environment, or radiances of the patches and of the ground, in their order: (patches,) or (patches, 3).
+            sky: Sky, whose sun is spread over its patch; Environment; or radiances of the patches and of the ground, in
+                their order: (patches,) or (patches, 3).
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -66,7 +68,8 @@ class SkyTransfer(Transfer):
         if isinstance(sky, Environment):
             radiances = self.patches.radiance(sky)
         else:
-            radiances = check.numeric("sky", sky)
+            by_patches = sky.patch_radiances(self.patches, sun=True) if isinstance(sky, Sky) else sky
+            radiances = check.numeric("sky", by_patches)
             if radiances.ndim == 1:
                 radiances = radiances[:, None].repeat(3, axis=1)
             radiances = check.in_range("sky", check.finite_array("sky", radiances, (len(self.patches), 3)), 0.0)
@@ -75,7 +78,7 @@ class SkyTransfer(Transfer):
             start = perf_counter()
             direct, irradiance = self._core.irradiance(radiances, reflectance, self._bounces(bounces))
             seconds = perf_counter() - start
-        lights = [sky] if isinstance(sky, Environment) else []
+        lights = [sky] if isinstance(sky, (Environment, Sky)) else []
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
         return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene)

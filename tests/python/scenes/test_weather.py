@@ -1,0 +1,121 @@
+"""Where the sun stands, clear skies, and files of weather: what takes pvlib."""
+
+import datetime
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.scenes import weather
+from weather_files import level_sun, write_epw
+
+pytest.importorskip("pvlib", reason="needs surflux[solar]")
+
+ABOVE = level_sun(47.4, 8.5, 1.0)
+
+
+@pytest.fixture(scope="module")
+def epw(tmp_path_factory):
+    return write_epw(tmp_path_factory.mktemp("epw") / "here.epw", ABOVE, 0.5 * ABOVE, 0.1 * ABOVE)
+
+
+def test_the_sun_of_the_almanac():
+    """Noon at the summer solstice: 90 - latitude + 23.44 up (refraction adds .01), south; mornings, in the east."""
+    sky = sf.Sky(47.4, 0.0, "2025-06-21T12:02Z")
+    assert sky.sun_altitude == pytest.approx(90 - 47.4 + 23.44, abs=0.02)
+    assert sky.sun_azimuth == pytest.approx(180.0, abs=0.5)
+    east = sf.Sky(47.4, 8.5, "2025-06-21T08:00+02:00")
+    assert 60.0 < east.sun_azimuth < 90.0
+    assert east.sun_direction[0] > 0.5  # +x is east
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        "2025-03-01T10:30+01:00",
+        datetime.datetime(2025, 3, 1, 9, 30, tzinfo=datetime.UTC),
+        np.datetime64("2025-03-01T09:30"),
+    ],
+)
+def test_one_time_said_in_several_ways(time):
+    assert sf.Sky(47.4, 8.5, time) == sf.Sky(47.4, 8.5, "2025-03-01T09:30Z")
+
+
+def test_clear_skies_go_by_height_and_turbidity():
+    low, high = (sf.Sky(47.4, 8.5, "2025-07-01T12:00Z", turbidity=t) for t in (5.0, 2.0))
+    assert high.direct_normal > 1.2 * low.direct_normal
+    assert high.diffuse < low.diffuse
+    assert high.clearness > 6.2  # the last bin
+    given = sf.Sky(47.4, 8.5, "2025-07-01T12:00Z", direct_normal=low.direct_normal, diffuse=low.diffuse)
+    assert given == low
+    assert sf.Sky(47.4, 8.5, "2025-07-01T12:00Z", altitude=3000.0).direct_normal > high.direct_normal * 0.9
+    night = sf.Sky(47.4, 8.5, "2025-07-01T00:00Z")
+    assert (night.direct_normal, night.diffuse) == (0.0, 0.0)
+
+
+def test_hours_of_files(epw):
+    """The row of 12 to 13 hours on 21 June: the sun is where it is at half past eleven in UTC."""
+    row = 24 * 171 + 12
+    sky = sf.Sky.from_epw(epw, row)
+    assert sky.direct_normal == pytest.approx(0.5 * ABOVE[row], abs=0.06)
+    assert sky.diffuse == pytest.approx(0.1 * ABOVE[row], abs=0.06)
+    same = sf.Sky(47.4, 8.5, "2025-06-21T11:30Z", direct_normal=1.0, diffuse=1.0, altitude=400.0)
+    assert sky.sun_direction @ same.sun_direction > np.cos(np.radians(0.2))  # of another year
+
+
+def test_a_time_zone_that_the_sun_contradicts_is_not_taken(tmp_path, epw):
+    right = weather.read_weather(epw)
+    wrong = write_epw(tmp_path / "wrong.epw", ABOVE, 0.5 * ABOVE, 0.1 * ABOVE, zone=-2.0)
+    with pytest.warns(UserWarning, match=r"its header says UTC-2, but its sun is that of UTC\+1, which is taken"):
+        found = weather.read_weather(wrong)
+    np.testing.assert_array_equal(found.times, right.times)
+
+
+def test_half_hours_of_zones_count(tmp_path):
+    above = level_sun(20.0, 77.0, 5.5)
+    path = write_epw(tmp_path / "half.epw", above, above, above, 20.0, 77.0, 5.5)
+    assert weather.read_weather(path).times[0] == np.datetime64("2006-12-31T19:00")
+
+
+def test_files_that_are_no_weather(tmp_path):
+    with pytest.raises(sf.FileError, match=r"none\.epw: No such file"):
+        sf.Sky.from_epw(tmp_path / "none.epw", 0)
+    (tmp_path / "text.epw").write_text("ply\nformat ascii 1.0\n")
+    with pytest.raises(sf.FileError, match=r"text\.epw: is no EPW file of weather"):
+        sf.Sky.from_epw(tmp_path / "text.epw", 0)
+    gaps = np.where(np.arange(8760) == 7, 9999.0, 0.0)
+    with pytest.raises(sf.FileError, match=r"gaps\.epw: 1 of its hours have no dni in W/m2"):
+        weather.read_weather(write_epw(tmp_path / "gaps.epw", ABOVE, gaps, ABOVE))
+
+
+def test_hours_of_a_year():
+    hours = weather.hours_of_year(2025, 8.5)
+    assert len(hours) == 8760
+    assert hours[0] == np.datetime64("2024-12-31T23:30")  # half past midnight, an hour east of Greenwich
+    assert len(weather.hours_of_year(2024, 0.0)) == 8784
+    days = np.array(["2025-01-01T00:30", "2024-12-31T00:30"], "datetime64[ms]")
+    assert weather.day_of_year(days).tolist() == [1, 366]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"direct_normal": 5.0}, "^diffuse: wanted with direct_normal"),
+        ({"diffuse": 5.0}, "^direct_normal: wanted with diffuse"),
+        ({"turbidity": 0.5}, r"^turbidity: wanted values in \[1, 20\]"),
+        ({"turbidity": 3.0, "direct_normal": 1.0, "diffuse": 1.0}, "^turbidity: wanted without"),
+        ({"altitude": 1e5}, "^altitude: wanted values in"),
+        ({"latitude": 91.0}, "^latitude: wanted values in"),
+        ({"longitude": 181.0}, "^longitude: wanted values in"),
+        ({"albedo": -0.1}, "^albedo: wanted values in"),
+    ],
+)
+def test_places_and_figures_are_checked(options, message):
+    with pytest.raises(ValueError, match=message):
+        sf.Sky(**({"latitude": 47.4, "longitude": 8.5, "time": "2025-06-21T12:00Z"} | options))
+
+
+@pytest.mark.parametrize("hour", [-1, 8760, 1.0, True])
+def test_hours_that_a_file_has_not_are_refused(epw, hour):
+    with pytest.raises(ValueError, match=r"^hour: wanted a whole number"):
+        sf.Sky.from_epw(epw, hour)

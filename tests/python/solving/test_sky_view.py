@@ -1,0 +1,93 @@
+"""Sky-view factors, of both definitions, against closed forms."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from canyons import canyon, floor_view, wall_view
+
+
+def tilted(angle, azimuth=30.0):
+    """One square that faces azimuth, tilted by an angle, in degrees."""
+    b, a = np.radians(angle), np.radians(azimuth)
+    normal = np.array([np.sin(b) * np.sin(a), np.sin(b) * np.cos(a), np.cos(b)])
+    u = np.array([np.cos(a), -np.sin(a), 0.0])
+    v = np.cross(normal, u)
+    return sf.Surfels.from_mesh(([-u - v, u - v, u + v, v - u], [[0, 1, 2, 3]]))
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 90.0, 130.0, 180.0])
+def test_open_planes_are_exact(angle):
+    cosine = sf.sky_view_factor(tilted(angle), "cosine", rays=16)
+    solid_angle = sf.sky_view_factor(tilted(angle), "solid_angle", rays=16)
+    assert cosine == pytest.approx([0.5 * (1.0 + np.cos(np.radians(angle)))], abs=1e-7)
+    assert solid_angle == pytest.approx([1.0 - angle / 180.0], abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_an_infinite_canyon(seed):
+    """At middles of strips; means over floor and wall by 16 midpoints are sqrt 2 - 1 and 1 - sqrt .5 to 2e-4."""
+    surfels, at = canyon()
+    view = sf.sky_view_factor(surfels, rays=4096, seed=seed)
+    floor, left, right = view[:16], view[16:32], view[32:48]
+    np.testing.assert_allclose(floor, floor_view(at), atol=0.004)
+    np.testing.assert_allclose(left, wall_view(at), atol=0.004)
+    np.testing.assert_allclose(right, wall_view(at), atol=0.004)
+    assert floor.mean() == pytest.approx(np.sqrt(2.0) - 1.0, abs=0.002)
+    assert left.mean() == pytest.approx(1.0 - np.sqrt(0.5), abs=0.002)
+    assert view[7:9] == pytest.approx([0.447214] * 2, abs=0.006)
+
+
+def test_a_canyon_by_solid_angle():
+    """Wedges between the walls' tops: of the angle pi a wedge has its own share, whatever the cosines."""
+    surfels, at = canyon()
+    view = sf.sky_view_factor(surfels, "solid_angle", rays=4096)
+    wedge = (np.arctan(at) + np.arctan(1.0 - at)) / np.pi
+    np.testing.assert_allclose(view[:16], wedge, atol=0.004)
+    np.testing.assert_allclose(view[16:32], np.arctan(1.0 / (1.0 - at)) / np.pi, atol=0.004)
+
+
+def test_what_irradiance_by_an_even_sky_says():
+    """Cosine-weighted, it is irradiance by a sky of radiance 1 over the horizon, over pi: of a bumpy cloud."""
+    rng = np.random.default_rng(0)
+    xy = rng.uniform(0.0, 10.0, (3000, 2))
+    x, y = xy.T
+    height = np.sin(2.0 * x) * np.cos(1.5 * y)
+    slope = np.c_[-2.0 * np.cos(2.0 * x) * np.cos(1.5 * y), 1.5 * np.sin(2.0 * x) * np.sin(1.5 * y), np.ones(len(x))]
+    cloud = sf.Surfels(np.c_[xy, height], slope)
+    image = np.zeros((2, 4, 3))
+    image[0] = 1.0
+    chosen = slice(0, 3000, 10)
+    scene = sf.Scene([cloud], lights=[sf.Environment(image)])
+    true, _ = sf.reference_irradiance(
+        sf.Scene([sf.Surfels(cloud.points, cloud.normals, radii=cloud.radii, reflectance=0.0)], scene.lights),
+        cloud.points[chosen],
+        cloud.normals[chosen],
+        samples=4096,
+    )
+    found = sf.sky_view_factor(scene, rays=512)[chosen]
+    error = np.sqrt(np.mean((found - true[:, 0] / np.pi) ** 2) / np.mean((true[:, 0] / np.pi) ** 2))
+    assert error < 0.012
+    coarse = sf.sky_view_factor(scene, rays=64)[chosen]
+    assert error < np.sqrt(np.mean((coarse - true[:, 0] / np.pi) ** 2))
+
+
+def test_the_same_for_any_threads_and_for_a_seed():
+    surfels, _ = canyon(4, 3)
+    one = sf.sky_view_factor(surfels, rays=64, threads=1)
+    np.testing.assert_array_equal(one, sf.sky_view_factor(surfels, rays=64, threads=2))
+    assert (one != sf.sky_view_factor(surfels, rays=64, seed=1)).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"scene": 1}, "^scene: wanted a Scene or Surfels, got int"),
+        ({"weighting": "visible"}, "^weighting: wanted one of 'cosine', 'solid_angle', got 'visible'"),
+        ({"rays": 8}, "^rays: wanted a whole number from 16 to 65536"),
+        ({"seed": -1}, "^seed: wanted a whole number"),
+    ],
+)
+def test_arguments_are_checked(options, message):
+    with pytest.raises(ValueError, match=message):
+        sf.sky_view_factor(**({"scene": tilted(0.0)} | options))
