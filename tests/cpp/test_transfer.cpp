@@ -129,6 +129,32 @@ TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
     EXPECT_GT(found.bytes(), 6 * found.links.size());
 }
 
+TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
+    // Half of a sphere is lit, so that there are finer levels, which reflections leave out.
+    const CompiledScene compiled(sphere_inside(4000));
+    OperatorOptions options;
+    options.epsilon = 0.05;
+    Figures timings;
+    const TransportOperator found = build_operator(compiled, options, {}, timings);
+    const std::size_t levels = found.level_begin.size() - 1, end = found.level_begin[found.bounce_end()];
+    ASSERT_EQ(found.bounce_end(), 2u);
+    ASSERT_GT(levels, 3u);
+    std::vector<float> sent(found.senders.size(), 0.0f), all, part, of_all, of_part, by_all, by_part;
+    for (std::size_t k = 0; k < sent.size(); ++k) sent[k] = static_cast<float>(k % 7);
+    found.gather(sent, 1, all);
+    found.gather(sent, 1, part, TransportOperator::Part::bounces);
+    found.coefficients(all, 1, of_all);
+    found.coefficients(part, 1, of_part, TransportOperator::Part::bounces);
+    const std::size_t own = found.level_begin[levels - 1];
+    EXPECT_LT(end, own);
+    for (std::size_t j = 0; j < of_all.size(); ++j) EXPECT_EQ(of_part[j], j < end || j >= own ? of_all[j] : 0.0f);
+    for (const SparseRows::Entry& entry : found.at_groups.entries)
+        EXPECT_TRUE(entry.column < end || entry.column >= own);
+    found.receive(of_all, 1, by_all);
+    found.receive(of_part, 1, by_part);
+    EXPECT_EQ(by_all, by_part);
+}
+
 TEST(TestLights, ThereMayBeNone) {
     const CompiledScene compiled(sphere_inside(300));
     Figures timings;

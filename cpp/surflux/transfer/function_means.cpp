@@ -9,7 +9,8 @@ namespace surflux {
 
 namespace {
 
-constexpr double least_share = 0.01;
+// Functions of less than this, and less than so much of the largest of their level, are left to those of more.
+constexpr double least_share = 0.01, of_largest = 0.1;
 
 }  // namespace
 
@@ -22,20 +23,23 @@ SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& bas
         double weight;
     };
     std::vector<Share> shares;
-    std::vector<double> all(basis.levels()), kept(basis.levels());
+    std::vector<double> all(basis.levels()), kept(basis.levels()), largest(basis.levels());
     for (std::size_t i = 0; i < surfels; ++i) {
         report_some(progress, i, surfels, 8192);
         shares.clear();
-        std::fill(all.begin(), all.end(), 0.0);
-        std::fill(kept.begin(), kept.end(), 0.0);
+        for (std::vector<double>* sums : {&all, &kept, &largest}) std::fill(sums->begin(), sums->end(), 0.0);
         means.for_functions(i, [&](std::uint32_t j, double weight) {
             if (number[j] == Receivers::none) return;
             const std::size_t level = basis.level_of(j);
             all[level] += weight;
-            if (weight < least_share) return;
-            kept[level] += weight;
+            largest[level] = std::max(largest[level], weight);
             shares.push_back({number[j], level, weight});
         });
+        const auto is_small = [&](const Share& share) {
+            return share.weight < std::min(least_share, of_largest * largest[share.level]);
+        };
+        shares.erase(std::remove_if(shares.begin(), shares.end(), is_small), shares.end());
+        for (const Share& share : shares) kept[share.level] += share.weight;
         for (const Share& share : shares)
             out.entries.push_back(
                 {share.function, static_cast<float>(share.weight * all[share.level] / kept[share.level])});

@@ -21,7 +21,7 @@ PATHS_A_SURFEL = 128  # of each of two pictures
 SUBPIXELS = 2  # each way
 
 
-@dataclass
+@dataclass(eq=False)
 class LampTruth:
     """Irradiance of area-sampled surfels under one lamp: rows (m,), and (m, 3) each."""
 

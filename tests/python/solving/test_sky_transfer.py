@@ -157,3 +157,13 @@ def test_counts_of_patches_and_surfels_are_checked(stair, transfer):
 def test_coefficients_can_be_cancelled(transfer):
     with pytest.raises(sf.Cancelled):
         transfer.coefficients(progress=lambda done, total: False)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3, 0.8])
+def test_a_patch_of_very_many_functions_has_its_light(tilt):
+    """Each has less than a hundredth of it."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, np.cos(tilt), np.sin(tilt)], [0, np.cos(tilt), np.sin(tilt)]]
+    transfer = sf.precompute_transfer(sf.Scene([sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]))]), "sky")
+    assert len(transfer.receivers[0]) > 300
+    found = transfer.relight(np.ones(146)).irradiance  # even, the ground as the sky
+    np.testing.assert_allclose(found, np.pi, rtol=0.02)
