@@ -54,6 +54,9 @@ from surflux.solving.radiosity import solve as solve
 from surflux.solving.reference import reference_irradiance as reference_irradiance
 from surflux.solving.sky_transfer import SkyTransfer as SkyTransfer
 from surflux.solving.sky_view import sky_view_factor as sky_view_factor
+from surflux.solving.solar import solar_irradiation as solar_irradiation
+from surflux.solving.solar_result import SolarHours as SolarHours
+from surflux.solving.solar_result import SolarIrradiation as SolarIrradiation
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.splats.gaussian_files import load_gaussians as load_gaussians

@@ -34,6 +34,7 @@ SIGNATURES = [
     sf.reference_irradiance,
     sf.reference_radiance,
     sf.sky_view_factor,
+    sf.solar_irradiation,
     sf.solve,
     sf.solve_meshless,
 ]

@@ -7,13 +7,13 @@ import surflux as sf
 LENGTH = 400.0  # of a street as wide as its walls are high
 
 
-def canyon(across=16, along=9, reflectance=0.3):
+def canyon(across=16, along=9, reflectance=0.3, length=LENGTH):
     """(surfels, middles of strips): floor from x = 0 to 1 and walls up to z = 1, along y.
 
     The first 3 * across surfels are the middle of the street: strips of the floor by x, of the left and the right wall
     by z.
     """
-    cuts = LENGTH * (np.arange(along + 1) / along - 0.5)
+    cuts = length * (np.arange(along + 1) / along - 0.5)
     strips = []
     for k in range(across):
         low, high = k / across, (k + 1) / across

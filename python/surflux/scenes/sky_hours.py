@@ -9,7 +9,8 @@ from surflux._base.types import Floats
 from surflux.scenes import perez
 from surflux.scenes.sky_patches import SkyPatches
 
-_ACROSS = 4  # directions of a patch that its mean radiance is found by, each way
+# Directions of a patch that its mean radiance is found by, each way: of Tregenza's, and of smaller ones.
+_ACROSS, _ACROSS_SMALL = 4, 2
 _AT_ONCE = 2**22  # pairs of an hour and a direction
 _EVEN = np.zeros((1, 5))  # a to e of a sky that is the same everywhere
 
@@ -79,11 +80,12 @@ class SkyHours:
 
         Scaled so that what a level plane receives of the patches is `diffuse`, to rounding.
         """
-        places = patches._places(_ACROSS)
-        out = np.empty((len(self), len(patches)))
+        places = patches._places(_ACROSS if len(patches) <= 146 else _ACROSS_SMALL)
+        out = np.zeros((len(self), len(patches)))
         step = max(1, _AT_ONCE // places[..., 0].size)
-        for first in range(0, len(self), step):
-            some = slice(first, first + step)
+        bright = np.flatnonzero(self.diffuse > 0.0)
+        for first in range(0, len(bright), step):
+            some = bright[first : first + step]
             found = self.of(some).relative(places.reshape(-1, 3)).reshape(-1, *places.shape[:2]).mean(axis=2)
             level = found @ patches.projected[1:]
             out[some, 1:] = found * (self.diffuse[some] / level)[:, None]
