@@ -68,8 +68,7 @@ def solar_irradiation(
       spread over its patch for that; and what the ground around reflects straight onto the surfel.
 
     Daylight coefficients are interpolated, by the size of the scene: in a street a hundredth as wide as the scene is
-    long diffuse light is off by 3 to 4 % in the mean, and by a tenth of the sky's at single surfels. A scene of a
-    single tilted patch has no coefficients: cut it by patch_area.
+    long diffuse light is off by 3 to 4 % in the mean, and by a tenth of the sky's at single surfels.
 
     A year costs one product more than a single hour: irradiation is linear in the patches.
 
