@@ -130,10 +130,12 @@ TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
 }
 
 TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
-    // Half of a sphere is lit, so that there are finer levels, which reflections leave out.
-    const CompiledScene compiled(sphere_inside(4000));
+    // Corners need finer levels, which reflections leave out.
+    Scene room;
+    append(room, shapes::cube_inside(20, 0.5, 0.0));
+    const CompiledScene compiled(room);
     OperatorOptions options;
-    options.epsilon = 0.05;
+    options.epsilon = 0.02;
     Figures timings;
     const TransportOperator found = build_operator(compiled, options, {}, timings);
     const std::size_t levels = found.level_begin.size() - 1, end = found.level_begin[found.bounce_end()];

@@ -36,7 +36,7 @@ SparseRows means_at_surfels(const SurfelMeans& means, const MultilevelBasis& bas
             shares.push_back({number[j], level, weight});
         });
         const auto is_small = [&](const Share& share) {
-            return share.weight < std::min(least_share, of_largest * largest[share.level]);
+            return share.weight <= std::min(least_share, of_largest * largest[share.level]);
         };
         shares.erase(std::remove_if(shares.begin(), shares.end(), is_small), shares.end());
         for (const Share& share : shares) kept[share.level] += share.weight;
