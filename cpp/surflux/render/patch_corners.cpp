@@ -127,7 +127,9 @@ private:
             if (surface[k] == which) open += open_[patches[k]];
         const auto weight = [&](std::size_t k) {
             const double share = open > least_share ? open_[patches[k]] : 1.0;
-            return surface[k] == which ? share / length(place - surfels_.positions[patches[k]]) : 0.0;
+            // A patch of no size to speak of may have its middle at the corner.
+            const double away = length(place - surfels_.positions[patches[k]]);
+            return surface[k] == which ? share / std::max(away, least_share * surfels_.radii[patches[k]]) : 0.0;
         };
         for (std::size_t k = 0; k < patches.size(); ++k) sum += weight(k);
         for (std::size_t k = 0; k < patches.size(); ++k)

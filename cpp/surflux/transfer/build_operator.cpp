@@ -154,6 +154,8 @@ private:
         const auto unlikeness = [&](const std::uint32_t* members, std::size_t count, std::uint64_t stream) {
             return oracle.unlikeness(members, count, stream);
         };
+        require(options_.senders <= TransportOperator::most_senders / 2, "senders: wanted at most ",
+                TransportOperator::most_senders / 2, ", got ", options_.senders);
         out_.senders = SenderGroups(scene_, out_.areas, of_surfel, options_.senders, unlikeness, stage("grouping"));
         out_.samples =
             sample_senders(scene_, points_, out_.areas, out_.senders, options_.samples, options_.seed + sample_stream);
@@ -231,7 +233,7 @@ private:
         const double area = std::accumulate(out_.areas.begin(), out_.areas.end(), 0.0);
         const double clearance = std::sqrt(area / static_cast<double>(out_.senders.leaves.size()));
         return places_in_air(points_, tracer_, places, air, options_.region, clearance, options_.test_lights,
-                             options_.seed + lamp_stream);
+                             options_.seed + lamp_stream, stage("lamps"));
     }
 
     // As RECEIVER-ORACLE of L07 6.3: on the coarsest level around those that differ from others nearby, on finer ones
@@ -325,10 +327,11 @@ private:
         const ContradictedSurfels contradicted = find_contradicted(places, out_.areas, few, *test_, out_.at_surfels,
                                                                    test_coefficients(), own, stage("surfels"));
         const std::size_t room = memory_with({}).room_for(max_memory_, own.rays);
-        out_.left_out += room < own.most ? contradicted.surfels.size() : 0;
+        const bool is_tight = room < own.most;
         own.most = std::min(own.most, room);
         const std::vector<Cluster> clusters =
             cluster_alike(scene_, out_.areas, contradicted, *test_, own, stage("surfels"));
+        if (is_tight && clusters.size() == room) out_.left_out += contradicted.surfels.size() - clusters.size();
         const std::size_t before = shot_.rows.size();
         const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream);
         std::vector<Place> middles;

@@ -10,7 +10,7 @@ namespace surflux {
 namespace {
 
 // Functions of less than this, and less than so much of the largest of their level, are left to those of more.
-constexpr double least_share = 0.01, of_largest = 0.1;
+constexpr double least_share = 0.0125, of_largest = 0.1;
 
 }  // namespace
 

@@ -64,7 +64,7 @@ void require_functions(const TransportOperator& of, std::size_t surfels) {
             require(of.parents.entries[p].column < of.level_begin[level],
                     "parents: wanted functions of coarser levels");
     const std::uint32_t own = of.level_begin.back() - of.level_begin[of.level_begin.size() - 2];
-    require(own <= of.rows.size(), "level_begin: wanted a row for each surfel that has its own");
+    require(own <= of.rows.size(), "level_begin: wanted a row for each cluster of surfels that has its own");
     require_rows("at_groups_begin", "at_groups", of.at_groups, of.senders.leaves.size(), functions);
     require_rows("at_surfels_begin", "at_surfels", of.at_surfels, surfels, functions);
 }
@@ -76,11 +76,17 @@ void require_senders(const SenderGroups& senders, std::size_t surfels) {
         require(node.parent == SenderGroups::none || node.parent < k, "nodes: wanted parents before their children");
         require(node.is_leaf() || (node.child > k && node.child < n - 1),
                 "nodes: wanted children behind their parents");
+        require(node.is_leaf() || (senders.nodes[node.child].parent == k && senders.nodes[node.child + 1].parent == k),
+                "nodes: wanted children of one parent");
+        require((node.parent == SenderGroups::none) == (k == 0), "nodes: wanted one root");
         require(all_finite(node.area, node.radius, node.alike, node.weight), "nodes: wanted finite numbers");
     }
     require_below("leaves", senders.leaves, n);
-    for (const std::uint32_t leaf : senders.leaves)
-        require(senders.nodes[leaf].is_leaf(), "leaves: wanted nodes without children");
+    std::vector<char> is_told(n, 0);
+    for (const std::uint32_t leaf : senders.leaves) {
+        require(senders.nodes[leaf].is_leaf() && !is_told[leaf], "leaves: wanted nodes without children, once each");
+        is_told[leaf] = 1;
+    }
     require(senders.leaf_of_surfel.size() == surfels, "leaf_of_surfel: wanted those of ", surfels, " surfels");
     require_below("leaf_of_surfel", senders.leaf_of_surfel, n);
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "surflux/core/error.h"
+#include "surflux/core/progress.h"
 #include "surflux/core/random.h"
 #include "surflux/lights/hemisphere_row.h"
 
@@ -44,13 +45,14 @@ bool is_clear(const Tracer& tracer, const Vec3& place, double clearance) {
 
 std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
                                 const std::vector<double>& air, const std::optional<Box>& region, double clearance,
-                                std::size_t count, std::uint64_t seed) {
+                                std::size_t count, std::uint64_t seed, const Progress& progress) {
     std::vector<double> up_to(air.size());
     std::partial_sum(air.begin(), air.end(), up_to.begin());
     std::vector<Vec3> out;
     if (up_to.empty() || up_to.back() <= 0.0) return out;
     HemisphereRow row;
     for (std::uint64_t k = 0; out.size() < count && k < most_attempts * count; ++k) {
+        if (k % 64 == 0) report(progress, out.size(), count);
         Random random(seed, k);
         const Place& place = receivers[pick(up_to, random)];
         gather_row(points, tracer, place, rays_of_place, seed, row);

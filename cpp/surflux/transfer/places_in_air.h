@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/surfels.h"
@@ -18,6 +19,6 @@ namespace surflux {
 // where there is no air; an ArgumentError where the region holds none.
 std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
                                 const std::vector<double>& air, const std::optional<Box>& region, double clearance,
-                                std::size_t count, std::uint64_t seed);
+                                std::size_t count, std::uint64_t seed, const Progress& progress = {});
 
 }  // namespace surflux

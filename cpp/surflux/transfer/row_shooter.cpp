@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/hemisphere_row.h"
 
@@ -92,6 +94,8 @@ void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& c
     for (std::size_t block = 0; block < found.size(); ++block) {
         const auto at = static_cast<std::uint32_t>(out.links.size());
         out.links.insert(out.links.end(), found[block].begin(), found[block].end());
+        require(out.links.size() <= std::numeric_limits<std::uint32_t>::max(),
+                "more than 2^32 links: a larger epsilon_t or fewer rays take less");
         std::vector<Link>().swap(found[block]);
         for (std::size_t k = block * grain; k < std::min(places.size(), (block + 1) * grain); ++k) {
             out.rows[before + k].begin += at;

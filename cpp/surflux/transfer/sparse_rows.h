@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
+#include "surflux/core/error.h"
 #include "surflux/core/float_sum.h"
 #include "surflux/core/parallel.h"
 
@@ -31,9 +33,15 @@ struct SparseRows {
     std::vector<Entry> entries;
 
     std::size_t rows() const { return begin.size() - 1; }
-    void end_row() { begin.push_back(static_cast<std::uint32_t>(entries.size())); }
+    void end_row() {
+        require(entries.size() <= std::numeric_limits<std::uint32_t>::max(),
+                "a sparse matrix of more than 2^32 entries");
+        begin.push_back(static_cast<std::uint32_t>(entries.size()));
+    }
     // Rows of another one behind its own.
     void append(const SparseRows& other) {
+        require(entries.size() + other.entries.size() <= std::numeric_limits<std::uint32_t>::max(),
+                "a sparse matrix of more than 2^32 entries");
         const auto offset = static_cast<std::uint32_t>(entries.size());
         entries.insert(entries.end(), other.entries.begin(), other.entries.end());
         for (std::size_t row = 1; row < other.begin.size(); ++row) begin.push_back(offset + other.begin[row]);

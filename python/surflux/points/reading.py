@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Integer, Progress
 from surflux._base.warn import warn
@@ -115,11 +116,16 @@ def read_with_faces(
 def _arrays(path, format, points, seed):
     """PLY files go through the core, which also knows patches, but for those to be thinned or with points left out."""
     form = format_of(path, format)
-    if form == "ply" and points is None:
-        try:
-            return load_arrays(path, form)
-        except _core.FileError as error:
-            if not _NOT_FINITE.search(str(error)) or _core.read_ply(path, [])["elements"].get("patch", 0):
-                raise
+    if form == "ply":
+        elements = _core.read_ply(path, [])["elements"]
+        has_patches = elements.get("patch", 0) > 0
+        if points is None or elements.get("vertex", 0) <= points:
+            try:
+                return load_arrays(path, form)
+            except _core.FileError as error:
+                if not _NOT_FINITE.search(str(error)) or has_patches:
+                    raise
+        elif has_patches:
+            raise file_error(path, f"its patches would be torn apart by points={points}; read all of it")
     columns = read_columns(path, format, points, seed)
     return arrays_of_scan(scan_of_columns(path, columns)) | {"faces": columns.faces}

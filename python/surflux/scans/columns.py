@@ -66,6 +66,16 @@ def attribute_name(name):
 _USUAL = {*OTHER_NAMES.values(), "label"}
 
 
+def add_attribute(chunk, name, values):
+    """Under the name that it has here, or its own where that is another column's: none takes another's place."""
+    key = attribute_name(name)
+    if key in chunk or key in TRIPLES:
+        key = str(name)
+    while key in chunk or key in TRIPLES:
+        key += "_"
+    chunk[key] = values
+
+
 def sorted_out(columns):
     """Columns by the file's names as a chunk: x, y and z become points, and so on."""
     left = dict(columns)
@@ -74,7 +84,7 @@ def sorted_out(columns):
         kind = np.float64 if what != "colors" else None
         chunk[what] = np.stack([left.pop(name) for name in names], axis=-1, dtype=kind)
     for name, values in left.items():
-        chunk[attribute_name(name)] = values
+        add_attribute(chunk, name, values)
     return chunk
 
 

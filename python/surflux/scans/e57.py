@@ -21,17 +21,21 @@ _OTHERS |= {"returnCount": "number_of_returns"}
 def open_e57(path):
     """A PointFile of all scans, in the frame of the file.
 
-    Points that the scanner calls invalid are not finite here. Colours are fractions of what the scan's limits say.
-    Attributes: intensity, time, return_number, number_of_returns and, of more than one scan, scan. The viewpoints are
-    the positions of the scans' poses.
+    Points that the scanner calls invalid are not finite here. Colours are fractions of what the limits of the scans
+    say, where all have some. Attributes: intensity, time, return_number, number_of_returns and, of more than one scan,
+    scan. The viewpoints are the positions of the scans' poses.
     """
     with outside(path, "pye57"):
         import pye57
 
         file = pye57.E57(os.fsdecode(path))
-        headers = [file.get_header(k) for k in range(file.scan_count)]
-        counts = [header.point_count for header in headers]
-        fields = [set(header.point_fields) for header in headers]
+        try:
+            headers = [file.get_header(k) for k in range(file.scan_count)]
+            counts = [header.point_count for header in headers]
+            fields = [set(header.point_fields) for header in headers]
+        except BaseException:
+            file.close()
+            raise
     viewpoints = []
     return PointFile(sum(counts), _chunks(path, file, headers, fields, viewpoints), lambda: viewpoints)
 
@@ -39,6 +43,8 @@ def open_e57(path):
 def _chunks(path, file, headers, fields, viewpoints):
     wanted = (*_RGB, *_NORMAL, *_OTHERS)  # of which columns are made where all scans have them
     common = [name for name in wanted if all(name in there for there in fields)]
+    whites = [_white(header) for header in headers]
+    has_whites = all(white > 0.0 for white in whites)  # else the largest number of the file says what white is
     with file:
         for k, (header, there) in enumerate(zip(headers, fields, strict=True)):
             with outside(path, "pye57"):
@@ -55,7 +61,9 @@ def _chunks(path, file, headers, fields, viewpoints):
                 chunk = {"points": _placed(columns, places, rotation, translation)}
                 if set(_RGB) <= set(common):
                     colors = np.stack([columns[name] for name in _RGB], axis=-1)
-                    chunk["colors"] = _fractions(path, header, colors)
+                    chunk["colors"] = (np.clip(colors / whites[k], 0.0, 1.0) if has_whites else colors).astype(
+                        np.float32
+                    )
                 if set(_NORMAL) <= set(common):
                     normals = np.stack([columns[name] for name in _NORMAL], axis=-1)
                     chunk["normals"] = normals if rotation is None else normals @ rotation.T
@@ -108,14 +116,10 @@ def _placed(columns, places, rotation, translation):
     return points if rotation is None else points @ rotation.T + translation
 
 
-def _fractions(path, header, colors):
-    """Colours of 0 to 1, by the limits that the scan gives; without any, by the largest number."""
+def _white(header):
+    """The colour that the limits of a scan call white; 0 where they say none."""
     try:
-        limits = [header["colorLimits"][f"{name}Maximum"].value() for name in _RGB]
-        white = float(max(limits))
+        white = float(max(header["colorLimits"][f"{name}Maximum"].value() for name in _RGB))
     except Exception:  # libe57's, of a node that is not there
-        white = 0.0
-    if not (np.isfinite(white) and white > 0.0):
-        largest = float(np.max(colors, initial=0.0))
-        white = next((white for white in (1.0, 255.0, 65535.0) if largest <= white), largest)
-    return (np.clip(colors / white, 0.0, 1.0)).astype(np.float32)
+        return 0.0
+    return white if np.isfinite(white) and white > 0.0 else 0.0

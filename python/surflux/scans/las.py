@@ -25,6 +25,7 @@ def open_las(path):
         reader = laspy.open(path)
         header = reader.header
         if header.are_points_compressed and not laspy.LazBackend.detect_available():
+            reader.close()
             raise ImportError("LAZ without a backend", name="lazrs")
     return PointFile(header.point_count, _chunks(path, reader))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from surflux._base.files import file_error
 from surflux._core import FileError
-from surflux.scans.columns import CHUNK, PointFile, attribute_name, triples
+from surflux.scans.columns import CHUNK, PointFile, add_attribute, triples
 
 _NAMES = {
     "points": ("points", "xyz", "positions", "position", "pos", "coords", "coordinates", "vertices"),
@@ -80,8 +80,10 @@ def _opened(path, members):
     lower = {name.lower(): name for name in members}
     parts = {}
     for what, names in _NAMES.items():
-        name = next((lower[name] for name in names if name in lower), None)
-        if name is not None and len(members[name].shape) == 2 and members[name].shape[1] >= 3:
+        there = [lower[name] for name in names if name in lower]
+        fits = (name for name in there if len(members[name].shape) == 2 and members[name].shape[1] >= 3)
+        name = next(fits, None)
+        if name is not None:
             parts[what] = (name,)
     for what, names in triples(members).items():
         parts.setdefault(what, names)
@@ -108,7 +110,8 @@ def _chunks(path, members, parts, others, count):
                 values = [members[name].rows(rows) for name in names]
                 chunk[what] = values[0][:, :3] if len(names) == 1 else np.stack(values, axis=-1)
             chunk["points"] = np.asarray(chunk["points"], dtype=np.float64)
-            chunk |= {attribute_name(name): members[name].rows(rows) for name in others}
+            for name in others:
+                add_attribute(chunk, name, members[name].rows(rows))
         yield chunk
 
 

@@ -76,7 +76,7 @@ def _vertices(path):
         head = file.read(_MOST_HEADER)
     first = head.find(b"\n")
     lone = head.find(b"\r")
-    newline = b"\r" if lone >= 0 and lone + 1 != first else b"\n"
+    newline = b"\r" if lone >= 0 and (first < 0 or lone + 1 < first) else b"\n"
     end = head.find(newline + b"end_header")
     stop = head.find(newline, end + 1) if end >= 0 else -1
     if stop < 0 or head[:3] != b"ply":
@@ -88,14 +88,14 @@ def _vertices(path):
             continue
         if words[0] == b"format" and len(words) == 3 and order is None and words[1] in _ORDERS:
             order = _ORDERS[words[1]]
-        elif words[0] == b"element" and len(words) == 3 and words[2].isdigit():
+        elif words[0] == b"element" and len(words) == 3 and words[2].isdigit() and len(words[2]) < 19:
             elements.append((words[1], int(words[2])))
         elif words[0] == b"property" and elements:
             if len(elements) > 1:
                 continue
-            kind = words[1].decode("latin-1")
+            kind = words[1].decode("latin-1") if len(words) == 3 else ""
             kind = TYPES.get(kind) or _OTHER_NAMES.get(kind)
-            if len(words) != 3 or kind is None:
+            if kind is None:
                 return None
             row.append((words[2].decode("latin-1"), (order or "<") + kind))
         else:

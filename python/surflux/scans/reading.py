@@ -22,6 +22,7 @@ _OPEN = {"ply": open_ply, "pcd": open_pcd, "las": open_las, "e57": open_e57, "np
 # Of disks: fewer of them do not cover the surface.
 _REACHES = ("radius", "area")
 _FARTHEST = 1e30
+_ROW = "\0row"  # no column of a file has this name
 
 
 class Columns(NamedTuple):
@@ -61,7 +62,7 @@ def read_columns(path, format=None, points=None, seed=0):
         if len(rows) < len(finite):
             dropped += len(finite) - len(rows)
             chunk = {name: values[rows] for name, values in chunk.items()}
-        chunk["row"] = rows + first
+        chunk[_ROW] = rows + first
         if len(rows):
             sample.add(chunk) if thin else kept.append(chunk)
         report(told, count, opened.count or 0)
@@ -76,7 +77,7 @@ def read_columns(path, format=None, points=None, seed=0):
     if thin and len(columns["points"]) < count - dropped:
         for name in _REACHES:
             columns.pop(name, None)
-    return Columns(columns, columns.pop("row"), count, opened.viewpoints(), opened.faces)
+    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces)
 
 
 def _check_places(path, points, finite, first):

@@ -3,6 +3,7 @@
 import codecs
 import itertools
 import os
+import sys
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def text_rows(path, width, begin=0, line=0, delimiter=None, most=None, lines=Non
     """
     lines = text_lines(path, begin, line) if lines is None else lines
     numbers, texts = [], []
-    for number, text in itertools.islice(lines, most):
+    for number, text in itertools.islice(lines, None if most is None else min(most, sys.maxsize)):
         if delimiter is None:
             delimiter = delimiter_of(text)
         numbers.append(number)

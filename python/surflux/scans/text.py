@@ -65,7 +65,7 @@ class _Counts:
         promised = place = None
         taken = 0
         for number, text in lines:
-            if len(text) < 20 and text.isdigit():
+            if len(text) < 20 and text.isdecimal():
                 self._check(promised, taken, place)
                 promised, taken, place = int(text), 0, number
                 continue

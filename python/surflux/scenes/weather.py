@@ -141,6 +141,8 @@ def read_weather(path):
             missing = int(np.count_nonzero(~((values >= 0.0) & (values <= 2000.0))))
             raise _core.FileError(f"{path}: {missing} of its hours have no {name} in W/m2")
     latitude, longitude, altitude, zone = place
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(zone) <= 15.0 and np.isfinite(altitude)):
+        raise _core.FileError(f"{path}: its header has no place on earth: latitude, longitude, altitude, zone {place}")
     zone = _zone(path, wall, columns, place)
     times = wall - np.timedelta64(round(60.0 * zone), "m")
     return Weather(latitude, longitude, altitude, times, columns["dni"], columns["dhi"])
@@ -161,7 +163,7 @@ def _zone(path, wall, columns, place):
     near = _ZONES[np.abs(_ZONES - longitude / 15.0) <= 3.0]
     fits = [fit(zone) for zone in near]
     best = near[int(np.argmax(fits))]
-    if max(fits) - here <= _BETTER:
+    if not max(fits) - here > _BETTER:
         return said
     warn(f"{path}: its header says UTC{said:+g}, but its sun is that of UTC{best:+g}, which is taken")
     return float(best)

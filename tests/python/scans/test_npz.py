@@ -73,3 +73,19 @@ def test_an_array_that_claims_more_than_the_file_holds(tmp_path):
         archive.writestr("points.npy", head.getvalue() + bytes(48))
     with pytest.raises(sf.FileError, match=r"is damaged, or no NPZ file \(the array is larger than the file\)"):
         sf.read_scan(tmp_path / "a.npz")
+
+
+def test_no_array_takes_the_place_of_another(tmp_path):
+    xyz = np.random.default_rng(0).random((9, 3))
+    others = {"points": np.arange(9.0), "colors": np.arange(9), "row": np.arange(9) + 100, "i": np.ones(9)}
+    np.savez(tmp_path / "a.npz", xyz=xyz, intensity=np.zeros(9), **others)
+    scan = sf.read_scan(tmp_path / "a.npz")
+    np.testing.assert_array_equal(scan.points, xyz)
+    assert scan.reflectance is None
+    assert {name: values[1] for name, values in scan.attributes.items()} == {
+        "points_": 1.0,
+        "colors_": 1,
+        "row": 101,
+        "intensity": 0.0,
+        "i": 1.0,
+    }

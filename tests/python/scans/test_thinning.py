@@ -5,6 +5,7 @@ import pytest
 
 import surflux as sf
 from scan_files import pcd, table
+from surflux.scans import ply
 from surflux.scans.thinning import EvenSample
 
 
@@ -61,3 +62,23 @@ def test_radii_and_areas_are_made_anew_where_a_file_is_thinned(tmp_path):
     thin = sf.read(tmp_path / "a.ply", points=60)
     assert thin.areas is None
     assert np.median(thin.radii) > 2.0 * np.median(s.radii)  # sqrt(10) times as far apart
+
+
+def test_carriage_returns_among_numbers_are_no_ends_of_lines(tmp_path, monkeypatch):
+    """A binary PLY with lines that end in LF is read in chunks whatever its bytes."""
+    points = np.frombuffer(b"\r" * 12 * 500, dtype="<f4").reshape(-1, 3) * np.arange(500, dtype="<f4")[:, None]
+    points[:7] = np.frombuffer(b"\r\r\r\r", dtype="<f4")[0]
+    header = "ply\nformat binary_little_endian 1.0\nelement vertex 500\n" + "".join(
+        f"property float {c}\n" for c in "xyz"
+    )
+    (tmp_path / "a.ply").write_bytes(header.encode() + b"end_header\n" + points.astype("<f4").tobytes())
+    monkeypatch.setattr(ply, "_read_whole", None)
+    assert len(sf.read_scan(tmp_path / "a.ply", points=100).points) <= 100
+
+
+def test_patches_are_kept_where_nothing_is_thinned_and_else_refused(tmp_path):
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)
+    floor.save(tmp_path / "floor.ply")
+    assert len(sf.read(tmp_path / "floor.ply", points=len(floor)).triangles) == len(floor.triangles)
+    with pytest.raises(sf.FileError, match=r"floor\.ply: its patches would be torn apart by points=3; read all of it"):
+        sf.read(tmp_path / "floor.ply", points=3)
