@@ -44,7 +44,8 @@ def animate_lamps(
 
     Each frame is drawn as `transfer.relight(lights).render(camera)` is. While no area light moves, OpenGL draws the
     first alone: how much of which surfels each pixel shows is kept, and what other lamps bring is a product with it.
-    `render` does not blend surfels that are dark with lit ones; here that is said of those that are dark in all frames.
+    `render` does not blend surfels that are dark with lit ones; here that is said of those that are dark in 16 frames
+    all over the film.
     With direct="traced" frames are those of a LampRenderer: direct light at every pixel, with sharp shadows.
 
     Args:
