@@ -79,4 +79,11 @@ inline Scene scene_of(const std::vector<Surfels>& objects, std::vector<Light> li
     return scene;
 }
 
+// A unit sphere seen from inside, of reflectance .5.
+inline Scene sphere_inside(std::size_t points) {
+    Scene scene;
+    append(scene, sphere(points, 1.0, -1.0, 0.5, 0.0));
+    return scene;
+}
+
 }  // namespace surflux::shapes

@@ -17,16 +17,10 @@
 namespace surflux {
 namespace {
 
-Scene sphere_inside(std::size_t points) {
-    Scene scene;
-    append(scene, shapes::sphere(points, 1.0, -1.0, 0.5, 0.0));
-    return scene;
-}
-
 float alike(const std::uint32_t*, std::size_t, std::uint64_t) { return 1.0f; }
 
 TEST(SenderGroups, AreAPartitionWithMeansByArea) {
-    const Scene scene = sphere_inside(2000);
+    const Scene scene = shapes::sphere_inside(2000);
     const std::vector<double>& areas = scene.surfels.areas;
     const SenderGroups groups(scene, areas, std::vector<double>(areas.size(), 1.0), 300, alike, {});
     ASSERT_EQ(groups.leaves.size(), 300u);
@@ -56,7 +50,7 @@ TEST(SenderGroups, AreAPartitionWithMeansByArea) {
 }
 
 TEST(SenderGroups, ASenderIsAsLargeAsTheReachAndFacesOneWay) {
-    const Scene scene = sphere_inside(2000);
+    const Scene scene = shapes::sphere_inside(2000);
     const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 500, alike, {});
     for (std::uint32_t i = 0; i < 2000; i += 37) {
         EXPECT_EQ(groups.sender(i, 0.0), groups.leaf_of_surfel[i]);
@@ -68,7 +62,7 @@ TEST(SenderGroups, ASenderIsAsLargeAsTheReachAndFacesOneWay) {
 }
 
 TEST(SenderGroups, SamplesLieOnTheirGroups) {
-    const Scene scene = sphere_inside(500);
+    const Scene scene = shapes::sphere_inside(500);
     const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(500, 1.0), 60, alike, {});
     const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
     ASSERT_EQ(samples.samples.size(), 240u);
@@ -81,7 +75,7 @@ TEST(SenderGroups, SamplesLieOnTheirGroups) {
 }
 
 TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
-    const CompiledScene compiled(sphere_inside(2000));
+    const CompiledScene compiled(shapes::sphere_inside(2000));
     const Scene& scene = compiled.scene();
     const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 400, alike, {});
     const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
@@ -99,7 +93,7 @@ TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
 
 TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
     // Close to a wall: of most groups all that they would send is less than what a ray stands for.
-    const CompiledScene compiled(sphere_inside(4000));
+    const CompiledScene compiled(shapes::sphere_inside(4000));
     const Surfels& s = compiled.scene().surfels;
     const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 1000, alike, {});
     const SenderSamples samples = sample_senders(compiled.scene(), SurfelPoints(s), s.areas, groups, 4, 7);
@@ -117,7 +111,7 @@ TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
 }
 
 TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
-    const CompiledScene compiled(sphere_inside(1500));
+    const CompiledScene compiled(shapes::sphere_inside(1500));
     Figures timings;
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
     std::vector<float> sent(found.senders.size(), 1.0f), values, coefficients, received;
@@ -158,7 +152,7 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
 }
 
 TEST(TestLights, ThereMayBeNone) {
-    const CompiledScene compiled(sphere_inside(300));
+    const CompiledScene compiled(shapes::sphere_inside(300));
     Figures timings;
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
     ShotRows rows;
@@ -174,7 +168,7 @@ TEST(TestLights, ThereMayBeNone) {
 
 TEST(TransportOperator, LinksHaveTheSlopesOfTheirRays) {
     // Light that comes from one side alone tilts: by its gradient, a normal that turns there receives more.
-    const CompiledScene compiled(sphere_inside(3000));
+    const CompiledScene compiled(shapes::sphere_inside(3000));
     Figures timings;
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
     std::vector<float> values;

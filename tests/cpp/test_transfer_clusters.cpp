@@ -19,12 +19,6 @@
 namespace surflux {
 namespace {
 
-Scene sphere_inside(std::size_t points) {
-    Scene scene;
-    append(scene, shapes::sphere(points, 1.0, -1.0, 0.5, 0.0));
-    return scene;
-}
-
 // Its numbers are what they are.
 class Numbers final : public RowTest {
 public:
@@ -35,7 +29,7 @@ private:
 };
 
 TEST(GroupOracle, SurfelsNearEachOtherAreLitAlikeAndThoseAcrossAreNot) {
-    const CompiledScene compiled(sphere_inside(3000));
+    const CompiledScene compiled(shapes::sphere_inside(3000));
     const Surfels& s = compiled.scene().surfels;
     const SurfelPoints points(s);
     const GroupOracle oracle(s, points, compiled.tracer(), false, 5);
@@ -55,7 +49,7 @@ TEST(GroupOracle, SurfelsNearEachOtherAreLitAlikeAndThoseAcrossAreNot) {
 }
 
 TEST(GroupOracle, NothingDistantIsSeenFromInsideAndAllIsFromOutside) {
-    const CompiledScene inside(sphere_inside(1000));
+    const CompiledScene inside(shapes::sphere_inside(1000));
     std::vector<std::uint32_t> all(1000);
     std::iota(all.begin(), all.end(), 0u);
     const Surfels& s = inside.scene().surfels;
@@ -68,7 +62,7 @@ TEST(GroupOracle, NothingDistantIsSeenFromInsideAndAllIsFromOutside) {
 }
 
 TEST(GroupOracle, SurfelsAtOnePlaceAreFinite) {
-    Scene scene = sphere_inside(1000);
+    Scene scene = shapes::sphere_inside(1000);
     for (int k = 0; k < 20; ++k) scene.surfels.positions[static_cast<std::size_t>(k)] = scene.surfels.positions[0];
     const CompiledScene compiled(scene);
     const Surfels& s = compiled.scene().surfels;
@@ -83,7 +77,7 @@ TEST(GroupOracle, SurfelsAtOnePlaceAreFinite) {
 }
 
 TEST(PlacesInAir, KeepClearOfSurfacesWhereThereIsRoom) {
-    const CompiledScene compiled(sphere_inside(3000));
+    const CompiledScene compiled(shapes::sphere_inside(3000));
     const Surfels& s = compiled.scene().surfels;
     const SurfelPoints points(s);
     std::vector<Place> receivers;
@@ -100,7 +94,7 @@ TEST(PlacesInAir, KeepClearOfSurfacesWhereThereIsRoom) {
 }
 
 TEST(OwnRows, ClustersAreHalvedWhereTheirMembersDiffer) {
-    const Scene scene = sphere_inside(2000);
+    const Scene scene = shapes::sphere_inside(2000);
     const std::vector<double>& areas = scene.surfels.areas;
     const Numbers test(2);
     ContradictedSurfels off;

@@ -11,21 +11,9 @@ import time
 import numpy as np
 
 import surflux as sf
+from surflux.bench.pictures import unproject
 
 LAYERS = ["radiance", "direct", "indirect"]
-
-
-def seen_places(camera, size, depth):
-    """(h, w, 3) where pixels see something at those depths along the view axis."""
-    width, height = size
-    forward = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
-    right = np.cross(forward, camera.up)
-    right /= np.linalg.norm(right)
-    down = np.cross(forward, right)
-    step = 2 * np.tan(np.radians(camera.fov) / 2) / height
-    x, y = (np.arange(width) + 0.5 - width / 2) * step, (np.arange(height) + 0.5 - height / 2) * step
-    rays = forward + x[None, :, None] * right + y[:, None, None] * down
-    return camera.eye + np.where(np.isfinite(depth), depth, 0.0)[..., None] * rays
 
 
 def rms(values):
@@ -36,7 +24,7 @@ def errors(transfer, renderer, lamp, count, samples, seed=0):
     """{name: relative RMS error of the picture, of direct and of indirect light} of frames and of Solution.render."""
     frame = renderer.frame(lamp, layers=True)
     index = frame["index"]
-    places = seen_places(renderer.camera, renderer.size, frame["depth"])
+    places = unproject(renderer.camera, frame["depth"], renderer.size)
     rng = np.random.default_rng(seed)
     rows, columns = np.nonzero(index >= 0)
     chosen = rng.choice(len(rows), min(count, len(rows)), replace=False)

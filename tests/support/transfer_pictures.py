@@ -16,11 +16,12 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench.pictures import unproject
+from surflux.bench.transfer_truth import SUBPIXELS, traced_pictures
 from surflux.scenes.transform import make_transform
 
 DATA = Path(os.environ.get("SURFLUX_DATA", "."))
 SPONZA = Path(__file__).parents[2] / "data" / "sponza.toml"
-FINER = 2  # subpixels each way
+FINER = SUBPIXELS  # each way
 GAP = 4  # pixels between pictures
 
 BUDDHA_SIZE, BUDDHA_CAMERA = (172, 400), sf.Camera([0, -6, 0.3], [-0.05, -0.08, 0], fov=20.5)
@@ -86,28 +87,6 @@ def traced_gloss(solution, scene, samples):
     return averaged(picture), averaged(variance) / FINER**2
 
 
-def drawn_of_traced(solution, scene, samples):
-    """The picture that the solution draws where radiance of its surfels is path traced."""
-    own = scene.surfels
-    towards = BUDDHA_CAMERA.eye - own.points
-    front = (towards * own.normals).sum(axis=1) > 0
-    found = np.zeros((len(own), 3))
-    found[front], _ = sf.reference_radiance(
-        scene,
-        own.points[front],
-        own.normals[front],
-        towards[front],
-        reflectance=own.reflectance[front],
-        specular=own.specular[front],
-        exponent=own.exponent[front],
-        glossy_bounces=False,
-        samples=samples,
-    )
-    rest = {name: getattr(solution, name) for name in ("parents", "objects", "irradiance", "direct")}
-    known = sf.Solution(own.replace(specular=0.0), radiosity=np.pi * found, **rest)
-    return known.render(BUDDHA_CAMERA, BUDDHA_SIZE, samples=FINER)
-
-
 def dotted(transfer):
     """The points at which visibility is kept, where the camera sees them, on a plain statue."""
     size = finer(BUDDHA_SIZE)
@@ -144,7 +123,8 @@ def buddha(out, transfer, samples):
         traced, variance = traced_gloss(solution, lit, samples)
         off, noise = difference(drawn, traced, variance), np.sqrt(variance.mean() / np.mean(traced**2))
         print(f"turned by {azimuth}: relit in {seconds:.2f} s, off by {off:.1%} RMS (noise of the traced {noise:.1%})")
-        known = drawn_of_traced(solution, lit, 4 * samples)
+        view = solution, lit, BUDDHA_CAMERA, BUDDHA_SIZE
+        known = traced_pictures(*view, glossy_bounces=False, paths=2 * samples).mean(axis=0)
         print(f"    beside surfels that are path traced and drawn alike: {difference(drawn, known):.1%}")
         print(f"    these beside each pixel path traced: {difference(known, traced, variance):.1%}")
         pictures += [drawn, traced]

@@ -83,7 +83,7 @@ def squares(values):
     return (np.asarray(values, float) ** 2).sum(axis=-1)
 
 
-def traced_pictures(solution, scene, camera, size, *, glossy_bounces, threads=None):
+def traced_pictures(solution, scene, camera, size, *, glossy_bounces, paths=PATHS_A_SURFEL, threads=None):
     """Two pictures (2, h, w, 3), independent of each other, of surfels that are path traced towards the eye.
 
     They are drawn as those of the solution are, at whose surfels scene has its own: what drawing itself adds is in
@@ -104,7 +104,7 @@ def traced_pictures(solution, scene, camera, size, *, glossy_bounces, threads=No
             specular=own.specular[front],
             exponent=own.exponent[front],
             glossy_bounces=glossy_bounces,
-            samples=PATHS_A_SURFEL,
+            samples=paths,
             seed=seed,
             threads=threads,
         )
