@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from lamp_frames import LAYERS, errors, seen_places
+from lamp_frames import LAYERS, errors
+from surflux.bench.pictures import unproject
 
 SIZE = (72, 54)
 CAMERA = sf.Camera([0.5, -1.4, 0.5], [0.5, 0.5, 0.45])
@@ -86,7 +87,7 @@ def test_shadows_are_where_they_belong(transfer):
     """The upper edges of the box throw the outline of its shadow onto the floor, as the point light projects them."""
     size = 240, 180
     layers = sf.LampRenderer(transfer, None, size).frame(POINT, layers=True)
-    places = seen_places(CAMERA, size, layers["depth"])
+    places = unproject(CAMERA, layers["depth"], size)
     floor = (layers["index"] >= 0) & (np.abs(places[..., 2]) < 1e-6)
     lamp = np.array(POINT.position)
     at = lamp + (places[floor] - lamp) * (lamp[2] - 0.35) / lamp[2]  # at the height of the box's top
@@ -177,7 +178,7 @@ def test_disks_blend():
     on_ball = (found["index"] >= 0) & (found["index"] < 2000)
     for name in ("albedo", "normal", "depth"):
         np.testing.assert_allclose(found[name][on_ball], drawn[name][on_ball], rtol=1e-5, atol=1e-5)
-    places = seen_places(transfer.scene.camera, (120, 90), found["depth"])[on_ball]
+    places = unproject(transfer.scene.camera, found["depth"], (120, 90))[on_ball]
     way = lamp.position - places
     kernel = np.maximum(0, (way * found["normal"][on_ball]).sum(axis=1)) / np.linalg.norm(way, axis=1) ** 3
     wanted = kernel[:, None] * 10.0 * found["albedo"][on_ball] / np.pi
