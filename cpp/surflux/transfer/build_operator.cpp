@@ -100,9 +100,8 @@ public:
             out_.samples.samples = {};
             out_.samples.of_leaf = 0;
         }
-        out_.at_groups =
-            means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas,
-                            out_.level_begin[out_.bounce_end()], out_.level_begin[out_.level_begin.size() - 2]);
+        out_.at_groups = means_at_groups(out_.at_surfels, out_.senders, scene_.surfels.areas, out_.areas,
+                                         out_.level_begin[out_.bounce_end()], out_.level_begin[out_.own_level()]);
         watch_.lap("projection");
         return std::move(out_);
     }

@@ -63,7 +63,7 @@ void require_functions(const TransportOperator& of, std::size_t surfels) {
              ++p)
             require(of.parents.entries[p].column < of.level_begin[level],
                     "parents: wanted functions of coarser levels");
-    const std::uint32_t own = of.level_begin.back() - of.level_begin[of.level_begin.size() - 2];
+    const std::uint32_t own = of.level_begin.back() - of.level_begin[of.own_level()];
     require(own <= of.rows.size(), "level_begin: wanted a row for each cluster of surfels that has its own");
     require_rows("at_groups_begin", "at_groups", of.at_groups, of.senders.leaves.size(), functions);
     require_rows("at_surfels_begin", "at_surfels", of.at_surfels, surfels, functions);

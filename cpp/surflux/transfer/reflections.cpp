@@ -14,15 +14,12 @@ constexpr int most_bounces = 1000;
 
 // By area, of what is below 0, too: harmonics of a light may be.
 double power(const SenderGroups& senders, const std::vector<float>& sent, std::size_t channels) {
-    double sum = 0.0;
-    for (const std::uint32_t leaf : senders.leaves)
+    return parallel_sum<double>(senders.leaves.size(), 2048, [&](std::size_t k, double& sum) {
+        const std::uint32_t leaf = senders.leaves[k];
         for (std::size_t c = 0; c < channels; ++c)
-            sum += static_cast<double>(senders.nodes[leaf].area * std::abs(sent[channels * leaf + c]));
-    return sum;
-}
-
-bool is_all_dark(const std::vector<float>& sent) {
-    return std::all_of(sent.begin(), sent.end(), [](float value) { return value == 0.0f; });
+            sum += static_cast<double>(senders.nodes[leaf].area) *
+                   std::abs(static_cast<double>(sent[channels * leaf + c]));
+    });
 }
 
 }  // namespace
@@ -32,25 +29,26 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, s
                               const std::vector<float>& direct) {
     const SenderGroups& senders = transport.senders;
     std::vector<float> sent = emission, all = emission, received(sent.size(), 0.0f), values, coefs;
-    bool is_dark = is_all_dark(sent);
+    double bright = power(senders, sent, channels);
     for (int bounce = 1; bounce <= (bounces < 0 ? most_bounces : bounces); ++bounce) {
-        if (!is_dark) {
+        if (bright > 0.0) {
             senders.pull_up(sent, channels);
             transport.gather(sent, channels, values, TransportOperator::Part::bounces);
             transport.coefficients(values, channels, coefs, TransportOperator::Part::bounces);
             transport.receive(coefs, channels, received);
         }
-        parallel_for(senders.size(), 4096, [&](std::size_t node) {
+        parallel_for(senders.leaves.size(), 2048, [&](std::size_t of_leaf) {
+            const std::size_t leaf = senders.leaves[of_leaf];
             for (std::size_t c = 0; c < channels; ++c) {
-                const std::size_t k = channels * node + c;
+                const std::size_t k = channels * leaf + c;
                 if (bounce == 1) received[k] += direct[k];
-                sent[k] = reflectance[colors * node + c % colors] * received[k];
+                sent[k] = reflectance[colors * leaf + c % colors] * received[k];
                 all[k] += sent[k];
             }
         });
-        is_dark = is_all_dark(sent);
-        if (is_dark) break;
-        if (bounces < 0 && power(senders, sent, channels) <= negligible * power(senders, all, channels)) break;
+        bright = power(senders, sent, channels);
+        if (bright == 0.0) break;
+        if (bounces < 0 && bright <= negligible * power(senders, all, channels)) break;
     }
     senders.pull_up(all, channels);
     return all;

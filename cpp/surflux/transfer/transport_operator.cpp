@@ -10,7 +10,7 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
                                Part part) const {
     out.resize(rows.size() * channels);
     // Rows are in the order of their functions: first those of coarse levels, last those of surfels' own.
-    const std::size_t own = level_begin.back() - level_begin[level_begin.size() - 2], end_of_basis = rows.size() - own;
+    const std::size_t own = level_begin.back() - level_begin[own_level()], end_of_basis = rows.size() - own;
     const std::size_t first =
         part == Part::all ? end_of_basis : std::min<std::size_t>(end_of_basis, level_begin[bounce_end()]);
     with_fixed(channels, [&](const auto count) {
@@ -57,7 +57,7 @@ void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vecto
 void TransportOperator::coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out,
                                      Part part) const {
     out.resize(receiver_of.size() * channels);
-    const std::size_t last = level_begin.size() - 2;
+    const std::size_t last = own_level();
     with_fixed(channels, [&](const auto count) {
         for (std::size_t level = 0; level <= last; ++level) {
             if (part == Part::bounces && level >= bounce_end() && level != last) continue;
@@ -74,7 +74,7 @@ void TransportOperator::coefficients(const std::vector<float>& values, std::size
 }
 
 void TransportOperator::receive(const std::vector<float>& coefs, std::size_t channels, std::vector<float>& out) const {
-    out.assign(senders.size() * channels, 0.0f);
+    out.resize(senders.size() * channels);
     at_groups.multiply(coefs, channels, [&](std::size_t leaf, const float* sums) {
         std::copy_n(sums, channels, out.data() + senders.leaves[leaf] * channels);
     });

@@ -93,13 +93,15 @@ struct TransportOperator {
     // By function, from values by receiver.
     void coefficients(const std::vector<float>& values, std::size_t channels, std::vector<float>& out,
                       Part part = Part::all) const;
-    // What the leaves of the senders receive on the mean, by node, from coefficients.
+    // What the leaves of the senders receive on the mean, by node, from coefficients: others are left as they are.
     void receive(const std::vector<float>& coefficients, std::size_t channels, std::vector<float>& out) const;
 
     std::size_t bytes() const;
 
-    // The first level that is not for reflections; behind all of them stand rows of surfels' own.
-    std::size_t bounce_end() const { return std::min<std::size_t>(bounce_levels, level_begin.size() - 2); }
+    // Levels of the basis; behind them stands one of surfels' own rows.
+    std::size_t own_level() const { return level_begin.size() - 2; }
+    // The first level that is not for reflections.
+    std::size_t bounce_end() const { return std::min(bounce_levels, own_level()); }
 };
 
 // Points are placed and rays shot level by level, around where receivers differ by `epsilon` in what lamps at random
