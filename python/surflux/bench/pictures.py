@@ -10,7 +10,7 @@ import argparse
 import numpy as np
 
 import surflux as sf
-from surflux.pictures.camera import own_or_framing
+from surflux.pictures.framing import own_or_framing
 
 AMPLIFIED = 10.0
 

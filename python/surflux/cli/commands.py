@@ -21,6 +21,7 @@ from surflux.cli.options import command_line
 from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.pictures.animation import check_target
 from surflux.scenes.options import TRANSPORTS
+from surflux.scenes.studio import BACKDROP, studio
 from surflux.solutions.solution_file import holds_solution
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
@@ -149,7 +150,8 @@ def _solve(options):
     solution = solver(scene, **settings, progress=True)
     output = _solve_output(options)
     solution.save(output)
-    undrawn = _draw(solution, camera, options, images)
+    behind = {} if _is_scene(options.input) or options.light == "sky" else {"background": BACKDROP}
+    undrawn = _draw(solution, camera, options, images, **behind)
     if undrawn is not None:
         images = []
     result = {
@@ -179,11 +181,11 @@ def _solve(options):
     return status
 
 
-def _draw(solution, camera, options, images):
+def _draw(solution, camera, options, images, **settings):
     """Writes the pictures of `surflux solve`; where there is no OpenGL, says so and returns why."""
     try:
         if images:
-            write_images(solution, camera, options, images)
+            write_images(solution, camera, options, images, **settings)
     except sf.DeviceError as error:
         _say(f"warning: no picture, for {error} (--no-image asks for none)")
         return error
@@ -198,6 +200,8 @@ def _scene_to_solve(options):
     if _is_scene(options.input):
         if options.thin is not None:
             raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
+        if options.light is not None:
+            raise ValueError("--light: is for a cloud; a scene file has lights of its own")
         return _load_scene(options)
     cloud = _cloud(options)
     if holds_solution(options.input):
@@ -208,8 +212,14 @@ def _scene_to_solve(options):
     if len(cloud) > limit:
         _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
         cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
-    _say("a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides")
-    return sf.Scene([cloud], [sf.Environment(1.0)], name=Path(options.input).stem)
+    camera = camera_of(options, cloud, None)
+    if options.light == "sky":
+        _say("the cloud is lit by a sky of radiance 1 from all sides")
+        lights = [sf.Environment(1.0)]
+    else:
+        _say("a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: of radiance 1, alone)")
+        lights = studio(cloud, camera)
+    return sf.Scene([cloud], lights, camera=camera, name=Path(options.input).stem)
 
 
 def _load_scene(options):

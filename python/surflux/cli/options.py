@@ -16,7 +16,7 @@ def command_line(runs, cloud_limit):
         sub.set_defaults(run=runs[name])
         return sub
 
-    solve = command("solve", "Solve a scene file, or a point cloud under a plain sky.")
+    solve = command("solve", "Solve a scene file, or a point cloud under light that it is given.")
     solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
     solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
     solve.add_argument(
@@ -31,6 +31,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
+    text = 'of a cloud: "studio" (default), a soft lamp behind the camera and a sky, or "sky", of radiance 1 all around'
+    solve.add_argument("--light", choices=("studio", "sky"), help=text)
     _image_options(solve)
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)
@@ -73,7 +75,11 @@ def command_line(runs, cloud_limit):
     relight = command("relight", text)
     relight.add_argument("input", metavar="SCENE|TRANSFER", help="a scene (.toml), or what Transfer.save wrote of one")
     relight.add_argument("-o", "--output", metavar="OUT.ply", help="write relit surfels (frames: a pattern, %%04d.ply)")
-    relight.add_argument("--path", metavar="LIGHTS.toml", help="keyframes of lamps (default: the scene's own lamps)")
+    relight.add_argument(
+        "--path",
+        metavar="LIGHTS.toml",
+        help="keyframes of lamps, see surflux.load_lamps (default: the scene's own lamps)",
+    )
     text = "turn this environment, a lat-long image with row 0 towards --up, or that of the scene"
     relight.add_argument("--environment", metavar="IMAGE|scene", help=text)
     text = "turn the environment so far to begin with, counter-clockwise seen from the tip of its up"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import surflux as sf
 from surflux._base.files import require_place
-from surflux.pictures.camera import own_or_framing
+from surflux.pictures.framing import own_or_framing
 
 
 def check_images(images):

@@ -120,7 +120,7 @@ class Camera:
         points = finite_array("points", points, (None, 3))
         if len(points) == 0:
             raise ValueError("points: wanted at least one")
-        direction = _from_above(up) if direction is None else vector3("direction", direction)
+        direction = default_direction(up) if direction is None else vector3("direction", direction)
         size = np.linalg.norm(direction)
         if size == 0.0:
             raise ValueError("direction: wanted a direction, got zero")
@@ -130,15 +130,19 @@ class Camera:
         right, down, forward = cls(center - forward, center, up, fov)._axes()  # checks up and fov
         p = points - center
         tan_y = np.tan(np.radians(fov) / 2.0) / 1.05  # the margin
-        # The eye at center - distance * forward sees p where |p . axis| <= tan (p . forward + distance).
-        distance = max(
-            (np.abs(p @ right) / (tan_y * aspect) - p @ forward).max(), (np.abs(p @ down) / tan_y - p @ forward).max()
+        # The eye at center + x right + y down - distance * forward sees p where |p . right - x| <= tan (p . forward +
+        # distance), and so on: as near as both sides of the picture let it be.
+        (x, wide), (y, high) = (
+            _middle_and_distance(p @ axis, p @ forward, tan) for axis, tan in ((right, tan_y * aspect), (down, tan_y))
         )
         extent = np.linalg.norm(p, axis=1).max()
         height = None
         if flag("orthographic", orthographic):
-            height = 2.1 * max(np.abs(p @ right).max() / aspect, np.abs(p @ down).max(), extent * 1e-3, 1e-6)
-        return cls(center - max(distance, extent * 1e-3, 1e-6) * forward, center, up, fov, height=height)
+            x, y = ((p @ axis).max() / 2 + (p @ axis).min() / 2 for axis in (right, down))
+            height = 1.05 * max(np.ptp(p @ right) / aspect, np.ptp(p @ down), extent * 2e-3, 2e-6)
+        target = center + x * right + y * down
+        distance = max(wide, high, 0.05 * extent - (p @ forward).min(), extent * 1e-3, 1e-6)
+        return cls(target - distance * forward, target, up, fov, height=height)
 
     @classmethod
     def from_pyvista(cls, view: Any) -> Self:
@@ -212,7 +216,13 @@ class Camera:
         return f"Camera(eye={eye}, target={target}, up={up}, {seen})"
 
 
-def _from_above(up):
+def _middle_and_distance(across, ahead, tan):
+    """Where between points an eye is that has them within a tangent on either side, and how far before the origin."""
+    on_right, on_left = (across - tan * ahead).max(), (-across - tan * ahead).max()
+    return 0.5 * (on_right - on_left), 0.5 * (on_right + on_left) / tan
+
+
+def default_direction(up):
     """The direction to look in by default, for that up."""
     x, y, z = unit_vectors("up", vector3("up", up)[None, :])[0]
     seen = np.array([-0.6, 1.0, -0.45])
@@ -220,17 +230,6 @@ def _from_above(up):
         return seen * [1.0, -1.0, -1.0]
     axis = np.array([-y, x, 0.0])  # +z cross up, of length sine; Rodrigues' formula, free of the sine's division
     return z * seen + np.cross(axis, seen) + axis * (axis @ seen) / (1.0 + z)
-
-
-def framing(surfels, size, up=(0, 0, 1)):
-    """A Camera that has all surfels, whole disks, in a picture of size (width, height), from slightly above."""
-    reach = surfels.radii[:, None]
-    return Camera.fit(np.concatenate([surfels.points - reach, surfels.points + reach]), up=up, aspect=size[0] / size[1])
-
-
-def own_or_framing(camera, surfels, size, up=(0, 0, 1)):
-    """The Camera to begin with: the one that comes with a scene or solution, or None and one that has all in view."""
-    return framing(surfels, size, up) if camera is None else camera
 
 
 def facing(target, towards, reach, up, fov, size):

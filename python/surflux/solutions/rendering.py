@@ -11,7 +11,8 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.types import Progress
 from surflux.geometry.cores import replaced
-from surflux.pictures.camera import Camera, own_or_framing
+from surflux.pictures.camera import Camera
+from surflux.pictures.framing import own_or_framing
 from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among

@@ -53,6 +53,15 @@ def warn_of_darkness(scene, core, result):
     return not emits
 
 
+def warn_of_no_arrival(lights, direct):
+    """Warns where lights have power, and nothing of it arrives directly: direct is (n, 3) irradiance of all surfels."""
+    if not np.any(direct) and any(_shines(light) for light in lights):
+        warn(
+            "none of the lights reaches the front of a surfel: they stand outside of closed walls, shine past all "
+            f"surfels, or normals face away from them ({TURN})"
+        )
+
+
 def _shines(light):
     if isinstance(light, AreaLight):
         return bool(np.any(light.exitance))

@@ -12,7 +12,8 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import progress_callback, thread_limit
 from surflux._base.types import Image, Progress, Size
-from surflux.pictures.camera import Camera, own_or_framing
+from surflux.pictures.camera import Camera
+from surflux.pictures.framing import own_or_framing
 from surflux.scenes.lights import Light
 from surflux.solutions.rendering import LAYERS, layer_names, picture_size
 from surflux.solving.local_transfer import LocalTransfer

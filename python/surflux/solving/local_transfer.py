@@ -15,6 +15,7 @@ from surflux._base.types import Floats, Progress
 from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_no_arrival
 from surflux.solving.transfer import Transfer
 
 LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
@@ -109,6 +110,7 @@ class LocalTransfer(Transfer):
                 report = None if callback is None else lambda done, total: callback("direct", done, total)
                 direct = np.asarray(self._core.direct(given[0], *options, given[-1], report))
             seconds = {"indirect": found - start, "direct": perf_counter() - found}
+        warn_of_no_arrival(scene.lights, direct)
         lamps = [light for light in scene.lights if isinstance(light, AreaLight)]
         return self._solution(given[1], direct + indirect, direct, timings=seconds, lamps=lamps, scene=scene)
 

@@ -2,7 +2,7 @@
 
 from surflux._base import check
 from surflux.pictures.animation import write_frames
-from surflux.pictures.camera import own_or_framing
+from surflux.pictures.framing import own_or_framing
 from surflux.solutions.painting import Painter
 
 

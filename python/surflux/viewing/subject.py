@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux.geometry.hierarchy import build_hierarchy
-from surflux.pictures.camera import own_or_framing
+from surflux.pictures.framing import own_or_framing
 from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene

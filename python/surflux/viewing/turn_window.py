@@ -5,7 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
-from surflux.pictures.camera import own_or_framing
+from surflux.pictures.framing import own_or_framing
 from surflux.solutions.towards import glossy, towards_eye
 from surflux.viewing.relit_window import RelitView
 

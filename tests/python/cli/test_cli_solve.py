@@ -105,10 +105,25 @@ def test_too_few_rays_are_refused_before_any_work(here, run):
     assert "--rays: wanted" in err
 
 
-def test_a_cloud_is_solved_under_a_plain_sky_and_this_is_said(ball, run):
-    status, out, err = run("solve", "ball.ply", "--json", "--size", "60x45")
+def test_a_cloud_is_lit_from_behind_the_camera_and_this_is_said(ball, run):
+    status, _, err = run("solve", "ball.ply", "--size", "60x45")
     assert status == 0
-    assert "surflux: a cloud has no light, so it is solved under a plain sky of radiance 1 from all sides\n" in err
+    assert err.count("surflux: a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: ") == 1
+    image = pixels("ball_solved.png").astype(int).max(axis=2)
+    assert image[12, 20] > image[32, 40] + 40  # brighter above on the left, where the lamp is, than below on the right
+    assert image[32, 40] > image[0, 0] + 10  # and all of it brighter than what is behind
+
+
+def test_light_is_for_clouds(here, run):
+    status, _, err = run("solve", "room.toml", "--light", "sky")
+    assert status == 2
+    assert "--light: is for a cloud; a scene file has lights of its own" in err
+
+
+def test_a_cloud_under_a_plain_sky(ball, run):
+    status, out, err = run("solve", "ball.ply", "--light", "sky", "--json", "--size", "60x45")
+    assert status == 0
+    assert "surflux: the cloud is lit by a sky of radiance 1 from all sides\n" in err
     # A convex cloud sees the whole sky: H = pi L, and B = rho H with rho = 0.5.
     assert json.loads(out)["mean_radiosity"] == pytest.approx([np.pi / 2] * 3, rel=0.01)
     image = pixels("ball_solved.png")

@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surflux as sf
-from surflux.pictures.camera import Camera, facing, framing, upright
+from surflux.pictures.camera import Camera, facing, upright
+from surflux.pictures.framing import framing
 
 
 def test_projection_follows_the_conventions():
@@ -31,9 +32,13 @@ def test_fit_has_all_points_in_the_picture(seed, fov, aspect, direction):
     assert column.max() <= 1000 * aspect
     assert row.min() >= 0
     assert row.max() <= 1000
-    # Not needlessly small either: the closest of the four margins is 1/2.1 - 1/2 of the picture, 2.4 %.
-    margin = min(column.min() / aspect, 1000 - column.max() / aspect, row.min(), 1000 - row.max())
-    assert margin == pytest.approx(500 - 500 / 1.05, abs=0.01)
+    near = depth.min() / np.linalg.norm(points - 0.5 * (points.min(axis=0) + points.max(axis=0)), axis=1).max()
+    assert near > 0.05 - 1e-6
+    # Not needlessly small either: the closest margins are 1/2.1 - 1/2 of the picture, 2.4 %, on opposite sides.
+    if near > 0.05 + 1e-6:
+        margins = np.array([[column.min() / aspect, 1000 - column.max() / aspect], [row.min(), 1000 - row.max()]])
+        assert np.ptp(margins, axis=1).min() < 0.01
+        assert margins.min() == pytest.approx(500 - 500 / 1.05, abs=0.01)
 
 
 def test_one_point_can_be_framed():
@@ -118,6 +123,55 @@ def test_the_default_view_turns_with_up(up, direction):
     camera = Camera.fit([[-1, -1, -1], [1, 1, 1]], up=up)
     view = camera.target - camera.eye
     np.testing.assert_allclose(view / np.linalg.norm(view), direction / np.linalg.norm(direction), atol=1e-12)
+
+
+def cap(axis, count=2000):
+    """Points of the half of a ball around an axis, which face away from its middle."""
+    rng = np.random.default_rng(0)
+    normals = rng.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals[normals @ axis < 0] *= -1
+    return sf.Surfels(normals, normals)
+
+
+@pytest.mark.parametrize("azimuth", [0, 30, 100, 200, 300])
+def test_framing_looks_at_fronts(azimuth):
+    axis = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth)), 0.0])
+    camera = framing(cap(axis), (400, 300))
+    towards = camera.eye - camera.target
+    assert towards @ axis > 0.4 * np.linalg.norm(towards)
+    np.testing.assert_array_equal(camera.up, [0, 0, 1])
+
+
+def test_framing_keeps_its_three_quarters_of_what_looks_alike_from_all_sides():
+    ball = cap(np.array([0.0, 0, 1]))
+    whole = sf.Surfels(np.vstack([ball.points, -ball.points]), np.vstack([ball.normals, -ball.normals]))
+    camera = framing(whole, (400, 300))
+    view = camera.target - camera.eye
+    np.testing.assert_allclose(
+        view / np.linalg.norm(view), np.array([-0.6, 1, -0.45]) / np.hypot(1.1662, 0.45), atol=1e-3
+    )
+
+
+# x to the right, y down, z forward: what it sees faces back to it.
+def test_framing_sees_the_frame_of_a_depth_camera_as_that_saw_it():
+    x, y = np.random.default_rng(0).uniform(-1, 1, (2, 3000))
+    wall = sf.Surfels(np.transpose([x, y, np.full(3000, 2.0)]), [[0, 0, -1]] * 3000)
+    camera = framing(wall, (400, 300))
+    column, row, depth = camera.project([[0.5, 0, 2], [0, 0.5, 2]], (400, 300)).T
+    assert (depth > 0).all()
+    assert column[0] > 210
+    assert row[1] > 160
+
+
+def test_framing_leaves_out_strays_and_what_wide_disks_reach():
+    ball = cap(np.array([0.0, -1, 0]))
+    radii = np.where(np.arange(2001) < 2000, 0.05, 3.0)
+    stray = sf.Surfels(np.vstack([ball.points, [[0, 9, 9]]]), np.vstack([ball.normals, [[0, -1, 0]]]), radii=radii)
+    camera = framing(stray, (400, 300))
+    row = camera.project(ball.points, (400, 300))[:, 1]
+    assert np.ptp(row) > 200
+    assert 0 < row.min() < row.max() < 300
 
 
 def test_framing_stands_what_is_up_upright_in_the_picture():

@@ -1,5 +1,6 @@
 """Light transport of a scene, found once, for lamps that move."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,15 @@ def test_convex_bodies_and_the_dark_have_no_indirect_light():
     assert ball.indirect(sf.PointLight([2, 0, 0], 5.0)).max() == 0.0
     assert ball.relight(sf.PointLight([2, 0, 0], 5.0)).direct.max() > 0.0
     assert sf.precompute_transfer(sf.Scene([cube_inside(4, 0.5)])).indirect([]).max() == 0.0
+
+
+def test_lamps_that_light_nothing_are_warned_of(transfer):
+    with pytest.warns(UserWarning, match="none of the lights reaches the front of a surfel"):
+        assert transfer.relight(sf.PointLight([0.5, 0.5, 9.0], 1.0)).irradiance.max() == 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert transfer.relight([]).irradiance.max() == 0.0
+        assert transfer.relight(sf.PointLight([0.5, 0.5, 9.0], 0.0)).irradiance.max() == 0.0
 
 
 def test_light_is_additive_and_linear(transfer):
