@@ -10,6 +10,7 @@ from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals
 from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
+from surflux.points.seen_from import seen_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
 
@@ -100,7 +101,11 @@ def _complete_normals(path, arrays, viewpoint):
         some = f"{np.count_nonzero(bad)} of {len(bad)}"
         warn(f"{os.fsdecode(path)}: {some} normals are zero or not finite and were estimated")
     if np.all(bad):  # or missing
-        return None if viewpoint is not None else _towards_scanners(arrays)
+        if viewpoint is not None:
+            return None
+        known = _towards_scanners(arrays)
+        guess = seen_from(os.fsdecode(path), arrays["points"]) if known is None else None
+        return known if guess is None else np.array(estimated_normals(arrays["points"], guess))
     if not np.any(bad):
         return normals
     estimated = np.array(estimated_normals(arrays["points"], viewpoint))

@@ -1,0 +1,90 @@
+"""From where points without normals were seen: depth cameras, terrain, and what is neither."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.points.seen_from import seen_from
+
+
+def hills(count=20_000, seed=0):
+    """A terrain with a house on it, 100 by 80 m, far from the origin."""
+    x, y = np.random.default_rng(seed).uniform([[0], [0]], [[100], [80]], (2, count))
+    house = 6.0 * ((abs(x - 50) < 8) & (abs(y - 40) < 5))
+    return np.transpose([x + 6e5, y + 8e5, 3 * np.sin(x / 9) + 2 * np.cos(y / 7) + house + 400])
+
+
+def ball(count=8000, seed=0):
+    d = np.random.default_rng(seed).normal(size=(count, 3))
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def depth_image(sign, size=(160, 120)):
+    """What a camera at the origin that looks along z, or back, sees of a ball of radius 1 before a wall 6 away."""
+    u, v = np.meshgrid(np.linspace(-0.6, 0.6, size[0]), np.linspace(-0.45, 0.45, size[1]))
+    ray = np.stack([u, v, np.full_like(u, sign)], axis=-1).reshape(-1, 3)
+    middle = np.array([0.4, 0.2, 3.5 * sign])
+    along, squared = ray @ middle, (ray**2).sum(axis=1)
+    root = along**2 - squared * (middle @ middle - 1.0)
+    with np.errstate(invalid="ignore"):
+        t = np.where(root > 0, (along - np.sqrt(root)) / squared, 6.0)
+    return ray * t[:, None]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_terrain_faces_upwards(tmp_path, seed, caplog):
+    points = hills(seed=seed)
+    np.savez(tmp_path / "hills.npz", points=points)
+    with caplog.at_level(logging.INFO, "surflux"):
+        read = sf.read(tmp_path / "hills.npz")
+    assert (read.normals[:, 2] > 0).mean() > 0.995
+    assert [r.message for r in caplog.records if "upwards" in r.message and "hills.npz" in r.message]
+    # Whoever says from where has it so.
+    below = sf.read(tmp_path / "hills.npz", viewpoint=[6e5 + 50, 8e5 + 40, -1e5])
+    assert (below.normals[:, 2] < 0).mean() > 0.995
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_depth_camera_is_at_the_origin(tmp_path, sign):
+    points = depth_image(sign)
+    np.savez(tmp_path / "frame.npz", points=points)
+    read = sf.read(tmp_path / "frame.npz")
+    assert ((read.normals * points).sum(axis=1) < 0).mean() > 0.995
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        ball(),
+        ball() + np.array([0.0, 0.0, 5.0]),  # before the origin, but seen from both sides
+        0.2 * ball() + np.array([3e5, 4e5, 100]),
+        np.vstack([hills(5000), hills(5000) + np.array([0, 0, 30])]),  # a floor and a ceiling
+        hills()[:, [0, 2, 1]] - np.array([6e5, 0, 0]),  # a facade
+        hills(500),  # few
+    ],
+    ids=["ball", "ball before the origin", "ball far away", "two floors", "facade", "few"],
+)
+def test_bodies_and_rooms_were_seen_from_nowhere(points):
+    assert seen_from("x", points) is None
+
+
+@pytest.mark.scans
+@pytest.mark.parametrize(
+    ("file", "front"),
+    [
+        ("scans/autzen_trim.laz", "above"),
+        ("scans/milk_color.pcd", "origin"),
+        ("scans/region_growing_tutorial.pcd", "origin"),
+        ("hard/rops_cloud.pcd", "origin"),
+        ("scans/room_scan1.pcd", None),
+        ("scans/bunnyDouble.e57", None),
+        ("statues/armadillo_43k.ply", None),
+        ("statues/dragon_50k.ply", None),
+    ],
+)
+def test_scans(scans, file, front):
+    found = seen_from(file, sf.read_scan(scans / file).points)
+    kind = None if found is None else "above" if np.any(found) else "origin"
+    assert kind == front
