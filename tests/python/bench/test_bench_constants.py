@@ -53,6 +53,7 @@ def scene():
     return sf.Scene([floor], [sf.PointLight([0.5, 0.5, 0.3], 1.0)])
 
 
+@pytest.mark.slow
 def test_constants_count_within_the_block_alone(scene):
     solved = partial(sf.solve, scene, transport="rays")
     usual = solved().irradiance

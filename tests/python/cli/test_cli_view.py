@@ -94,6 +94,7 @@ def test_how_it_looks_is_chosen(run):
     assert run("cloud.ply", "--screenshot", "b.png", "--color", "radius", "--size", "200x160")[0] == 0
 
 
+@pytest.mark.slow
 def test_a_page_is_exported(run, browser, tmp_path):
     status, out, _ = run("red.toml", "--export", "red.html", "--color", "reflectance")
     assert status == 0

@@ -27,6 +27,7 @@ def coarse(tmp_path, s, color):
     return read(path)
 
 
+@pytest.mark.slow
 def test_areas_left_open_are_made_for_the_picture_alone(tmp_path):
     s = grid()
     with_areas = grid(areas=sf.effective_areas(s))

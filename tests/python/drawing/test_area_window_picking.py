@@ -203,6 +203,7 @@ def click(view, x, y, drag=0):
     click_pixel(view, round(247.5 + UNIT * x), round(600 - 1 - (263.5 - UNIT * y)), drag)
 
 
+@pytest.mark.slow
 def test_a_click_picks_and_a_drag_turns(window):
     view = window(grid())
     seen(view)

@@ -178,6 +178,7 @@ json_values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(data=st.dictionaries(st.text(), json_values))
 def test_comments_carry_any_data(data, tmp_path_factory):

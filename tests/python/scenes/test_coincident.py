@@ -71,6 +71,7 @@ def test_one_floor_as_two_objects(solver):
     assert np.isclose(solution.surfels.areas.sum(), 4.0, rtol=1e-8)
 
 
+@pytest.mark.slow
 @every_solver
 def test_what_is_covered_twice_sends_once(solver):
     walls = box()
@@ -137,6 +138,7 @@ def test_a_sheet_between_two_plates_has_the_view_factors_of_squares(sheet):
         assert np.isclose((operator @ side.astype(float))[plate].mean(), expected, atol=4e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", quick(0.0, of=[0.0, 1e-12, 1e-7, -1e-12, -1e-7]))
 @every_solver
 def test_adjoining_rooms_have_the_light_of_each_alone(solver, gap):

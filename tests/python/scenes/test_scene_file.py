@@ -304,6 +304,7 @@ def test_statues_need_no_outside_data():
         assert (statue.points.max(axis=0) < high).all()
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 def test_two_bunnies_stand_in_the_room():
     assert "SURFLUX_DATA" in os.environ

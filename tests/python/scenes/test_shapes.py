@@ -59,6 +59,7 @@ def test_sphere(points):
     assert 1.1 * even < s.radii.min() < s.radii.max() < 1.7 * even
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "inside"), [(shapes.blob, [[0, 0, 0]]), (shapes.knot, None)])
 def test_organic_shapes_have_exact_normals(make, inside):
     s = make(2000, seed=2)

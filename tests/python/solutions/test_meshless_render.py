@@ -54,6 +54,7 @@ def decibels(image, exact, peak):
     return 10 * np.log10(peak**2 / np.mean((image - exact) ** 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["solution", "with_direct"])
 def test_backs_are_seen_in_the_light_of_their_fronts(which, request):
     solution = request.getfixturevalue(which)

@@ -57,6 +57,7 @@ def test_stair_faces_outwards(stair, transfer):
     assert transfer.relight(LIGHT).irradiance.min() > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
 def test_agrees_with_the_solver(stair, seed):
     """In mean light within 1 %, surfel by surfel within 2 %: both have noise of their own."""

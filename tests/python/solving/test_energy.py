@@ -128,6 +128,7 @@ def test_light_ends_where_rays_find_it_to_end(name):
     assert abs(left_over(name)) <= WITHIN.get(name, GOAL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

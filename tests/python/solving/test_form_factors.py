@@ -151,6 +151,7 @@ def test_coaxial_disks():
         assert factors[:300, 300:].sum(axis=1).mean() == pytest.approx(wanted, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_closed_cube_and_sphere():
     for s in (cube_inside(13), ball_inside(1000)):
         _, escape = check_reciprocal_and_closed(sf.Scene([s]))

@@ -121,6 +121,7 @@ def test_lamps_by_light_samples_and_by_the_lobe(lamp, exponent):
     assert_agrees(sf.Scene(objects, lights), out, expected, most=0.05 * max(1.0, expected.max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", quick(300.0, of=[5.0, 300.0]))
 def test_the_image_of_a_sky(exponent):
     """A few bright pixels: against the sum over directions inside of each."""

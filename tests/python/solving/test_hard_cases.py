@@ -130,6 +130,7 @@ def test_two_objects_at_one_place():
     np.testing.assert_allclose(sf.solve(sf.Scene([ball, ball])).radiosity, 10.0, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_emission_over_six_decades():
     """Inside a sphere H = mean(E) / (1 - mean(rho)) all the same; and each colour for itself."""
     random = np.random.default_rng(0)

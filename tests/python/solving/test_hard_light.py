@@ -196,6 +196,7 @@ def test_one_bright_tiny_lamp(lamp, floor):
     assert (error[:, 0] / expected).max() < 2.5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [1e-6, 3e-6, 1e-5])
 def test_nothing_gets_between_plates_that_all_but_touch(gap):
     """In a room, where rays to them come from far away: they see each other alone, to the error that is asked for."""

@@ -51,6 +51,7 @@ def expect_renders(found, transfer, frames, camera=None, **options):
         np.testing.assert_allclose(picture, wanted, rtol=2e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_frames_are_what_render_draws(transfer, matrices, tmp_path):
     frames = [POINT, [POINT, OTHER], OTHER, [sf.DirectionalLight([0, 1, -1], 2.0)]]
     found = pictures(transfer, frames, tmp_path, background=[0.1, 0.2, 0.3])

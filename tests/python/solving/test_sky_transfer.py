@@ -85,6 +85,7 @@ def test_a_room_with_a_window_is_lit_through_it(seed):
     assert relative_rms(found.irradiance, true.irradiance, areas) < 0.05
 
 
+@pytest.mark.slow
 def test_one_light_by_harmonics_by_patches_and_by_the_solver(stair):
     """Smooth light, so that patches of 12 degrees cost little and five bands nothing, on floors: walls see the ground,
     which is one patch."""

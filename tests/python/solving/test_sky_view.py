@@ -47,6 +47,7 @@ def test_a_canyon_by_solid_angle():
     np.testing.assert_allclose(view[16:32], np.arctan(1.0 / (1.0 - at)) / np.pi, atol=0.004)
 
 
+@pytest.mark.slow
 def test_what_irradiance_by_an_even_sky_says():
     """Cosine-weighted, it is irradiance by a sky of radiance 1 over the horizon, over pi: of a bumpy cloud."""
     rng = np.random.default_rng(0)

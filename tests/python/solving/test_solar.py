@@ -55,6 +55,7 @@ def test_a_level_plane_has_what_was_given():
     assert found.times is None
 
 
+@pytest.mark.slow
 def test_a_canyon_under_an_even_sky():
     """Black, so that walls reflect nothing: what strips see of the sky, in a street 40 times as long as wide.
 
@@ -71,6 +72,7 @@ def test_a_canyon_under_an_even_sky():
     assert lit.reflected[:8].min() > 0.05
 
 
+@pytest.mark.slow
 def test_the_sun_in_a_canyon():
     """From the west, 45 degrees up: the wall on that side hides it from all of the floor, the other wall has it all."""
     surfels, _ = canyon(reflectance=0.0)
@@ -91,6 +93,7 @@ def stair():
     return scene, sf.solar_irradiation(scene, skies=DAY, bounces=None)
 
 
+@pytest.mark.slow
 def test_hours_add_up(stair):
     _, found = stair
     each = found.hourly([0, 40, 99, 5])
@@ -103,6 +106,7 @@ def test_hours_add_up(stair):
     assert len(found.hourly().beam) == len(found.surfels)
 
 
+@pytest.mark.slow
 def test_hours_are_those_of_solve(stair):
     """Each hour by `solve` under the same Sky: 2 % in the RMS of all hours together, and 1 % in the mean.
 
@@ -147,6 +151,7 @@ def test_what_shines_by_itself_is_no_irradiation():
     assert found.reflected.max() < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("azimuth", quick(180.0, of=[0.0, 90.0, 180.0]))
 def test_a_year_is_that_of_perez_on_open_planes(azimuth, tmp_path):
     """Sums of beam, diffuse and reflected within 3 % of the transposition that pvlib has (Perez and Driesse 2024)."""

@@ -207,6 +207,7 @@ def test_both_ways_agree():
     assert rms(*bounced, pairs.surfels.areas) < 0.04
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [[1e6, -1e6, 1e6]])
 def test_far_from_the_origin_it_is_the_same(offset):
     """1e6 m is held to 1e-10 m; ties between equal neighbours may fall otherwise, so fields are compared."""

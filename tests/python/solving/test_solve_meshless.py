@@ -272,6 +272,7 @@ def test_all_of_it_comes_back(solved, tmp_path):
         back.irradiance_at([[0.5, 0.5, 0]], [UP], direct="traced")
 
 
+@pytest.mark.slow
 def test_progress_is_told_and_false_cancels_anywhere(solved):
     told = []
     sf.solve_meshless(furnished(), progress=lambda done, total: told.append((done, total)) or True, **SMALL)

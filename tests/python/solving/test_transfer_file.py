@@ -129,6 +129,7 @@ def test_distant_light_and_skies_that_are_wrong(tmp_path, lighting):
                 sf.load_transfer(path)
 
 
+@pytest.mark.slow
 def test_the_scene_is_whole(transfer, saved):
     """With materials, faces, lights and camera; and compiled anew it is the same."""
     scene, own = sf.load_transfer(saved).scene, transfer.scene

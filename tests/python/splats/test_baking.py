@@ -90,6 +90,7 @@ def best_fit(values, towards):
     return np.sqrt((left**2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", quick(5.0, of=[1.0, 5.0, 20.0, 60.0]))
 def test_glossy_surfels_agree_with_radiance_towards_the_eye(transfer, exponent):
     """Within .01 of black to white as closely as harmonics of degree 3 can."""
@@ -120,6 +121,7 @@ def test_from_behind_glossy_surfels_show_nothing_that_their_front_does_not(trans
     assert (behind < front.max(axis=0) + 0.1).all()
 
 
+@pytest.mark.slow
 def test_exposure_counts_what_lobes_send(transfer):
     """The mean in front is the exitance over pi: white is what 99 % of the surfels send less than."""
     solution = transfer.relight(LIGHT, reflectance=0.0, specular=0.7, exponent=1.0)

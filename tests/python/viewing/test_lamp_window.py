@@ -123,6 +123,7 @@ def test_sliders_change_the_chosen_lamp(window, transfer):
     assert np.array_equal(shown_radiosity(view), transfer.relight(view.lights()).radiosity)
 
 
+@pytest.mark.slow
 def test_keys_change_lamps(window, transfer):
     view, controls = window([WHITE, BLUE])
     press(view, "n")
@@ -193,6 +194,7 @@ def expect_traced(view, transfer, layer="radiance"):
     assert same.mean() > 0.8
 
 
+@pytest.mark.slow
 def test_direct_light_at_every_pixel_follows_a_lamp(window, transfer):
     view, _ = window([WHITE, BLUE])
     surfels = shot(view)

@@ -49,6 +49,7 @@ def outputs(tmp_path_factory):
     return run_cells(CELLS, tmp_path_factory.mktemp("notebook"))
 
 
+@pytest.mark.slow
 def test_where_there_is_a_display_a_view_is_a_page_too(tmp_path):
     (shown,) = run_cells(CELLS[:1], tmp_path, display=":99")
     assert shown["text/html"].startswith("<iframe")
@@ -70,6 +71,7 @@ def test_a_view_is_a_page_in_a_frame(outputs, browser, tmp_path, cell):
     assert image[100, 470].tolist() == [255, 255, 255]
 
 
+@pytest.mark.slow
 def test_a_plot_is_a_picture(outputs):
     from PIL import Image
 

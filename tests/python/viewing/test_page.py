@@ -32,6 +32,7 @@ def is_red(image):
     return image[..., 0] > image[..., 1:].max(axis=-1) + 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", ["disks", "splats"])
 def test_disks_have_their_place_size_and_colour(browser, tmp_path, style):
     image = shown(browser, tmp_path, pair(reflectance=[RED, GREEN]), f"#panel=0&style={style}")
@@ -53,6 +54,7 @@ def test_from_behind_nothing_is_drawn(browser, tmp_path):
         assert is_red(shown(browser, tmp_path, thing)).sum() > 5000
 
 
+@pytest.mark.slow
 def test_patches_are_polygons(browser, tmp_path):
     for style in ("disks", "splats"):
         image = shown(browser, tmp_path, sf.Surfels.from_mesh(SQUARE, reflectance=RED), f"#panel=0&style={style}")
@@ -176,6 +178,7 @@ def test_where_drawing_takes_long_all_is_there_in_the_end(browser, tmp_path):
     browser.wait("document.body.dataset.still")
 
 
+@pytest.mark.slow
 def test_a_click_tells_the_values_of_a_surfel(browser, tmp_path):
     shown(browser, tmp_path, lit(), camera=ABOVE)
     browser.settled(lambda: browser.click(240, 180))

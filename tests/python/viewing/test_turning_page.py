@@ -73,6 +73,7 @@ def test_waves_are_packed_to_a_ten_thousandth_of_the_largest(transfer, sky):
     assert not scales.any()
 
 
+@pytest.mark.slow
 def test_the_browser_has_the_light_of_relight(browser, page, transfer, sky):
     """Waves to 1.02e-4 of the largest, reflectance to 1/65534, emission to 1/1024 of the brightest, in float32."""
     browser.open(page, "#panel=0")
@@ -95,6 +96,7 @@ def test_the_browser_has_the_light_of_relight(browser, page, transfer, sky):
         np.testing.assert_allclose(point, wanted.radiosity[order[k]], atol=1e-3 * largest.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("color", quick("radiosity", of=["radiosity", "direct", "indirect"]))
 def test_it_is_drawn_as_a_page_of_the_turned_light_is(browser, page, transfer, sky, tmp_path, color):
     """To two levels of 255: that page keeps light by nine bits, this one by sixteen."""

@@ -124,6 +124,7 @@ def test_numbers_have_a_bar(window):
     assert not is_color(shot(view)[180:420, 540:590], DARK, 8).any()
 
 
+@pytest.mark.slow
 def test_every_colour_that_there_is_can_be_shown(window, lit):
     assert names_of(Subject(pair())) == ["reflectance", "normal", "radius", "area", "coverage", "group"]
     view = window(lit, values={"mistake": np.arange(len(lit.surfels))})

@@ -49,6 +49,7 @@ def test_keys_are_listed(listening, lit):
     assert named == set(heard.keys) | {"q"}
 
 
+@pytest.mark.slow
 def test_keys_go_through_colours_styles_and_light(listening, lit):
     view, _ = listening(lit)
     press(view, "c")
