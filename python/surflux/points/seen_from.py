@@ -34,7 +34,7 @@ def seen_from(path, points):
 
 def _faces_origin(points):
     depth = points[:, 2]
-    if np.any(depth > 0.0) == np.any(depth <= 0.0):
+    if not (np.all(depth > 0.0) or np.all(depth < 0.0)):
         return False
     slopes = points[:, :2] / depth[:, None]
     widest = np.quantile(np.linalg.norm(slopes, axis=1), 1.0 - _OUTER)

@@ -1,6 +1,7 @@
 """From where points without normals were seen: depth cameras, terrain, and what is neither."""
 
 import logging
+import warnings
 
 import numpy as np
 import pytest
@@ -68,6 +69,15 @@ def test_a_depth_camera_is_at_the_origin(tmp_path, sign):
 )
 def test_bodies_and_rooms_were_seen_from_nowhere(points):
     assert seen_from("x", points) is None
+
+
+def test_a_plane_through_the_origin_is_a_terrain():
+    """No depth is 0 for a camera there, and nothing is divided by it."""
+    plane = np.random.default_rng(0).uniform(-1, 1, (3000, 3)) * [1, 1, 0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert seen_from("plane", plane)[2] > 100
+        assert seen_from("below", plane - np.array([0, 0, 1e-3]) * (np.arange(3000) % 2)[:, None])[2] > 100
 
 
 @pytest.mark.scans
