@@ -302,10 +302,12 @@ def table(rows):
             _said(row, "frames", 1, 1),
             CASES[row.scene].l07 if row.scene in CASES else "",
         ]
-        options = CASES[row.scene].options if row.scene in CASES else {}
-        scene = ", ".join([row.scene, *(f"{name}={value}" for name, value in options.items())])
         counts = [str(count) for count in (row.triangles, row.surfels, row.links, row.seeds)]
-        lines.append(f"| {' | '.join([scene, *counts, *cells])} |")
+        lines.append(f"| {' | '.join([row.scene, *counts, *cells])} |")
+    for row in rows:
+        if row.scene in CASES and CASES[row.scene].options:
+            options = ", ".join(f"{name}={value}" for name, value in CASES[row.scene].options.items())
+            lines.append(f"\n{row.scene}: precomputed with {options}.")
     return "\n".join(lines)
 
 

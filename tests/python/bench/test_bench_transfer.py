@@ -125,7 +125,9 @@ def test_a_row_in_a_process_of_its_own(scans, tmp_path, capsys):
     assert row["wanted"] == transfer.CASES["statue"].wanted
     assert row["triangles"] > 100_000
     assert row["worst"][1] < 0.05
-    assert "| statue |" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "| statue |" in out
+    assert out.endswith("\n\nstatue: precomputed with epsilon_t=0.1, rays=256.\n")
 
 
 def sponza_row(**changed):
