@@ -33,6 +33,7 @@ class Columns(NamedTuple):
     count: int  # of points in the file
     viewpoints: list  # (3,) each, or None
     faces: int
+    frame: dict | None = None  # as PointFile has it
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
@@ -77,7 +78,7 @@ def read_columns(path, format=None, points=None, seed=0):
     if thin and len(columns["points"]) < count - dropped:
         for name in _REACHES:
             columns.pop(name, None)
-    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces)
+    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces, opened.frame)
 
 
 def _check_places(path, points, finite, first):
