@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -118,7 +118,6 @@ class Scan:
         with watched(threads, progress):
             return surfels_of_arrays(self.name, arrays_of_scan(self), reflectance, emission, viewpoint)
 
-
     def save(
         self,
         path: FilePath,
@@ -126,6 +125,7 @@ class Scan:
         *,
         normals: ArrayLike | None = None,
         colors: ArrayLike | None = None,
+        comments: Sequence[str] = (),
     ) -> Path:
         """Writes the points in their order, with all that is known of each, and what was found for them.
 
@@ -141,6 +141,7 @@ class Scan:
                 known.
             normals: (n, 3) in place of the scan's.
             colors: (n, 3), bytes of what is to be seen; None for the reflectance, .98 being white.
+            comments: lines of text, which PLY files hold.
 
         Returns:
             The Path written.
@@ -165,14 +166,20 @@ class Scan:
         if colors is not None:
             out["colors"] = check.rows("colors", colors, n, 3).astype(np.uint8)
         elif self.reflectance is not None:
-            out["colors"] = display_bytes(self.reflectance / WHITE).astype(np.uint8)
+            out["colors"] = self.display_colors()
         for name, values in (dict(self.attributes) | dict(columns or {})).items():
             out[str(name)] = check.rows(f"columns: {name}", values, n)
         if 0 < len(self.rows) == n and self.rows[-1] >= n:
             out.setdefault("row", self.rows)
         path = Path(os.fsdecode(path))
-        write_points(path, out, self.frame)
+        write_points(path, out, self.frame, comments)
         return path
+
+    def display_colors(self) -> NDArray[np.uint8]:
+        """(n, 3): the reflectance as sRGB, .98 being white; grey where the scan has none."""
+        if self.reflectance is None:
+            return np.full((len(self), 3), 128, dtype=np.uint8)
+        return display_bytes(self.reflectance / WHITE).astype(np.uint8)
 
 
 def read_scan(
@@ -181,12 +188,14 @@ def read_scan(
     *,
     points: Integer | None = None,
     seed: int = 0,
+    strict: bool = False,
     progress: Progress = False,
 ) -> Scan:
     """Read a file of points with all that it says of each.
 
     Args:
         path, format, points, seed: as read takes them.
+        strict: True refuses a file with points that have no finite place, which are left out otherwise.
         progress: True for bars on stderr, or a callback (done, total) -> bool; False cancels. The total is 0 where the
             file does not say how many points it has.
 
@@ -206,12 +215,18 @@ def read_scan(
     >>> scan.points[0].tolist(), scan.attributes["intensity"].tolist()
     ([635619.85, 848899.7, 406.59], [12.0, 80.0])
     """
+    return read_scan_with_faces(path, format, points=points, seed=seed, strict=strict, progress=progress)[0]
+
+
+def read_scan_with_faces(path, format=None, *, points=None, seed=0, strict=False, progress=False):
+    """What read_scan returns, and how many faces the file has that are left out."""
     path = check.path("path", path)
     if points is not None:
         points = check.count("points", points, 2)
-    seed = check.seed("seed", seed)
+    seed, strict = check.seed("seed", seed), check.flag("strict", strict)
     with watched(None, progress):
-        return scan_of_columns(path, read_columns(path, format, points, seed))
+        columns = read_columns(path, format, points, seed, strict)
+        return scan_of_columns(path, columns), columns.faces
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers

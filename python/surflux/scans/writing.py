@@ -32,6 +32,8 @@ def write_points(path, columns, frame=None, comments=()):
         FileError: the file cannot be written; what it takes is not installed.
     """
     writer = WRITTEN[written_suffix(path)]
+    if any("\n" in line or "\r" in line for line in comments):
+        raise ValueError("comments: wanted lines of text, got one with a line break")
     if writer is write_las:
         writer(path, columns, frame)
     elif writer is _write_ply:
