@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-import surflux as sf
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import tone_mapped_bytes
@@ -56,10 +55,10 @@ class Cloud:
         self.alone = np.zeros(count, dtype=bool) if options.keep_outliers else isolated(scan.points)
         used = np.flatnonzero((first == np.arange(count)) & ~self.alone)
         if len(repeats):
-            LOG.info("%s stand where another one does, and count once", check.counted(len(repeats), "point"))
+            LOG.info("counted once, for another one stands at their place: %s", check.counted(len(repeats), "point"))
         if np.any(self.alone):
             many = check.counted(np.count_nonzero(self.alone), "point")
-            LOG.info("%s of %d are isolated and left out of light and picture (--keep-outliers)", many, count)
+            LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
         whole = scan[used].surfels(viewpoint=options.viewpoint, progress=True)
         if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
             whole = exposed(whole)

@@ -16,7 +16,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
-from surflux.cli import checking
+from surflux.cli import areas, checking
 from surflux.cli.cloud import CLOUD_LIMIT, Cloud, is_cloud, output_of
 from surflux.cli.options import command_line
 from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
@@ -256,33 +256,10 @@ def _is_scene(path):
 
 def _area(options):
     cloud = _load_scene(options).surfels if _is_scene(options.input) else _cloud(options)
-    knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
-    areas = sf.effective_areas(
-        cloud,
-        method=options.method,
-        backend=options.backend,
-        threads=options.threads,
-        progress=True,
-        **{name: value for name, value in knobs.items() if value is not None},
-    )
-    if options.output:
-        cloud.areas = areas
-        cloud.save(options.output)
-    result = {
-        "input": options.input,
-        "surfels": len(cloud),
-        "area": float(areas.sum()),
-        "smallest": float(areas.min()),
-        "largest": float(areas.max()),
-        "method": options.method,
-        "output": options.output,
-    }
+    result, lines = areas.measured(options, cloud)
     if options.json:
         return _print_json(result)
-    print(f"{check.counted(len(cloud), 'surfel')}, area {result['area']:.6g}")
-    print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
-    if options.output:
-        print(f"surfels with areas: {options.output}")
+    print("\n".join(lines))
     return 0
 
 
