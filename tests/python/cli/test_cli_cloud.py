@@ -17,7 +17,7 @@ def survey(here):
     """3000 points of a ball without normals; behind them 100 of them again, and one that stands alone."""
     points = shapes.sphere(3000, 2.0).points
     rows = np.concatenate([points, points[500:600], [[0.0, 0.0, 5.0]]])
-    scan = sf.Scan(rows + [1000.0, 2000.0, 0.0], attributes={"classification": np.arange(3101) % 7})
+    scan = sf.Scan(rows + np.array([1000.0, 2000.0, 0.0]), attributes={"classification": np.arange(3101) % 7})
     scan.save("survey.npz")
     return scan
 
@@ -114,3 +114,21 @@ def test_what_goes_with_clouds_alone_is_refused(here, run):
     assert "point 1: is at (nan, 0, 0); wanted finite coordinates" in err
     status, _, err = run("solve", "holes.csv", "-o", "out.xyz")
     assert (status, "-o: wanted a name ending in .ply, .las" in err) == (2, True)
+
+
+def test_terrain_lies_in_the_sun(here, run):
+    """800 sin 40 + 100 W/m2 on level ground; a lamp lights what is none, and a ground is no row of the file."""
+    rng = np.random.default_rng(2)
+    points = np.column_stack([rng.uniform(0, 50, (4000, 2)), np.zeros(4000)])
+    sf.Scan(points).save("field.npz")
+    status, _, err = run("solve", "field.npz", "-o", "lit.npz", "--size", "80x60", "--image", "field.png")
+    assert status == 0
+    assert "terrain has no light: it gets the sun and sky of a clear day" in err
+    lit = sf.read_scan("lit.npz")
+    assert np.median(lit.attributes["irradiance"]) == pytest.approx(800 * np.sin(np.radians(40)) + 100, rel=0.01)
+    corner = pixels("field.png")[0, 0].astype(int)
+    assert corner[2] > corner[0] + 20  # the sky is blue
+    status, _, err = run("solve", "field.npz", "-o", "ground.npz", "--no-image", "--light", "studio", "--ground")
+    assert status == 0
+    assert "sun" not in err
+    assert len(sf.read_scan("ground.npz")) == 4000
