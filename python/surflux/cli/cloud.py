@@ -15,9 +15,9 @@ from surflux.points.reading import warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import is_terrain
 from surflux.points.writing import pack_comments
+from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
 from surflux.scenes.studio import BACKDROP, CLEAR_SKY, daylight, studio
-from surflux.scans.writing import written_suffix
 from surflux.solutions.about import about_solution
 from surflux.solutions.fields import light_between
 
@@ -162,8 +162,8 @@ def lights_of_cloud(options, surfels, camera):
         level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
         options.light = "sun" if level and is_terrain(surfels.points) else "studio"
         said = {
-            "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio, --light sky)",
-            "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun, --light sky)",
+            "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
+            "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
         }
         LOG.info(said[options.light])
     if options.light == "sun":

@@ -14,7 +14,8 @@ _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance
 _SUN_HIGH, _SUN_LEFT = 40.0, 60.0  # degrees: over the horizon, and left of the way back to the camera
 _SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear sky on a level plane
 CLEAR_SKY = (28.0, 42.0, 65.0)  # radiance of what is seen behind in the sun: a pale blue beside grey surfaces
-_WIDE, _CELLS, _BELOW = (
+# Of a ground: its side, over the size of what stands on it; cells along that; the share of points beneath it.
+_WIDE, _CELLS, _BELOW = 3.0, 48, 0.002
     3.0,
     48,
     0.002,
