@@ -16,10 +16,6 @@ _SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear 
 CLEAR_SKY = (28.0, 42.0, 65.0)  # radiance of what is seen behind in the sun: a pale blue beside grey surfaces
 # Of a ground: its side, over the size of what stands on it; cells along that; the share of points beneath it.
 _WIDE, _CELLS, _BELOW = 3.0, 48, 0.002
-    3.0,
-    48,
-    0.002,
-)  # of a ground: over the size of what stands on it; a side; share of points beneath
 
 
 def studio(surfels, camera):
