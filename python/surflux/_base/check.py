@@ -186,6 +186,17 @@ def per_row(name, value, n):
     return array
 
 
+def rows(name, value, n, width=None):
+    """Numbers or booleans of n rows: (n,) or (n, k), or (n, width); NaN may be among them."""
+    array = np.asarray(value)
+    array = array if array.dtype == bool else numeric(name, array)
+    fits = array.ndim in (1, 2) if width is None else array.shape[1:] == (width,)
+    if not fits or len(array) != n:
+        wanted = f"({n},) or ({n}, k)" if width is None else f"({n}, {width})"
+        raise ValueError(f"{name}: wanted shape {wanted}, got {array.shape}")
+    return array
+
+
 def number(name, value, low=-math.inf, high=math.inf, *, low_open=False, high_open=False):
     """value as a float in the interval."""
     array = numeric(name, value)

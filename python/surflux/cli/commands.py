@@ -17,15 +17,15 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
+from surflux.cli.cloud import CLOUD_LIMIT, Cloud, is_cloud, output_of
 from surflux.cli.options import command_line
 from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.pictures.animation import check_target
+from surflux.points.writing import ply_path
+from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
 from surflux.scenes.studio import BACKDROP, studio
 from surflux.solutions.solution_file import holds_solution
-
-# A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
-CLOUD_LIMIT = 1_000_000
 
 
 def main(arguments=None):
@@ -123,9 +123,13 @@ def _check_options(options):
         check.count("--size", side, 1, 16384)
     if "output" in given:
         output = Path(given["output"])
-        if output.suffix.lower() != ".ply":
+        if options.command == "solve" and not _is_scene(options.input):
+            written_suffix(output, "-o")
+        elif output.suffix.lower() != ".ply":
             raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
         require_place(output)
+    if given.get("solution") is not None:
+        require_place(ply_path(given["solution"], "--solution"))
 
 
 def _solve(options):
@@ -137,10 +141,11 @@ def _solve(options):
             raise ValueError("--no-insert: goes with --solver radiosity")
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
-    images = [] if options.no_image else options.image or [_default_image(_solve_output(options))]
-    require_place(_solve_output(options))
+    output = output_of(options)
+    images = [] if options.no_image else options.image or [_default_image(output)]
+    require_place(output)
     check_images(images)
-    scene = _scene_to_solve(options)
+    scene, cloud = _scene_to_solve(options)
     given = {name: getattr(options, name) for name in ("tolerance", "zeta", "rays", "transport", "seed", "threads")}
     if options.no_insert:
         given["insert"] = False
@@ -148,8 +153,12 @@ def _solve(options):
     camera = camera_of(options, scene.surfels, scene.camera)
     solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
     solution = solver(scene, **settings, progress=True)
-    output = _solve_output(options)
-    solution.save(output)
+    if cloud is None:
+        solution.save(output)
+    else:
+        cloud.save(output, solution, options.albedo)
+    if options.solution:
+        solution.save(options.solution)
     behind = {} if _is_scene(options.input) or options.light == "sky" else {"background": BACKDROP}
     undrawn = _draw(solution, camera, options, images, **behind)
     if undrawn is not None:
@@ -165,6 +174,10 @@ def _solve(options):
         "output": str(output),
         "images": [str(image) for image in images],
     }
+    if cloud is not None:
+        result |= {"points": len(cloud.scan), "left_out": int(np.count_nonzero(cloud.alone))}
+    if options.solution:
+        result["solution"] = str(options.solution)
     # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
     status = 1 if undrawn is not None and options.image else 0
     if options.json:
@@ -175,7 +188,12 @@ def _solve(options):
         print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
     for stage, seconds in solution.timings.items():
         print(f"  {stage:<16} {seconds:8.3f} s")
-    print(f"solved surfels: {output}")
+    if cloud is None:
+        print(f"solved surfels: {output}")
+    else:
+        print(f"{check.counted(len(cloud.scan), 'point')}, as read, with their light: {output}")
+    if options.solution:
+        print(f"solved surfels: {options.solution}")
     for image in images:
         print(f"picture: {image}")
     return status
@@ -192,34 +210,35 @@ def _draw(solution, camera, options, images, **settings):
     return None
 
 
-def _solve_output(options):
-    return Path(options.output or f"{Path(options.input).stem}_solved.ply")
-
-
 def _scene_to_solve(options):
+    """(Scene, Cloud or None of a scene file)."""
     if _is_scene(options.input):
-        if options.thin is not None:
-            raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
-        if options.light is not None:
-            raise ValueError("--light: is for a cloud; a scene file has lights of its own")
-        return _load_scene(options)
-    cloud = _cloud(options)
-    if holds_solution(options.input):
+        for name in ("thin", "light", "albedo", "strict", "keep_outliers", "raw_colors"):
+            if getattr(options, name):
+                flag = name.replace("_", "-")
+                more = {
+                    "thin": "; a scene file thins an object by its key thin",
+                    "light": "; a scene file has lights of its own",
+                }
+                raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
+        return _load_scene(options), None
+    if Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
         )
-    limit = options.thin or options.points or CLOUD_LIMIT
-    if len(cloud) > limit:
-        _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
-        cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
-    camera = camera_of(options, cloud, None)
+    if is_cloud(options.input):
+        cloud = Cloud(options)
+        surfels = cloud.surfels
+    else:
+        cloud, surfels = None, _cloud(options)
+    camera = camera_of(options, surfels, None)
     if options.light == "sky":
         _say("the cloud is lit by a sky of radiance 1 from all sides")
         lights = [sf.Environment(1.0)]
     else:
         _say("a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: of radiance 1, alone)")
-        lights = studio(cloud, camera)
-    return sf.Scene([cloud], lights, camera=camera, name=Path(options.input).stem)
+        lights = studio(surfels, camera)
+    return sf.Scene([surfels], lights, camera=camera, name=Path(options.input).stem), cloud
 
 
 def _load_scene(options):

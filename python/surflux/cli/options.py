@@ -19,7 +19,21 @@ def command_line(runs, cloud_limit):
 
     solve = command("solve", "Solve a scene file, or a point cloud under light that it is given.")
     solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
-    solve.add_argument("-o", "--output", metavar="OUT.ply", help="solved surfels (default: INPUT's name + _solved.ply)")
+    text = "the points of a cloud as read, with their light, as .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf; the "
+    text += "solved surfels of a scene, as .ply (default: INPUT's name + _solved.ply)"
+    solve.add_argument("-o", "--output", metavar="OUT", help=text)
+    text = "of a cloud: write the solved surfels, too, inserted ones among them, for surflux render and view"
+    solve.add_argument("--solution", metavar="OUT.ply", help=text)
+    text = "of a cloud: -o has its own colours, not those of its light"
+    solve.add_argument("--albedo", action="store_true", help=text)
+    text = "refuse a cloud with points that have no finite place, which are left out otherwise"
+    solve.add_argument("--strict", action="store_true", help=text)
+    text = "light isolated points of a cloud, too, which are left out of light and picture otherwise"
+    solve.add_argument("--keep-outliers", action="store_true", help=text)
+    text = (
+        "take the colours of a cloud as they are, where a mean reflectance outside of .3 to .5 is put right otherwise"
+    )
+    solve.add_argument("--raw-colors", action="store_true", help=text)
     solve.add_argument(
         "--thin", type=int, metavar="N", help=f"keep N points of a cloud, once read (default: {cloud_limit})"
     )

@@ -124,6 +124,11 @@ def thinned(
         ValueError: n out of range.
         Cancelled: the callback returned False.
     """
+    return thinned_with_rows(self, n, seed, threads=threads, progress=progress)[0]
+
+
+def thinned_with_rows(self, n, seed=0, *, threads=None, progress=False):
+    """What thinned gives, and the rows (n,) of self that were kept, ascending."""
     n = check.count("n", n, 2, 2**63 - 1)
     seed = check.seed("seed", seed)
     if n > len(self):
@@ -139,7 +144,7 @@ def thinned(
         radii = np.minimum(estimated_radii(points, normals), largest)
     gloss = gloss_at(self._core, kept)
     core = make_core(points, normals, radii, None, self.reflectance[kept], self.emission[kept], **gloss)
-    return self._from_core(core)
+    return self._from_core(core), kept
 
 
 def concatenate(surfels: list[SomeSurfels] | tuple[SomeSurfels, ...]) -> SomeSurfels:

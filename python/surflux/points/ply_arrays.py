@@ -35,7 +35,7 @@ def load_arrays(path, format=None):
     if form != "ply":
         raise file_error(path, f"is no PLY file, but {form}")
     ply = _core.read_ply(path, ["vertex", "patch"])
-    columns = dict(ply["columns"].get("vertex", {}))
+    columns = _solved(dict(ply["columns"].get("vertex", {})))
     types = ply["types"].get("vertex", {})
     if ply["elements"].get("vertex", 0) == 0:
         raise file_error(path, "no points: it has no element 'vertex', or an empty one")
@@ -61,6 +61,15 @@ def load_arrays(path, format=None):
     out["columns"] = columns
     out["comments"] = ply["comments"]
     return out
+
+
+def _solved(columns):
+    """Without points that are no surfels of the solution that the file holds: their radius and area are NaN."""
+    radius, area = columns.get("radius"), columns.get("area")
+    if radius is None or area is None or "irradiance_r" not in columns:
+        return columns
+    none = np.isnan(radius) & np.isnan(area)
+    return {name: values[~none] for name, values in columns.items()} if np.any(none) else columns
 
 
 def _patches(path, ply, n):

@@ -81,12 +81,17 @@ def read(
     """
     more = {"points": points, "seed": seed, "threads": threads, "progress": progress}
     surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint, **more)
+    warn_of_faces(path, faces)
+    return surfels
+
+
+def warn_of_faces(path, faces):
+    """Says that a file has faces, where it has some and they are left out."""
     if faces:
         warn(
             f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, left out because it is read as points: "
             'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file, kind = "surfels" for points)'
         )
-    return surfels
 
 
 def read_with_faces(

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from surflux._base import check
-from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.color import WHITE, display_bytes, reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
@@ -18,6 +20,7 @@ from surflux.points.properties import unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, surfels_of_arrays
 from surflux.points.surfels import Surfels
 from surflux.scans.reading import read_columns
+from surflux.scans.writing import write_points, written_suffix
 
 _BLOCK = 1_000_000  # colours made linear at once
 Format = Literal["ply", "pcd", "las", "laz", "copc", "e57", "npz", "xyz", "xyzn", "xyzrgb", "pts", "csv", "obj"]
@@ -52,6 +55,8 @@ class Scan:
     """(n,): the row of the file that each point stands in, ascending; some are missing where points were left out."""
     name: str = "scan"
     """Of messages: the path."""
+    frame: Mapping[str, Any] | None = None
+    """Of a LAS file: steps of its coordinates, its reference system and format of points, which save keeps."""
 
     @property
     def viewpoint(self) -> Floats | None:
@@ -81,6 +86,7 @@ class Scan:
             self.viewpoints,
             self.rows[chosen] if len(self.rows) == len(self) else self.rows,
             self.name,
+            self.frame,
         )
 
     def surfels(
@@ -112,6 +118,69 @@ class Scan:
         with watched(threads, progress):
             return surfels_of_arrays(self.name, arrays_of_scan(self), reflectance, emission, viewpoint)
 
+    def save(
+        self,
+        path: FilePath,
+        columns: Mapping[str, ArrayLike] | None = None,
+        *,
+        normals: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        comments: Sequence[str] = (),
+    ) -> Path:
+        """Writes the points in their order, with all that is known of each, and what was found for them.
+
+        PLY and CSV have all; `red`, `green` and `blue` in bytes; of (n, 3) columns by channel, name_r, name_g and
+        name_b. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field for stands in extra dimensions;
+        coordinates of a LAS file come back bit by bit, with its coordinate reference system. NPZ has arrays by name,
+        VTP is for ParaView, glTF (.glb, .gltf) for viewers, which have y up: z becomes y.
+
+        Args:
+            path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole
+                or not at all.
+            columns: more of each point by name, (n,) or (n, k); in place of an attribute of the same name. NaN: not
+                known.
+            normals: (n, 3) in place of the scan's.
+            colors: (n, 3), bytes of what is to be seen; None for the reflectance, .98 being white.
+            comments: lines of text, which PLY files hold.
+
+        Returns:
+            The Path written.
+
+        Raises:
+            ValueError: an argument, by name.
+            FileError: the file cannot be written; where it takes a package that is not installed, the line that
+                installs it.
+
+        >>> import surflux as sf
+        >>> scan = sf.Scan([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], attributes={"classification": [2, 6]})
+        >>> again = sf.read_scan(scan.save("lit.ply", {"kwh": [1100.0, 950.5]}))
+        >>> again.attributes["kwh"].tolist(), again.attributes["classification"].tolist()
+        ([1100.0, 950.5], [2, 6])
+        """
+        written_suffix(check.path("path", path))
+        n = len(self)
+        out = {"points": check.finite_array("points", self.points, (n, 3))}
+        given = self.normals if normals is None else check.rows("normals", normals, n, 3)
+        if given is not None:
+            out["normals"] = given
+        if colors is not None:
+            out["colors"] = check.rows("colors", colors, n, 3).astype(np.uint8)
+        elif self.reflectance is not None:
+            out["colors"] = self.display_colors()
+        for name, values in (dict(self.attributes) | dict(columns or {})).items():
+            out[str(name)] = check.rows(f"columns: {name}", values, n)
+        if 0 < len(self.rows) == n and self.rows[-1] >= n:
+            out.setdefault("row", self.rows)
+        path = Path(os.fsdecode(path))
+        write_points(path, out, self.frame, comments)
+        return path
+
+    def display_colors(self) -> NDArray[np.uint8]:
+        """(n, 3): the reflectance as sRGB, .98 being white; grey where the scan has none."""
+        if self.reflectance is None:
+            return np.full((len(self), 3), 128, dtype=np.uint8)
+        return display_bytes(self.reflectance / WHITE).astype(np.uint8)
+
 
 def read_scan(
     path: FilePath,
@@ -119,12 +188,14 @@ def read_scan(
     *,
     points: Integer | None = None,
     seed: int = 0,
+    strict: bool = False,
     progress: Progress = False,
 ) -> Scan:
     """Read a file of points with all that it says of each.
 
     Args:
         path, format, points, seed: as read takes them.
+        strict: True refuses a file with points that have no finite place, which are left out otherwise.
         progress: True for bars on stderr, or a callback (done, total) -> bool; False cancels. The total is 0 where the
             file does not say how many points it has.
 
@@ -144,12 +215,18 @@ def read_scan(
     >>> scan.points[0].tolist(), scan.attributes["intensity"].tolist()
     ([635619.85, 848899.7, 406.59], [12.0, 80.0])
     """
+    return read_scan_with_faces(path, format, points=points, seed=seed, strict=strict, progress=progress)[0]
+
+
+def read_scan_with_faces(path, format=None, *, points=None, seed=0, strict=False, progress=False):
+    """What read_scan returns, and how many faces the file has that are left out."""
     path = check.path("path", path)
     if points is not None:
         points = check.count("points", points, 2)
-    seed = check.seed("seed", seed)
+    seed, strict = check.seed("seed", seed), check.flag("strict", strict)
     with watched(None, progress):
-        return scan_of_columns(path, read_columns(path, format, points, seed))
+        columns = read_columns(path, format, points, seed, strict)
+        return scan_of_columns(path, columns), columns.faces
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
@@ -166,6 +243,7 @@ def scan_of_columns(path, read):
         np.reshape(np.array(places, dtype=np.float64), (-1, 3)),
         read.rows,
         file_error(path, "").args[0].removesuffix(": "),
+        read.frame,
     )
 
 

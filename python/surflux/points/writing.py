@@ -17,11 +17,11 @@ CORNER_NAMES = tuple(f"{axis}{corner}" for corner in range(3) for axis in "xyz")
 COMMENT_KEY = "surflux "
 
 
-def ply_path(path):
+def ply_path(path, name="path"):
     """path as a Path, if PLY can be written under that name."""
-    path = Path(check.path("path", path))
+    path = Path(check.path(name, path))
     if path.suffix.lower() != ".ply":
-        raise ValueError(f"path: wanted a name ending in .ply, got {str(path)!r}")
+        raise ValueError(f"{name}: wanted a name ending in .ply, got {str(path)!r}")
     return path
 
 

@@ -43,6 +43,7 @@ class PointFile(NamedTuple):
     chunks: Iterator[dict[str, np.ndarray]]
     viewpoints: Callable[[], list] = list  # after the last chunk: where each scan was taken from, None where unknown
     faces: int = 0  # of which nothing is read
+    frame: dict | None = None  # of a LAS file: what write_las takes over
 
 
 def triples(names):

@@ -6,6 +6,7 @@ import numpy as np
 
 from surflux._base.files import file_error
 from surflux.scans.columns import CHUNK, PointFile, sorted_out
+from surflux.scans.las_writing import frame_of
 from surflux.scans.outside import outside
 
 _ATTRIBUTES = ("intensity", "classification", "return_number", "number_of_returns", "point_source_id", "gps_time")
@@ -27,7 +28,7 @@ def open_las(path):
         if header.are_points_compressed and not laspy.LazBackend.detect_available():
             reader.close()
             raise ImportError("LAZ without a backend", name="lazrs")
-    return PointFile(header.point_count, _chunks(path, reader))
+    return PointFile(header.point_count, _chunks(path, reader), frame=frame_of(header))
 
 
 def _check_records(path):

@@ -33,10 +33,11 @@ class Columns(NamedTuple):
     count: int  # of points in the file
     viewpoints: list  # (3,) each, or None
     faces: int
+    frame: dict | None = None  # as PointFile has it
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
-def read_columns(path, format=None, points=None, seed=0):
+def read_columns(path, format=None, points=None, seed=0, strict=False):
     """The columns of a file of points; points that are not finite are dropped, with a warning that says how many.
 
     Args:
@@ -44,9 +45,10 @@ def read_columns(path, format=None, points=None, seed=0):
         format: as format_of takes it.
         points: at most so many, an even sample taken while the file is read; None for all.
         seed: of that sample.
+        strict: refuses points that are not finite.
 
     Raises:
-        FileError: the file cannot be read, or holds no points.
+        FileError: the file cannot be read, or holds no points, or some that are refused.
         Cancelled: the callback of the watched pass returned False.
     """
     form = format_of(path, format)
@@ -58,6 +60,10 @@ def read_columns(path, format=None, points=None, seed=0):
         first, count = count, count + len(chunk["points"])
         finite = np.all(np.isfinite(chunk["points"]), axis=1)
         _check_places(path, chunk["points"], finite, first)
+        if strict and not np.all(finite):
+            row = int(np.argmin(finite))
+            at = ", ".join(f"{value:g}" for value in chunk["points"][row])
+            raise file_error(path, f"point {first + row}: is at ({at}); wanted finite coordinates")
         rows = np.flatnonzero(finite)
         if len(rows) < len(finite):
             dropped += len(finite) - len(rows)
@@ -77,7 +83,7 @@ def read_columns(path, format=None, points=None, seed=0):
     if thin and len(columns["points"]) < count - dropped:
         for name in _REACHES:
             columns.pop(name, None)
-    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces)
+    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces, opened.frame)
 
 
 def _check_places(path, points, finite, first):

@@ -47,6 +47,15 @@ class SurfelField:
         return others + self._field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
 
 
+def light_between(solution, points, normals, callback):
+    """(irradiance, direct), (m, 3) each, at places on the surface of a solution, from values at its surfels."""
+    others, direct = solution.irradiance - solution.direct, solution.direct
+    scene = None if solution._scene is None else solution._scene._to_core()
+    field = SurfelField(solution.surfels, solution.objects, others, direct, True, scene, callback)
+    direct = np.asarray(field.direct(points, normals, callback))
+    return np.asarray(field.others(points, normals, callback)) + direct, direct
+
+
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 

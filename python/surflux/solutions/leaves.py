@@ -15,6 +15,18 @@ def insertion_depth(parents, areas):
     return np.round(np.log(share) / np.log(4.0))
 
 
+def means_of_parents(parents, areas, values):
+    """(n, k) means by area of values (m, k) at leaves, over the surfels of the scene that they stand for.
+
+    Plain means of those whose leaves have no area.
+    """
+    count = int(parents.max()) + 1 if len(parents) else 0
+    whole = np.bincount(parents, areas, count)
+    weights = np.where(whole[parents] > 0.0, areas, 1.0)
+    total = np.bincount(parents, weights, count)
+    return np.stack([np.bincount(parents, weights * column, count) / total for column in values.T], axis=1)
+
+
 def means_of_faces(solution, values, index, faces):
     """(f, 3) means by area of values (n, 3) at the leaves of one object, over the faces of its mesh; NaN of none.
 

@@ -22,7 +22,8 @@ from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
 from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
-from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces
+from surflux.solutions.about import about_solution
+from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
 
 class Solution:
@@ -317,6 +318,27 @@ class Solution:
             raise ValueError(f"object: wanted one of Surfels.from_mesh, but object {object} is not")
         return means_of_faces(self, getattr(self, name), object, faces)
 
+    def per_surfel(self, name: Literal["irradiance", "direct", "radiosity"] = "irradiance") -> Floats:
+        """What was found, at the surfels of the scene: those that were inserted in place of one give it their mean.
+
+        Args:
+            name: "irradiance", "direct" or "radiosity".
+
+        Returns:
+            (n, 3), by the rows of scene.surfels: means by area.
+
+        Raises:
+            ValueError: another name.
+
+        >>> import surflux as sf
+        >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.3)
+        >>> solution = sf.solve(sf.Scene([floor], lights=[sf.Environment(1.0)]))
+        >>> solution.per_surfel().shape
+        (4, 3)
+        """
+        check.choice("name", name, ("irradiance", "direct", "radiosity"))
+        return means_of_parents(self.parents, self.surfels.areas, getattr(self, name))
+
     def save(self, path: FilePath) -> Path:
         """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
 
@@ -335,15 +357,6 @@ class Solution:
             ValueError: a path with another suffix.
             FileError: the file cannot be written.
         """
-        lamps = [[list(v) for v in (lamp.corner, lamp.edge_u, lamp.edge_v, lamp.exitance)] for lamp in self._lamps]
-        about = {
-            "solution": 1,
-            "error": self.error,
-            "timings": self.timings,
-            "history": self.history,
-            "camera": None if self.camera is None else self.camera.to_dict(),
-            "lamps": lamps,
-        }
         return save_surfels(
             ply_path(path),
             self.surfels._core,
@@ -352,7 +365,7 @@ class Solution:
             direct=self.direct,
             columns={"parent": self.parents, "object": self.objects, "level": self.levels}
             | ({} if self.cut is None else {"cut": self.cut}),
-            comments=pack_comments(about),
+            comments=pack_comments(about_solution(self)),
         )
 
 

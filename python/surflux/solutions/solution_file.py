@@ -67,16 +67,19 @@ def load_solution(path: FilePath) -> Solution:
         )
     except ValueError as fault:
         raise file_error(path, str(fault)) from fault
+    columns = arrays["columns"]
     n = len(arrays["points"])  # each surfel and each object of the scene has at least one of them
+    if about.get("points") == 1:  # of a cloud, by the rows of its file
+        columns |= {"parent": np.arange(n), "object": np.zeros(n)}
     return Solution(
         Surfels._from_core(core),
-        parents=_indices(path, arrays["columns"], "parent", "a surfel", n),
-        objects=_indices(path, arrays["columns"], "object", "an object", n),
-        levels=_levels(path, arrays["columns"]),
+        parents=_indices(path, columns, "parent", "a surfel", n),
+        objects=_indices(path, columns, "object", "an object", n),
+        levels=_levels(path, columns),
         radiosity=arrays["radiosity"],
         irradiance=arrays["irradiance"],
         direct=arrays["direct"],
-        cut=_indices(path, arrays["columns"], "cut", "a node") if "cut" in arrays["columns"] else None,
+        cut=_indices(path, columns, "cut", "a node") if "cut" in columns else None,
         error=error,
         timings=timings,
         history=history,

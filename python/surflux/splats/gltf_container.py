@@ -9,6 +9,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from surflux.scans.gltf import GLB_BIN, GLB_CHUNK, GLB_JSON, GLB_MAGIC, GLB_START, GLB_VERSION
 from surflux.splats import gltf_format as gltf
 
 DAMAGED = (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError)
@@ -23,7 +24,7 @@ class Container:
     def __init__(self, path):
         self._folder = Path(path).parent
         data = Path(path).read_bytes()
-        text, self._binary = _glb(data) if data[:4] == gltf.GLB_MAGIC else (data, None)
+        text, self._binary = _glb(data) if data[:4] == GLB_MAGIC else (data, None)
         self.header = json.loads(text.decode("utf-8-sig"), parse_constant=_no_constant)
         if not isinstance(self.header, dict) or str(self.header["asset"]["version"])[:2] != "2.":
             raise ValueError("wanted glTF 2.0")
@@ -96,24 +97,24 @@ def numbers(name, values, count):
 
 def _glb(data):
     """(JSON, bytes of the BIN chunk or None) of a .glb file."""
-    if len(data) < gltf.GLB_START.size:
+    if len(data) < GLB_START.size:
         raise ValueError("is cut off")
-    _, version, length = gltf.GLB_START.unpack_from(data)
-    if version != gltf.GLB_VERSION:
-        raise ValueError(f"is of version {version} of GLB; wanted {gltf.GLB_VERSION}")
+    _, version, length = GLB_START.unpack_from(data)
+    if version != GLB_VERSION:
+        raise ValueError(f"is of version {version} of GLB; wanted {GLB_VERSION}")
     if length > len(data):
         raise ValueError(f"is cut off: it has {len(data)} of {length} bytes")
-    chunks, at = {}, gltf.GLB_START.size
-    while at + gltf.GLB_CHUNK.size <= length:
-        size, kind = gltf.GLB_CHUNK.unpack_from(data, at)
-        at += gltf.GLB_CHUNK.size
+    chunks, at = {}, GLB_START.size
+    while at + GLB_CHUNK.size <= length:
+        size, kind = GLB_CHUNK.unpack_from(data, at)
+        at += GLB_CHUNK.size
         if at + size > length:
             raise ValueError(f"is cut off: a chunk of {size} bytes ends beyond the file")
         chunks.setdefault(kind, data[at : at + size])
         at += size
-    if gltf.GLB_JSON not in chunks:
+    if GLB_JSON not in chunks:
         raise ValueError("has no JSON chunk")
-    return chunks[gltf.GLB_JSON], chunks.get(gltf.GLB_BIN)
+    return chunks[GLB_JSON], chunks.get(GLB_BIN)
 
 
 def _of_uri(folder, uri, length):

@@ -5,21 +5,12 @@ https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Khronos/KHR_gaussi
 Names, order and signs are also those of what splat-transform 2.7.1 of PlayCanvas makes of our PLY files.
 """
 
-import struct
-
 EXTENSION = "KHR_gaussian_splatting"
 ROTATION, SCALE, OPACITY = f"{EXTENSION}:ROTATION", f"{EXTENSION}:SCALE", f"{EXTENSION}:OPACITY"
 COLOR_SPACES = {"srgb": "srgb_rec709_display", "linear": "lin_rec709_display"}
 
-POINTS, ARRAY_BUFFER, FLOAT = 0, 34962, 5126
-COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", FLOAT: "<f4"}
+COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-
-# A .glb file: magic, version and length of all; then chunks, each with its length and type in front.
-GLB_START, GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
-GLB_MAGIC, GLB_VERSION, GLB_JSON, GLB_BIN = b"glTF", 2, b"JSON", b"BIN\0"
-GLB_MOST = 2**32 - 1  # bytes
-DATA_URI = "data:application/octet-stream;base64,"
 
 
 def harmonic(degree, order):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux._base.files import file_error, require_file
+from surflux.scans.gltf import POINTS
 from surflux.splats import gltf_format as gltf
 from surflux.splats import turning
 from surflux.splats.gltf_container import DAMAGED, Container, numbers, whole
@@ -113,7 +114,7 @@ def _color_space(extension):
 
 def _part(file, primitive):
     """The Gaussians of a primitive, as its accessors have them."""
-    if whole("mode", primitive.get("mode", 4)) != gltf.POINTS:
+    if whole("mode", primitive.get("mode", 4)) != POINTS:
         raise ValueError("its Gaussians are no points")
     attributes = primitive["attributes"]
     positions = file.array(attributes["POSITION"], "VEC3")

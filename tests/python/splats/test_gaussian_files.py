@@ -238,7 +238,7 @@ def test_glb_has_the_structure_of_gltf(tmp_path):
 
 
 def test_a_glb_that_its_lengths_cannot_hold(tmp_path, monkeypatch):
-    monkeypatch.setattr("surflux.splats.gltf_format.GLB_MOST", 1000)
+    monkeypatch.setattr("surflux.scans.gltf.GLB_MOST", 1000)
     with pytest.raises(ValueError, match=r"^path: a .glb file has up to 4 GiB, got 0.0; .gltf and .ply hold more$"):
         some().save(tmp_path / "a.glb")
     assert list(tmp_path.iterdir()) == []

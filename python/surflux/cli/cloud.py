@@ -1,0 +1,162 @@
+"""A cloud as `surflux solve` takes it: read, cleaned, lit, and what was found taken home to the rows of its file."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+import surflux as sf
+from surflux import _core
+from surflux._base import check
+from surflux._base.color import tone_mapped_bytes
+from surflux._base.passes import LOG, stage, watched
+from surflux.points.arranging import thinned_with_rows
+from surflux.points.cleaning import first_of_each, isolated
+from surflux.points.reading import warn_of_faces
+from surflux.points.scan import read_scan_with_faces
+from surflux.points.writing import pack_comments
+from surflux.scans.writing import written_suffix
+from surflux.solutions.about import about_solution
+from surflux.solutions.fields import light_between
+
+# A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
+CLOUD_LIMIT = 1_000_000
+# Colours of scans were lit when they were taken: a mean reflectance outside of this is their exposure's.
+_DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
+
+
+def is_cloud(path):
+    """Whether a file holds points as a scanner has them, and no scene, nor patches that Surfels.save wrote."""
+    path = Path(path)
+    if path.suffix.lower() == ".toml":
+        return False
+    return path.suffix.lower() != ".ply" or _core.read_ply(path, [])["elements"].get("patch", 0) == 0
+
+
+class Cloud:
+    """Points of a file, and which surfel each of them is.
+
+    Attributes:
+        scan: sf.Scan, all points that were read.
+        surfels: sf.Surfels that are lit.
+        of_row: (n,) the surfel of each point; -1 of those that are left out, or thinned away.
+        alone: (n,) booleans: points that are left out.
+    """
+
+    def __init__(self, options):
+        seed = 0 if options.seed is None else options.seed
+        scan, faces = read_scan_with_faces(
+            options.input, points=options.points, seed=seed, strict=options.strict, progress=True
+        )
+        warn_of_faces(options.input, faces)
+        self.scan, self._seed = scan, seed
+        count = len(scan)
+        first = first_of_each(scan.points, scan.normals)
+        repeats = np.flatnonzero(first != np.arange(count))
+        self.alone = np.zeros(count, dtype=bool) if options.keep_outliers else isolated(scan.points)
+        used = np.flatnonzero((first == np.arange(count)) & ~self.alone)
+        if len(repeats):
+            LOG.info("%s stand where another one does, and count once", check.counted(len(repeats), "point"))
+        if np.any(self.alone):
+            many = check.counted(np.count_nonzero(self.alone), "point")
+            LOG.info("%s of %d are isolated and left out of light and picture (--keep-outliers)", many, count)
+        whole = scan[used].surfels(viewpoint=options.viewpoint, progress=True)
+        if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
+            whole = exposed(whole)
+        self._normals, self._whole, self._whole_row = whole.normals, whole, used
+        limit = options.thin or options.points or CLOUD_LIMIT
+        self.surfels, rows = whole, used
+        if len(whole) > limit:
+            LOG.info("%d points are thinned to %d (--thin sets the number)", len(whole), limit)
+            self.surfels, kept = thinned_with_rows(whole, limit, seed, progress=True)
+            rows = used[kept]
+        self._row = rows
+        self.of_row = np.full(count, -1)
+        self.of_row[rows] = np.arange(len(rows))
+        self.of_row[repeats] = self.of_row[first[repeats]]
+        self._whole_of_row = np.full(count, -1)
+        self._whole_of_row[used] = np.arange(len(used))
+        self._whole_of_row[repeats] = self._whole_of_row[first[repeats]]
+
+    def save(self, path, solution, albedo=False):
+        """Writes all points of the file in their order, with the light that was found.
+
+        Points that were left out have NaN, and 1 as `left_out`; those that were thinned away what surfels around them
+        have. `red green blue` are the light that leaves, or the scan's own colours (albedo). PLY files have besides
+        what `load_solution` needs.
+        """
+        lit = np.flatnonzero(self._whole_of_row >= 0)
+        source = self._whole_of_row[lit]
+        count = len(self.scan)
+        found = self._light(solution, lit)
+        columns = {name: _spread(values, lit, count) for name, values in found.items()}
+        normals = _spread(self._normals[source], lit, count)
+        colors = None if albedo else self._colors(found["radiosity"], lit)
+        if np.any(self.alone):
+            columns["left_out"] = self.alone.astype(np.uint8)
+        comments = ()
+        if written_suffix(path) == ".ply":
+            s = self.surfels if solution.surfels.areas is None else solution.surfels
+            areas = np.bincount(solution.parents, s.areas, len(self.surfels))
+            columns |= {
+                "reflectance": _spread(self._whole.reflectance[source], lit, count),
+                "emission": _spread(self._whole.emission[source], lit, count),
+                "radius": _spread(self.surfels.radii, self._row, count, np.float64),
+                "area": _spread(areas, self._row, count, np.float64),
+            }
+            comments = pack_comments(about_solution(solution) | {"points": 1})
+        return self.scan.save(path, columns, normals=normals, colors=colors, comments=comments)
+
+    def _light(self, solution, lit):
+        """{"irradiance", "direct", "radiosity": (m, 3) of the rows `lit`}."""
+        of = self.of_row[lit]
+        at = of >= 0
+        found = {}
+        for name in ("irradiance", "direct", "radiosity"):
+            found[name] = np.empty((len(lit), 3))
+            found[name][at] = solution.per_surfel(name)[of[at]]
+        if not np.all(at):
+            source = self._whole_of_row[lit[~at]]
+            with watched(None, True):
+                places = self.scan.points[lit[~at]], self._normals[source]
+                irradiance, direct = light_between(solution, *places, stage("irradiance"))
+            found["irradiance"][~at], found["direct"][~at] = irradiance, direct
+            rho, emission = self._whole.reflectance[source], self._whole.emission[source]
+            found["radiosity"][~at] = emission + rho * irradiance
+        return found
+
+    def _colors(self, radiosity, lit):
+        """(n, 3) bytes: of what is lit, exposed as views are; what is left out has its own colour."""
+        colors = self.scan.display_colors()
+        colors[lit] = tone_mapped_bytes(radiosity)
+        return colors
+
+
+def exposed(surfels):
+    """Surfels whose mean reflectance is plausible: colours of a scan are as bright as its light and exposure were."""
+    rho = surfels.reflectance
+    mean = float(rho.mean())
+    if _DIMMEST <= mean <= _BRIGHTEST or mean <= 0.0:
+        return surfels
+    wanted = min(max(mean, _DIMMEST), _BRIGHTEST)
+    factor = wanted / mean
+    for _ in range(8):  # what becomes white loses some of it
+        factor *= wanted / max(float(np.minimum(factor * rho, _WHITE).mean()), 1e-12)
+    LOG.info(
+        "colours of the scan have a mean reflectance of %.2f, made %.2f (--raw-colors keeps them); "
+        "shading in them is not taken off",
+        mean,
+        float(np.minimum(factor * rho, _WHITE).mean()),
+    )
+    return surfels.replace(reflectance=np.minimum(factor * rho, _WHITE))
+
+
+def output_of(options):
+    """The Path of `-o`, or the usual one."""
+    return Path(options.output or f"{Path(os.fsdecode(options.input)).stem}_solved.ply")
+
+
+def _spread(values, rows, count, kind=np.float32):
+    out = np.full((count, *np.shape(values)[1:]), np.nan, dtype=kind)
+    out[rows] = values
+    return out

@@ -1,0 +1,173 @@
+"""Files of points, written: the formats that are read, and those of viewers."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from surflux._base.color import srgb_to_linear
+from surflux._base.files import file_error, unfinished_name, whole_file
+from surflux.scans.gltf import write_gltf_points
+from surflux.scans.las_writing import write_las
+
+_BLOCK = 100_000  # rows formatted or interleaved at once
+_AXES, _NORMAL, _RGB = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
+_PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
+_PLY_TYPES |= {"f4": "float", "f8": "double"}
+_TURNED = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)  # z up becomes y up
+
+
+def write_points(path, columns, frame=None, comments=()):
+    """Writes columns of points, in the format of the name; a file that is there is replaced whole or not at all.
+
+    Args:
+        path: Path, its suffix one of WRITTEN.
+        columns: dict of "points" (n, 3), and of "normals" (n, 3), "colors" (n, 3) uint8 and attributes (n,) or (n, k),
+            whatever there is of these. NaN says that a value is not known.
+        frame: of a LAS file that the points come from, as open_las has it; None of others.
+        comments: lines of text, of PLY files.
+
+    Raises:
+        ValueError: a name that says no format of these; what the format has no room for.
+        FileError: the file cannot be written; what it takes is not installed.
+    """
+    writer = WRITTEN[written_suffix(path)]
+    if any("\n" in line or "\r" in line for line in comments):
+        raise ValueError("comments: wanted lines of text, got one with a line break")
+    if writer is write_las:
+        writer(path, columns, frame)
+    elif writer is _write_ply:
+        writer(path, columns, comments)
+    else:
+        writer(path, columns)
+
+
+def written_suffix(path, name="path"):
+    """The suffix of a path, if points are written under it."""
+    suffix = Path(os.fsdecode(path)).suffix.lower()
+    if suffix not in WRITTEN:
+        raise ValueError(f"{name}: wanted a name ending in {', '.join(WRITTEN)}, got {os.fsdecode(path)!r}")
+    return suffix
+
+
+def scalars(columns):
+    """{name: (n,)} of columns: colours and what has three channels by channel, other rows by number."""
+    out = {}
+    for name, values in columns.items():
+        names = {"points": _AXES, "normals": _NORMAL, "colors": _RGB}.get(name)
+        if values.ndim == 1:
+            out[name] = values
+            continue
+        if names is None:
+            wide = values.shape[1]
+            names = [f"{name}_{c}" for c in ("rgb" if wide == 3 else range(wide))]
+        for k, one in enumerate(names):
+            out[one] = values[:, k]
+    return out
+
+
+def _write_ply(path, columns, comments):
+    """Binary little-endian PLY. Coordinates are doubles where floats do not hold them."""
+    parts = scalars(columns)
+    types = {name: _ply_type(name, values) for name, values in parts.items()}
+    row = np.dtype([(name, "<" + kind) for name, kind in types.items()])
+    count = len(columns["points"])
+    lines = ["ply", "format binary_little_endian 1.0", *(f"comment {line}" for line in comments)]
+    lines += [f"element vertex {count}", *(f"property {_PLY_TYPES[kind]} {name}" for name, kind in types.items())]
+    with whole_file(path) as file:
+        file.write(("\n".join([*lines, "end_header"]) + "\n").encode("ascii", "backslashreplace"))
+        for begin in range(0, count, _BLOCK):
+            rows = np.empty(min(_BLOCK, count - begin), row)
+            for name, values in parts.items():
+                rows[name] = values[begin : begin + _BLOCK]
+            file.write(rows.data)
+
+
+def _ply_type(name, values):
+    if values.dtype == bool:
+        return "u1"
+    kind = values.dtype.str[1:]
+    if kind in ("f2", "f4"):
+        return "f4"
+    if kind in _PLY_TYPES and kind != "f8":
+        return kind
+    if values.dtype.kind in "iu":  # of 8 bytes
+        for small in ("i4", "u4"):
+            limits = np.iinfo(small)
+            if len(values) == 0 or (values.min() >= limits.min and values.max() <= limits.max):
+                return small
+        return "f8"
+    if name in _AXES:
+        with np.errstate(over="ignore"):
+            exact = np.array_equal(values.astype(np.float32).astype(np.float64), values)
+        return "f4" if exact else "f8"
+    return "f8" if name not in _NORMAL else "f4"
+
+
+def _write_csv(path, columns):
+    """Lines of numbers between commas, behind one with the names; of floats as many digits as bring them back."""
+    parts = scalars(columns)
+    with whole_file(path) as file:
+        file.write((",".join(map(_csv_name, parts)) + "\n").encode())
+        for begin in range(0, len(columns["points"]), _BLOCK):
+            texts = [_texts(values[begin : begin + _BLOCK]) for values in parts.values()]
+            file.write(("\n".join(map(",".join, zip(*texts, strict=True))) + "\n").encode())
+
+
+def _csv_name(name):
+    return "".join("_" if c in ',;"\n\r\t ' else c for c in str(name))
+
+
+def _texts(values):
+    if values.dtype.kind in "iub":
+        return list(map(str, values.astype(np.int64 if values.dtype.kind != "u" else np.uint64).tolist()))
+    if values.dtype == np.float32:
+        return [f"{value:.9g}" for value in values.tolist()]
+    return list(map(repr, values.astype(np.float64).tolist()))
+
+
+def _write_npz(path, columns):
+    """Arrays by their names."""
+    with whole_file(path) as file:
+        np.savez(file, **columns)
+
+
+def _write_vtp(path, columns):
+    """VTK PolyData, for ParaView: "RGB" are the colours, "Normals" the normals."""
+    import pyvista
+
+    names = {"normals": "Normals", "colors": "RGB"}
+    data = pyvista.PolyData(np.ascontiguousarray(columns["points"], dtype=np.float64))
+    for name, values in columns.items():
+        if name != "points":
+            data.point_data[names.get(name, name)] = values
+    real = Path(os.path.realpath(path))
+    beside = real.with_name(unfinished_name(real))
+    try:
+        data.save(beside)
+        os.replace(beside, real)
+    except OSError as error:
+        raise file_error(path, f"cannot be written: {error.strerror or error}") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _write_gltf(path, columns):
+    """Points of glTF 2.0, z up turned to y up; colours linear, as glTF has them, attributes as _NAME."""
+    points = columns["points"]
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    arrays = {"POSITION": points - middle}
+    if "normals" in columns:
+        arrays["NORMAL"] = columns["normals"]
+    if "colors" in columns:
+        arrays["COLOR_0"] = srgb_to_linear(columns["colors"] / 255.0)
+    for name, values in columns.items():
+        if name not in ("points", "normals", "colors") and (values.ndim == 1 or values.shape[1] in (2, 3, 4)):
+            arrays["_" + str(name).upper()] = values
+    matrix = _TURNED.copy()
+    matrix[:3, 3] = _TURNED[:3, :3] @ middle
+    write_gltf_points(path, arrays, matrix)
+
+
+WRITTEN = {".ply": _write_ply, ".las": write_las, ".laz": write_las, ".csv": _write_csv, ".npz": _write_npz}
+WRITTEN |= {".vtp": _write_vtp, ".glb": _write_gltf, ".gltf": _write_gltf}
