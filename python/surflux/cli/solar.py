@@ -1,5 +1,6 @@
 """`surflux solar`: what sun and sky bring to every point of a cloud or scene, in kWh/m2."""
 
+from argparse import Namespace
 from pathlib import Path
 from time import perf_counter
 
@@ -12,12 +13,13 @@ from surflux._base.passes import LOG
 from surflux.cli.pictures import camera_of
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
-from surflux.drawing.value_map import value_map
+from surflux.drawing.plots import picture_path
+from surflux.drawing.value_map import SCALE, value_map
+from surflux.scans.writing import written_suffix
 
-TABLES = ".ply", ".las", ".laz", ".csv", ".npz", ".vtp", ".glb", ".gltf"
 PARTS = "beam", "diffuse", "reflected"
 # Tilts of surfaces in degrees: names, and where they begin.
-TILTS = ("level, up to 15 degrees", 0.0), ("tilted, 15 to 60", 15.0), ("facades, 60 to 120", 60.0), ("facing down", 120.0)
+TILTS = ("level, to 15 degrees", 0.0), ("tilted, to 60", 15.0), ("facades, to 120", 60.0), ("facing down", 120.0)
 _COMPASS = "north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"
 
 
@@ -30,12 +32,11 @@ def run(options, limit):
     weather = _checked(options)
     table = Path(options.table or f"{Path(options.input).stem}_solar.ply")
     image = None if options.no_image else Path(options.image or table.with_suffix(".png"))
-    for path, suffixes, name in ((table, TABLES, "-o"), (image, (".png", ".jpg", ".jpeg"), "--image")):
-        if path is not None:
-            if path.suffix.lower() not in suffixes:
-                raise ValueError(f"{name}: wanted a name ending in {', '.join(suffixes)}, got {str(path)!r}")
-            require_place(path)
-    scan, scene, rows, told, site = _input(options, weather, limit)
+    written_suffix(table, "-o")
+    require_place(table)
+    if image is not None:
+        picture_path("--image", image)
+    scan, scene, surfel, told, site = _input(options, weather, limit)
     camera = _camera(options, scene, site.frame)
     if Path(options.input).suffix.lower() != ".toml":
         LOG.info("what lies past the edge of the points is open: low sun comes in from there")
@@ -51,9 +52,7 @@ def run(options, limit):
         values["sky_view"] = sf.sky_view_factor(scene, seed=options.seed or 0, progress=True)
         seconds["sky view"] = perf_counter() - start
     start = perf_counter()
-    columns = {name: np.full(len(scan), np.nan) for name in values}
-    for name, value in values.items():
-        columns[name][rows[told]] = value[told]
+    columns = {name: np.where(surfel < 0, np.nan, value[surfel]) for name, value in values.items()}
     scan.save(table, columns=columns)
     seconds["table"] = perf_counter() - start
     start = perf_counter()
@@ -86,7 +85,7 @@ def _checked(options):
 
 
 def _input(options, weather, limit):
-    """(Scan, Scene in the Site's frame, (m,) rows of the scan that its surfels are of, which of them count, Site)."""
+    """(Scan, Scene in the Site's frame, (n,) the surfel of each point or -1, which of them count, Site)."""
     if Path(options.input).suffix.lower() == ".toml":
         scene = sf.load_scene(options.input, threads=options.threads, progress=True)
         surfels = scene.surfels
@@ -97,11 +96,10 @@ def _input(options, weather, limit):
         return scan, sf.Scene(moved, camera=_moved(scene.camera, site.frame), name=scene.name), *everything, site
     most = options.points or limit
     scan = sf.read_scan(options.input, points=most, seed=options.seed or 0, progress=True)
-    if len(scan) == most and scan.rows[-1] >= most:
-        LOG.info("the file is thinned to %d points, and these are written (--points sets the number)", most)
+    if scan.rows[-1] >= most:
+        LOG.info("%d points are taken of the file, evenly, and written (--points sets how many at most)", len(scan))
     site = site_of(options, scan.points, weather)
-    scene, rows, told = scene_of_scan(options, scan, site.frame)
-    return scan, scene, rows, told, site
+    return scan, *scene_of_scan(options, scan, site.frame), site
 
 
 def _moved(camera, frame):
@@ -119,7 +117,9 @@ def _camera(options, scene, frame):
             setattr(options, name, tuple(frame.points(getattr(options, name))))
     if options.up is not None:
         options.up = tuple(frame.points(frame.origin + options.up))
-    return camera_of(options, scene.surfels, scene.camera)
+    width, height = options.size
+    beside = Namespace(**vars(options) | {"size": ((1.0 - SCALE) * width, height)})
+    return camera_of(beside, scene.surfels, scene.camera)
 
 
 def _draw(surfels, values, image, options, site, camera):
@@ -163,7 +163,7 @@ def _lines(result):
     lines = [f"{counted}{shade}, area {result['area']:.6g} m2, {result['hours']:g} h: {result['weather']}"]
     shares = ""
     if mean["kwh"] > 0.0:
-        shares = ": " + ", ".join(f"{part} {100.0 * mean[f'kwh_{part}'] / mean['kwh']:.0f} %" for part in PARTS)
+        shares = ": " + ", ".join(f"{part} {100.0 * mean[f'kwh_{part}'] / mean['kwh']:.1f} %" for part in PARTS)
     lines.append(f"mean {mean['kwh']:.4g} kWh/m2{shares}")
     lines.append(f"the best tenth of the area has {result['best_tenth']:.4g} kWh/m2 or more")
     lines += [f"  {t['tilt']:<24} {t['area']:9.0f} m2 {t['kwh']:8.4g} kWh/m2" for t in result["tilts"] if t["area"]]

@@ -1,5 +1,6 @@
 """The scene of `surflux solar`: points by their classes, those that shade and those that irradiation is told of."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
+from surflux.points.cleaning import first_of_each, isolated
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
@@ -68,25 +70,39 @@ def parts_of(options, scan):
 
 
 def scene_of_scan(options, scan, frame):
-    """(Scene in a Frame, (m,) rows of the scan that its surfels are of, whether each is a receiver).
+    """(Scene in a Frame, (n,) the surfel of each point of the scan, -1 of none, (m,) which surfels are receivers).
 
     Receivers, and what only shades, are an object each: normals and areas of the one do not go by points of the other.
     """
     casters, receivers = parts_of(options, scan)
+    rows = np.flatnonzero(casters)
+    first = rows[first_of_each(scan.points[rows], None if scan.normals is None else scan.normals[rows])]
+    repeated = rows[first != rows]
+    if len(repeated):
+        LOG.info("%s stand where another one does, and count once", check.counted(len(repeated), "point"))
+    used = rows[first == rows]
+    alone = np.zeros(len(used), bool) if options.keep_outliers else isolated(scan.points[used])
+    if alone.any():
+        LOG.info("%s stand alone and are left out (--keep-outliers)", check.counted(int(alone.sum()), "point"))
+    used = used[~alone]
+    groups = [used[receivers[used]], used[~receivers[used]]]
+    if min(map(len, groups)) < _FEW:
+        groups = [used]
     moved = _in_frame(scan, frame)
     viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
-    groups = [np.flatnonzero(receivers), np.flatnonzero(casters & ~receivers)]
-    if min(map(len, groups)) < _FEW:
-        groups = [np.flatnonzero(casters)]
     reflectance = None if options.colors else options.albedo
-    objects = [moved[rows].surfels(reflectance, viewpoint=viewpoint, progress=True) for rows in groups]
-    rows = np.concatenate(groups)
-    told = receivers[rows]
+    objects = [moved[some].surfels(reflectance, viewpoint=viewpoint, progress=True) for some in groups]
+    order = np.concatenate(groups)
+    surfel = np.full(len(scan), -1)
+    surfel[order] = np.arange(len(order))
+    surfel[rows] = surfel[first]
+    surfel[~receivers] = -1
+    told = receivers[order]
     down = np.concatenate([one.normals[:, 2] for one in objects])[told] < _DOWN
     if down.mean() > _MANY_DOWN:
         hint = "if normals were estimated the wrong way round, --viewpoint X,Y,Z turns them"
         warn(f"{100.0 * down.mean():.0f} % of the points face the ground; {hint}")
-    return sf.Scene(objects, name=Path(options.input).stem), rows, told
+    return sf.Scene(objects, name=Path(options.input).stem), surfel, told
 
 
 def _in_frame(scan, frame):
@@ -96,13 +112,10 @@ def _in_frame(scan, frame):
             del attributes[name]  # disks do not stay round
         elif name in attributes:
             attributes[name] = attributes[name] * frame.horizontal**power
-    normals = None if scan.normals is None else frame.normals(scan.normals)
-    return sf.Scan(
-        frame.points(scan.points),
-        normals,
-        scan.reflectance,
-        attributes,
-        frame.points(scan.viewpoints),
-        scan.rows,
-        scan.name,
+    return replace(
+        scan,
+        points=frame.points(scan.points),
+        normals=None if scan.normals is None else frame.normals(scan.normals),
+        attributes=attributes,
+        viewpoints=frame.points(scan.viewpoints),
     )

@@ -26,6 +26,8 @@ def add_solar_options(parser):
     parser.add_argument("--casters", metavar="CLASSES", help=text)
     text = "of these, those that irradiation is told of (default: all but vegetation, 3 to 5)"
     parser.add_argument("--receivers", metavar="CLASSES", help=text)
+    text = "take points that stand alone, which are left out otherwise"
+    parser.add_argument("--keep-outliers", action="store_true", help=text)
     text = "reflected by the ground around, and by the points of a cloud (default: 0.2)"
     parser.add_argument("--albedo", type=float, default=0.2, help=text)
     parser.add_argument("--colors", action="store_true", help="points reflect what their colours or intensities say")

@@ -11,7 +11,8 @@ _MAP, _UNKNOWN = "inferno", (160, 166, 168)
 _LEAST, _LAMP = 0.6, (-0.45, 0.45, 0.77)
 _WIDE = 4.0  # medians of the radii: wider disks are of points that stand alone
 _LETTERS = 0.022  # height, over that of the picture
-_STEPS = 5  # of the scale, at most
+_STEPS = 8  # of the scale, at most
+SCALE = 0.13  # of the width, on the right: what is looked at stands in the middle of the rest
 
 
 def value_map(s, values, path, *, unit, title, camera, size=(1200, 900)):
@@ -23,7 +24,7 @@ def value_map(s, values, path, *, unit, title, camera, size=(1200, 900)):
         path: of a PNG or JPEG.
         unit: above the scale.
         title: a line on top.
-        camera: Camera.
+        camera: Camera; what it has in the middle is left of there, beside the scale.
         size: (width, height) in pixels.
 
     Raises:
@@ -66,6 +67,7 @@ def value_map(s, values, path, *, unit, title, camera, size=(1200, 900)):
             )
             plotter.add_actor(text_actor(title, letters, (0.015, 0.98), top=True), render=False)
             look_through(plotter.camera, camera, origin)
+            plotter.camera.SetWindowCenter(SCALE, 0.0)
             plotter.renderer.ResetCameraClippingRange()
             plotter.screenshot(path)
         finally:
