@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-import surflux as sf
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import tone_mapped_bytes
@@ -14,7 +13,10 @@ from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import first_of_each, isolated
 from surflux.points.reading import warn_of_faces
 from surflux.points.scan import read_scan_with_faces
+from surflux.points.seen_from import is_terrain
 from surflux.points.writing import pack_comments
+from surflux.scenes.lights import Environment
+from surflux.scenes.studio import BACKDROP, CLEAR_SKY, daylight, studio
 from surflux.scans.writing import written_suffix
 from surflux.solutions.about import about_solution
 from surflux.solutions.fields import light_between
@@ -23,6 +25,9 @@ from surflux.solutions.fields import light_between
 CLOUD_LIMIT = 1_000_000
 # Colours of scans were lit when they were taken: a mean reflectance outside of this is their exposure's.
 _DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
+
+# What is seen behind a cloud, by its light.
+BEHIND = {"studio": BACKDROP, "sun": CLEAR_SKY, "sky": 0.0}
 
 
 def is_cloud(path):
@@ -56,10 +61,10 @@ class Cloud:
         self.alone = np.zeros(count, dtype=bool) if options.keep_outliers else isolated(scan.points)
         used = np.flatnonzero((first == np.arange(count)) & ~self.alone)
         if len(repeats):
-            LOG.info("%s stand where another one does, and count once", check.counted(len(repeats), "point"))
+            LOG.info("counted once, for another one stands at their place: %s", check.counted(len(repeats), "point"))
         if np.any(self.alone):
             many = check.counted(np.count_nonzero(self.alone), "point")
-            LOG.info("%s of %d are isolated and left out of light and picture (--keep-outliers)", many, count)
+            LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
         whole = scan[used].surfels(viewpoint=options.viewpoint, progress=True)
         if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
             whole = exposed(whole)
@@ -97,7 +102,7 @@ class Cloud:
         comments = ()
         if written_suffix(path) == ".ply":
             s = self.surfels if solution.surfels.areas is None else solution.surfels
-            areas = np.bincount(solution.parents, s.areas, len(self.surfels))
+            areas = np.bincount(solution.parents, s.areas)[: len(self.surfels)]
             columns |= {
                 "reflectance": _spread(self._whole.reflectance[source], lit, count),
                 "emission": _spread(self._whole.emission[source], lit, count),
@@ -149,6 +154,21 @@ def exposed(surfels):
         float(np.minimum(factor * rho, _WHITE).mean()),
     )
     return surfels.replace(reflectance=np.minimum(factor * rho, _WHITE))
+
+
+def lights_of_cloud(options, surfels, camera):
+    """The lights of --light, which becomes what was chosen; says so."""
+    if options.light is None:
+        level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
+        options.light = "sun" if level and is_terrain(surfels.points) else "studio"
+        said = {
+            "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio, --light sky)",
+            "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun, --light sky)",
+        }
+        LOG.info(said[options.light])
+    if options.light == "sun":
+        return [daylight(camera)]
+    return [Environment(1.0)] if options.light == "sky" else studio(surfels, camera)
 
 
 def output_of(options):

@@ -16,15 +16,15 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
-from surflux.cli import checking
-from surflux.cli.cloud import CLOUD_LIMIT, Cloud, is_cloud, output_of
+from surflux.cli import areas, checking
+from surflux.cli.cloud import BEHIND, CLOUD_LIMIT, Cloud, is_cloud, lights_of_cloud, output_of
 from surflux.cli.options import command_line
 from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
-from surflux.scenes.studio import BACKDROP, studio
+from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
 
 
@@ -159,7 +159,7 @@ def _solve(options):
         cloud.save(output, solution, options.albedo)
     if options.solution:
         solution.save(options.solution)
-    behind = {} if _is_scene(options.input) or options.light == "sky" else {"background": BACKDROP}
+    behind = {} if _is_scene(options.input) else {"background": BEHIND[options.light]}
     undrawn = _draw(solution, camera, options, images, **behind)
     if undrawn is not None:
         images = []
@@ -213,7 +213,7 @@ def _draw(solution, camera, options, images, **settings):
 def _scene_to_solve(options):
     """(Scene, Cloud or None of a scene file)."""
     if _is_scene(options.input):
-        for name in ("thin", "light", "albedo", "strict", "keep_outliers", "raw_colors"):
+        for name in ("thin", "light", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
             if getattr(options, name):
                 flag = name.replace("_", "-")
                 more = {
@@ -232,13 +232,9 @@ def _scene_to_solve(options):
     else:
         cloud, surfels = None, _cloud(options)
     camera = camera_of(options, surfels, None)
-    if options.light == "sky":
-        _say("the cloud is lit by a sky of radiance 1 from all sides")
-        lights = [sf.Environment(1.0)]
-    else:
-        _say("a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: of radiance 1, alone)")
-        lights = studio(surfels, camera)
-    return sf.Scene([surfels], lights, camera=camera, name=Path(options.input).stem), cloud
+    objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
+    name = Path(options.input).stem
+    return sf.Scene(objects, lights_of_cloud(options, surfels, camera), camera=camera, name=name), cloud
 
 
 def _load_scene(options):
@@ -256,33 +252,10 @@ def _is_scene(path):
 
 def _area(options):
     cloud = _load_scene(options).surfels if _is_scene(options.input) else _cloud(options)
-    knobs = {name: getattr(options, name) for name in ("kappa", "resolution", "epsilon")}
-    areas = sf.effective_areas(
-        cloud,
-        method=options.method,
-        backend=options.backend,
-        threads=options.threads,
-        progress=True,
-        **{name: value for name, value in knobs.items() if value is not None},
-    )
-    if options.output:
-        cloud.areas = areas
-        cloud.save(options.output)
-    result = {
-        "input": options.input,
-        "surfels": len(cloud),
-        "area": float(areas.sum()),
-        "smallest": float(areas.min()),
-        "largest": float(areas.max()),
-        "method": options.method,
-        "output": options.output,
-    }
+    result, lines = areas.measured(options, cloud)
     if options.json:
         return _print_json(result)
-    print(f"{check.counted(len(cloud), 'surfel')}, area {result['area']:.6g}")
-    print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
-    if options.output:
-        print(f"surfels with areas: {options.output}")
+    print("\n".join(lines))
     return 0
 
 

@@ -46,8 +46,11 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
-    text = 'of a cloud: "studio" (default), a soft lamp behind the camera and a sky, or "sky", of radiance 1 all around'
-    solve.add_argument("--light", choices=("studio", "sky"), help=text)
+    text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera and a sky '
+    text += '(default of all others), or "sky", of radiance 1 all around'
+    solve.add_argument("--light", choices=("studio", "sun", "sky"), help=text)
+    text = "of a cloud: stand it on a level square, grey, under its lowest points"
+    solve.add_argument("--ground", action="store_true", help=text)
     _image_options(solve)
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)

@@ -25,11 +25,16 @@ def seen_from(path, points):
     if _faces_origin(points):
         LOG.info("%s: estimated normals face the origin, as if a depth camera were there (viewpoint: elsewhere)", path)
         return np.zeros(3)
-    if _is_layer(points[:, :2], points[:, 2]):
+    if is_terrain(points):
         LOG.info("%s: estimated normals face upwards, as of a terrain seen from above (viewpoint: elsewhere)", path)
         low, high = points.min(axis=0), points.max(axis=0)
         return 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
     return None
+
+
+def is_terrain(points):
+    """Whether points (n, 3) have, nearly everywhere, one height, z up."""
+    return len(points) >= _FEW and _is_layer(points[:, :2], points[:, 2])
 
 
 def _faces_origin(points):

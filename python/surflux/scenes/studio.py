@@ -1,14 +1,24 @@
-"""Light for what has none: a soft lamp over the camera's left shoulder, and a sky all around that fills shadows."""
+"""Light for what has none: a soft lamp over the camera's left shoulder and a sky, or the sun on a clear day."""
 
 import numpy as np
 
+from surflux.points.surfels import Surfels
 from surflux.scenes.lights import AreaLight, Environment
+from surflux.scenes.sky import Sky
 
 _SKY = 0.35  # radiance
 BACKDROP = 0.07  # that of what is seen behind: grey surfaces stand out from it
 _KEY = 2.8  # irradiance of what faces the key light, in the middle
 _FROM = (-0.8, 0.9, -0.5)  # to the right, up and forward in the picture
 _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance, and its side
+_SUN_HIGH, _SUN_LEFT = 40.0, 60.0  # degrees: over the horizon, and left of the way back to the camera
+_SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear sky on a level plane
+CLEAR_SKY = (28.0, 42.0, 65.0)  # radiance of what is seen behind in the sun: a pale blue beside grey surfaces
+_WIDE, _CELLS, _BELOW = (
+    3.0,
+    48,
+    0.002,
+)  # of a ground: over the size of what stands on it; a side; share of points beneath
 
 
 def studio(surfels, camera):
@@ -26,3 +36,28 @@ def studio(surfels, camera):
     exitance = _KEY * np.pi * _FAR**2 / _SIDE**2
     corner = middle + _FAR * reach * towards - 0.5 * (u + v)
     return [Environment(_SKY), AreaLight(corner, u, v, exitance)]
+
+
+def daylight(camera):
+    """A Sky of a clear day, z up, the sun 40 degrees high over the camera's left shoulder."""
+    _, down, forward = camera._axes()
+    x, y, _ = forward if abs(forward[2]) < 0.9 else -down  # of who looks down, what is up in the picture
+    turn = np.radians(_SUN_LEFT)
+    back = -np.cos(turn) * x - np.sin(turn) * y, -np.cos(turn) * y + np.sin(turn) * x
+    return Sky.from_sun(_SUN_HIGH, np.degrees(np.arctan2(back[0], back[1])), direct_normal=_SUN, diffuse=_CLEAR)
+
+
+def ground(surfels, up, reflectance=0.4):
+    """Surfels of a level square beneath all others, but for a few that stray below it."""
+    up = np.asarray(up, np.float64) / np.linalg.norm(up)
+    heights = surfels.points @ up
+    level = np.quantile(heights, _BELOW)
+    low, high = np.quantile(surfels.points, [_BELOW, 1.0 - _BELOW], axis=0)
+    middle = 0.5 * (low + high)
+    middle += (level - middle @ up) * up
+    u = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u *= 0.5 * _WIDE * np.linalg.norm(high - low) / np.linalg.norm(u)
+    v = np.cross(up, u)
+    corners = [middle - u - v, middle + u - v, middle + u + v, middle - u + v]
+    side = 2.0 * np.linalg.norm(u) / _CELLS
+    return Surfels.from_mesh((corners, [[0, 1, 2, 3]]), patch_area=side * side, reflectance=reflectance)

@@ -21,8 +21,8 @@ from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.scenes.lights import AreaLight
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
-from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.about import about_solution
+from surflux.solutions.fields import BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
 

@@ -9,7 +9,7 @@ import pytest
 import surflux as sf
 from pixels import pixels
 from surflux import _core
-from surflux.cli import commands
+from surflux.cli import cloud
 
 ROOT = Path(__file__).parents[3]
 
@@ -69,21 +69,22 @@ def test_threads_are_a_limit_of_reading_too(ball, run, monkeypatch, command):
         def __del__(self):
             alive.remove(self.count)
 
-    def recorded(name):
-        call = getattr(sf, name)
+    def recorded(name, where=sf):
+        call = getattr(where, name)
 
         def recording(*arguments, **options):
             seen[name] = (list(alive), options.get("threads"))
             return call(*arguments, **options)
 
-        monkeypatch.setattr(sf, name, recording)
+        monkeypatch.setattr(where, name, recording)
 
     monkeypatch.setattr(_core, "ThreadLimit", Limit)
-    recorded("read")
+    reads = "read_scan_with_faces" if command == "solve" else "read"
+    recorded(reads, cloud if command == "solve" else sf)
     recorded("load_scene")
     more = ["--no-image"] if command == "solve" else []
     assert run(command, "ball.ply", "--threads", 1, *more)[0] == 0
-    assert seen["read"][0] == [1]
+    assert seen[reads][0] == [1]
     assert run(command, "room.toml", "--threads", 1, *more)[0] == 0
     assert seen["load_scene"] == ([1], 1)  # what it does in threads of its own has to be told
 
@@ -136,7 +137,7 @@ def test_large_clouds_are_thinned_and_this_is_said(ball, run, monkeypatch):
     assert status == 0
     assert "surflux: 162 points are thinned to 60 (--thin sets the number)\n" in err
     assert json.loads(out)["surfels"] >= 60
-    monkeypatch.setattr(commands, "CLOUD_LIMIT", 100)
+    monkeypatch.setattr(cloud, "CLOUD_LIMIT", 100)
     _, out, err = run("solve", "ball.ply", "--json", "--size", "8x6")
     assert "162 points are thinned to 100" in err
     assert json.loads(out)["surfels"] >= 100

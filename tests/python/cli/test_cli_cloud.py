@@ -1,0 +1,134 @@
+"""`surflux solve` of a cloud: what is cleaned, and what comes home to the rows of its file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from pixels import pixels
+from surflux.cli.cloud import exposed
+from surflux.scenes import shapes
+
+
+@pytest.fixture
+def survey(here):
+    """3000 points of a ball without normals; behind them 100 of them again, and one that stands alone."""
+    points = shapes.sphere(3000, 2.0).points
+    rows = np.concatenate([points, points[500:600], [[0.0, 0.0, 5.0]]])
+    scan = sf.Scan(rows + np.array([1000.0, 2000.0, 0.0]), attributes={"classification": np.arange(3101) % 7})
+    scan.save("survey.npz")
+    return scan
+
+
+def test_all_rows_come_home_in_their_order(survey, run):
+    status, out, err = run("solve", "survey.npz", "-o", "lit.csv", "--no-image", "--solution", "solution.ply")
+    assert status == 0, err
+    assert "3101 points, as read, with their light: lit.csv\nsolved surfels: solution.ply\n" in out
+    assert "counted once, for another one stands at their place: 100 points" in err
+    assert "isolated, left out of light and picture: 1 point of 3101 (--keep-outliers keeps them)" in err
+    lit = sf.read_scan("lit.csv")
+    assert np.array_equal(lit.points, survey.points)
+    assert np.array_equal(lit.attributes["classification"], survey.attributes["classification"])
+    assert np.flatnonzero(lit.attributes["left_out"]).tolist() == [3100]
+    solution = sf.load_solution("solution.ply")
+    for name in ("irradiance", "direct", "radiosity"):
+        found = np.stack([lit.attributes[f"{name}_{c}"] for c in "rgb"], axis=-1)
+        assert np.isnan(found[3100]).all()
+        assert np.array_equal(found[3000:3100], found[500:600])
+        # Inserted surfels give their light to those that they stand for, by their areas.
+        assert found[:3000] == pytest.approx(solution.per_surfel(name), rel=1e-6)
+        power = np.sum(solution.surfels.areas[:, None] * getattr(solution, name), axis=0)
+        area = np.bincount(solution.parents, solution.surfels.areas)
+        assert np.sum(area[:, None] * found[:3000], axis=0) == pytest.approx(power, rel=1e-6)
+
+
+def test_what_is_left_out_can_be_kept(survey, run):
+    status, out, err = run("solve", "survey.npz", "-o", "lit.npz", "--no-image", "--keep-outliers", "--json")
+    assert status == 0, err
+    result = json.loads(out)
+    assert (result["points"], result["left_out"]) == (3101, 0)
+    lit = sf.read_scan("lit.npz")
+    assert "left_out" not in lit.attributes
+    assert np.isfinite(lit.attributes["irradiance"]).all()
+
+
+def test_points_that_are_thinned_away_have_the_light_around_them(survey, run):
+    """Of a ball in an even sky of radiance 1 each point has pi, however many of them were solved."""
+    status, _, err = run("solve", "survey.npz", "-o", "lit.npz", "--no-image", "--thin", 1000, "--light", "sky")
+    assert status == 0, err
+    irradiance = sf.read_scan("lit.npz").attributes["irradiance"]
+    assert np.isnan(irradiance).any(axis=1).nonzero()[0].tolist() == [3100]
+    assert irradiance[:3100] == pytest.approx(np.pi, rel=0.02)
+
+
+def test_the_file_is_also_a_solution(survey, run):
+    assert run("solve", "survey.npz", "--size", "80x60", "--thin", 2000)[0] == 0
+    solution = sf.load_solution("survey_solved.ply")
+    assert len(solution.surfels) == 2000
+    assert solution.camera is not None
+    assert run("render", "survey_solved.ply", "--image", "again.png", "--size", "80x60")[0] == 0
+    first, again = pixels("survey_solved.png").astype(float), pixels("again.png").astype(float)
+    ball = first.max(axis=2) > 100
+    assert ball.mean() > 0.2
+    # Without inserted surfels and on another background, the ball is the same to an eye.
+    assert np.abs(first - again)[ball].mean() < 5
+    status, _, err = run("solve", "survey_solved.ply")
+    assert status == 2
+    assert "is solved already" in err
+
+
+def test_its_colours_are_those_of_its_light_or_its_own(here, run):
+    red = shapes.sphere(2000, 1.0).replace(reflectance=[0.4, 0.3, 0.2])
+    sf.Scan(red.points, red.normals, red.reflectance).save("red.npz")
+    assert run("solve", "red.npz", "-o", "lit.npz", "--no-image", "--raw-colors")[0] == 0
+    assert run("solve", "red.npz", "-o", "own.npz", "--no-image", "--raw-colors", "--albedo")[0] == 0
+    lit, own = sf.read_scan("lit.npz").display_colors(), sf.read_scan("own.npz").display_colors()
+    assert np.array_equal(own, sf.read_scan("red.npz").display_colors())
+    assert lit[:, 0].std() > 20  # shaded from lit to shadow
+    assert own[:, 0].std() == 0
+
+
+def test_dark_colours_of_a_scan_are_exposed(here, run):
+    rng = np.random.default_rng(0)
+    for bright, wanted in ((0.1, 0.3), (0.4, None), (0.9, 0.5)):
+        s = shapes.sphere(500, 1.0).replace(reflectance=np.clip(bright * rng.uniform(0.5, 1.5, (500, 3)), 0, 0.97))
+        mean = exposed(s).reflectance.mean()
+        assert mean == pytest.approx(s.reflectance.mean() if wanted is None else wanted, rel=1e-3)
+        sf.Scan(s.points, s.normals, s.reflectance).save("some.npz")
+        err = run("solve", "some.npz", "-o", "lit.npz", "--no-image")[2]
+        assert (f"made {wanted:.2f} (--raw-colors keeps them)" in err) if wanted else "--raw-colors" not in err
+
+
+def test_what_goes_with_clouds_alone_is_refused(here, run):
+    for flag in ("--albedo", "--strict", "--keep-outliers", "--raw-colors"):
+        status, _, err = run("solve", "room.toml", flag)
+        assert status == 2
+        assert f"{flag}: is for a cloud" in err
+    status, _, err = run("solve", "room.toml", "-o", "room.las")
+    assert (status, "-o: wanted a name ending in .ply, got 'room.las'" in err) == (2, True)
+    Path("holes.csv").write_text("x,y,z\n0,0,0\nnan,0,0\n1,0,0\n1,1,0\n")
+    status, _, err = run("solve", "holes.csv", "--strict")
+    assert status == 2
+    assert "point 1: is at (nan, 0, 0); wanted finite coordinates" in err
+    status, _, err = run("solve", "holes.csv", "-o", "out.xyz")
+    assert (status, "-o: wanted a name ending in .ply, .las" in err) == (2, True)
+
+
+def test_terrain_lies_in_the_sun(here, run):
+    """800 sin 40 + 100 W/m2 on level ground; a lamp lights what is none, and a ground is no row of the file."""
+    rng = np.random.default_rng(2)
+    points = np.column_stack([rng.uniform(0, 50, (4000, 2)), np.zeros(4000)])
+    sf.Scan(points).save("field.npz")
+    status, _, err = run("solve", "field.npz", "-o", "lit.npz", "--size", "80x60", "--image", "field.png")
+    assert status == 0
+    assert "terrain has no light: it gets the sun and sky of a clear day" in err
+    lit = sf.read_scan("lit.npz")
+    assert np.median(lit.attributes["irradiance"]) == pytest.approx(800 * np.sin(np.radians(40)) + 100, rel=0.01)
+    corner = pixels("field.png")[0, 0].astype(int)
+    assert corner[2] > corner[0] + 20  # the sky is blue
+    status, _, err = run("solve", "field.npz", "-o", "ground.npz", "--no-image", "--light", "studio", "--ground")
+    assert status == 0
+    assert "sun" not in err
+    assert len(sf.read_scan("ground.npz")) == 4000
