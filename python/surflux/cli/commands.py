@@ -266,11 +266,7 @@ def _check_cloud(options):
         scene = _load_scene(options)
     else:
         scene = sf.Scene([_cloud(options)])
-    result, lines = checking.checked(options, scene)
-    if options.json:
-        return _print_json(result)
-    print("\n".join(lines))
-    return 0
+    return _told(options, *checking.checked(options, scene))
 
 
 def _render(options):
@@ -324,11 +320,13 @@ def _default_image(output):
 def _relight(options):
     from surflux.cli import relight
 
-    result, lines = relight.run(options)
-    if options.json:
-        return _print_json(result)
-    print("\n".join(lines))
-    return 0
+    return _told(options, *relight.run(options))
+
+
+def _solar(options):
+    from surflux.cli import solar
+
+    return _told(options, *solar.run(options, CLOUD_LIMIT))
 
 
 def _view(options):
@@ -348,6 +346,14 @@ def _info(options):
     if options.json:
         return _print_json(found)
     print(found)
+    return 0
+
+
+def _told(options, result, lines):
+    """Prints a result for programs, or its lines for people."""
+    if options.json:
+        return _print_json(result)
+    print("\n".join(lines))
     return 0
 
 
@@ -375,6 +381,7 @@ RUNS = {
     "check": _check_cloud,
     "render": _render,
     "relight": _relight,
+    "solar": _solar,
     "view": _view,
     "bench": _bench,
     "info": _info,

@@ -3,6 +3,7 @@
 import argparse
 
 import surflux as sf
+from surflux.cli.solar_options import add_solar_options
 
 
 def command_line(runs, cloud_limit):
@@ -116,6 +117,14 @@ def command_line(runs, cloud_limit):
     _quality_options(relight)
     _fps_option(relight)
     _common_options(relight)
+
+    solar = command("solar", "Sun and sky on roofs, facades and ground, in kWh/m2 for every point.")
+    add_solar_options(solar)
+    solar.add_argument("--bounces", type=_bounces, default=3, metavar="N|all", help="of light (default: 3)")
+    solar.add_argument("--size", type=_size, default=(1200, 900), metavar="WxH")
+    _cloud_options(solar)
+    _camera_options(solar)
+    _common_options(solar)
 
     view = command("view", "Look at a scene, which is solved first, a cloud, a mesh or a solved file.")
     view.add_argument("input", metavar="FILE", help="a scene (.toml), points, a solution (.ply), or a mesh")

@@ -1,0 +1,121 @@
+"""The scene of `surflux solar`: points by their classes, those that shade and those that irradiation is told of."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import surflux as sf
+from surflux._base import check
+from surflux._base.passes import LOG
+from surflux._base.warn import warn
+from surflux.points.cleaning import first_of_each, isolated
+
+# Classes of LAS by the names that --casters and --receivers take.
+CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
+CLASSES |= {"water": (9,), "rail": (10,), "road": (11,), "bridge": (17,)}
+_FEW = 16  # points: fewer are no object of their own, for normals and radii are estimated of so many neighbours
+_DOWN, _MANY_DOWN = -0.5, 0.01  # z of normals that face the ground, and how many of them are told of
+
+
+def classes_of(option, text):
+    """The numbers of "ground,building,3-5" as a set; ValueError names the option."""
+    found = set()
+    for part in text.lower().replace(" ", "").split(","):
+        first, _, last = part.partition("-")
+        if part in CLASSES:
+            found |= {*CLASSES[part]}
+        elif first.isdecimal() and (last.isdecimal() or first == part) and int(last or first) <= 255:
+            found |= set(range(int(first), int(last or first) + 1))
+        else:
+            names = ", ".join(CLASSES)
+            raise ValueError(f"{option}: wanted numbers from 0 to 255 or of {names}, by commas, got {part!r}")
+    return found
+
+
+def parts_of(options, scan):
+    """(casters, receivers), masks (n,) of a Scan by its classes; what is left out or not told of is logged."""
+    everything = np.ones(len(scan), bool)
+    classes = scan.attributes.get("classification")
+    if classes is None or np.ndim(classes) != 1:
+        for name in ("casters", "receivers"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name}: {options.input} has no classes")
+        return everything, everything
+    classes = np.asarray(classes)
+    there = {int(value) for value in np.unique(classes)}
+    casting = there - {*CLASSES["noise"]} if options.casters is None else classes_of("--casters", options.casters)
+    casters = np.isin(classes, [*casting])
+    told = casting - {*CLASSES["vegetation"]}
+    if options.receivers is not None:
+        told = classes_of("--receivers", options.receivers)
+        if there & told - casting:
+            missing = sorted(there & told - casting)
+            raise ValueError(f"--receivers: class {missing[0]} is not among --casters; what receives shades as well")
+    receivers = np.isin(classes, [*told])
+    shown = ", ".join(map(str, sorted(there)))
+    for name, mask in (("casters", casters), ("receivers", receivers)):
+        if not mask.any():
+            raise ValueError(f"--{name}: no points are of these classes; {options.input} has {shown}")
+    if not casters.all():
+        left = ", ".join(map(str, sorted(there - casting)))
+        LOG.info("%s of classes %s left out: no shade, no values", check.counted(int((~casters).sum()), "point"), left)
+    green = sorted(there & casting & {*CLASSES["vegetation"]})
+    if green:
+        counted = check.counted(int(np.isin(classes, green).sum()), "point")
+        LOG.info("crowns are opaque: %s of vegetation let no light through, in winter either", counted)
+    elif there <= {0, 1, 2}:
+        LOG.info("nothing is classed as vegetation or building: trees are taken for opaque surfaces, with values")
+    return casters, receivers
+
+
+def scene_of_scan(options, scan, frame):
+    """(Scene in a Frame, (n,) the surfel of each point of the scan, -1 of none, (m,) which surfels are receivers).
+
+    Receivers, and what only shades, are an object each: normals and areas of the one do not go by points of the other.
+    """
+    casters, receivers = parts_of(options, scan)
+    rows = np.flatnonzero(casters)
+    first = rows[first_of_each(scan.points[rows], None if scan.normals is None else scan.normals[rows])]
+    repeated = rows[first != rows]
+    if len(repeated):
+        LOG.info("%s stand where another one does, and count once", check.counted(len(repeated), "point"))
+    used = rows[first == rows]
+    alone = np.zeros(len(used), bool) if options.keep_outliers else isolated(scan.points[used])
+    if alone.any():
+        LOG.info("%s stand alone and are left out (--keep-outliers)", check.counted(int(alone.sum()), "point"))
+    used = used[~alone]
+    groups = [used[receivers[used]], used[~receivers[used]]]
+    if min(map(len, groups)) < _FEW:
+        groups = [used]
+    moved = _in_frame(scan, frame)
+    viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
+    reflectance = None if options.colors else options.albedo
+    objects = [moved[some].surfels(reflectance, viewpoint=viewpoint, progress=True) for some in groups]
+    order = np.concatenate(groups)
+    surfel = np.full(len(scan), -1)
+    surfel[order] = np.arange(len(order))
+    surfel[rows] = surfel[first]
+    surfel[~receivers] = -1
+    told = receivers[order]
+    down = np.concatenate([one.normals[:, 2] for one in objects])[told] < _DOWN
+    if down.mean() > _MANY_DOWN:
+        hint = "if normals were estimated the wrong way round, --viewpoint X,Y,Z turns them"
+        warn(f"{100.0 * down.mean():.0f} % of the points face the ground; {hint}")
+    return sf.Scene(objects, name=Path(options.input).stem), surfel, told
+
+
+def _in_frame(scan, frame):
+    attributes = dict(scan.attributes)
+    for name, power in (("radius", 1), ("area", 2)):
+        if name in attributes and frame.horizontal != frame.vertical:
+            del attributes[name]  # disks do not stay round
+        elif name in attributes:
+            attributes[name] = attributes[name] * frame.horizontal**power
+    return replace(
+        scan,
+        points=frame.points(scan.points),
+        normals=None if scan.normals is None else frame.normals(scan.normals),
+        attributes=attributes,
+        viewpoints=frame.points(scan.viewpoints),
+    )

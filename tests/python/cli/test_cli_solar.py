@@ -1,0 +1,360 @@
+"""`surflux solar`: kWh/m2 of points, by weather, place and classes."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from located_files import las_in
+from surflux.cli import solar
+from weather_files import level_sun, write_epw
+
+NOON = "2025-06-21T11:26Z"  # of 8.5 east, by mean solar time
+FEW = "--sun-step", 10, "--no-image", "--no-sky-view"
+PLACE = "--place", "47.4,8.5"
+
+
+@pytest.fixture(autouse=True)
+def extra():
+    pytest.importorskip("pvlib")
+
+
+def plane(path="plane.npz", size=40.0, count=35, tilt=0.0, **columns):
+    """A square of points, level or tilted to the south by so many degrees; centres are those of a grid."""
+    at = (np.arange(count) + 0.5) / count * size - size / 2
+    x, y = (axis.ravel() for axis in np.meshgrid(at, at))
+    b = np.radians(tilt)
+    if tilt:
+        columns["normals"] = np.tile([0.0, -np.sin(b), np.cos(b)], (count**2, 1))
+    np.savez(path, points=np.stack([x, np.cos(b) * y, np.sin(b) * y], axis=1), **columns)
+    return path
+
+
+def test_a_year_on_a_level_plane(here, run):
+    """What pvlib's clear skies bring to a level plane, every five minutes.
+
+    Hours are taken by the sky in their middle and the sun at four moments; a sine over an hour has 1 - (pi / 24)^2 / 6
+    of that in its middle, .29 % less, which bounds what that can be off by, and coefficients are right to .1 %.
+    """
+    import pandas
+    import pvlib
+
+    status, out, err = run("solar", plane(), *PLACE, "--year", 2025, "--altitude", 400, *FEW)
+    assert status == 0, err
+    kwh = sf.read_scan("plane_solar.ply").attributes["kwh"]
+    times = pandas.date_range("2025-01-01T00:02:30", "2025-12-31T23:59", freq="5min", tz="Etc/GMT-1")
+    site = pvlib.location.Location(47.4, 8.5, altitude=400)
+    expected = site.get_clearsky(times)["ghi"].sum() / 12e3
+    np.testing.assert_allclose(kwh, expected, rtol=0.004)
+    assert f"mean {kwh.mean():.4g} kWh/m2" in out
+    assert "1225 points, area 1" in out
+    assert " m2, 8760 h: 2025 under clear skies" in out
+    assert "skies are clear in all hours" in err
+    assert "low sun comes in from there" in err
+    assert "47.400 N, 8.500 E: z is up, north is +y, the unit is 1 m, as nothing says otherwise" in err
+
+
+def test_parts_make_the_whole_for_programs(here, run):
+    surface = plane(tilt=30.0)
+    status, out, err = run("solar", surface, *PLACE, "--time", NOON, "--json", "-o", "a.csv", "--no-image")
+    assert status == 0, err
+    result = json.loads(out)
+    columns = sf.read_scan("a.csv").attributes
+    total = columns["kwh_beam"] + columns["kwh_diffuse"] + columns["kwh_reflected"]
+    np.testing.assert_allclose(columns["kwh"], total, rtol=1e-5)
+    # An open plane: its parts in closed form, of the sky of that hour.
+    sky = sf.Sky(47.4, 8.5, NOON)
+    b = np.radians(30.0)
+    beam = sky.direct_normal * (sky.sun_direction @ [0.0, -np.sin(b), np.cos(b)])
+    np.testing.assert_allclose(1000.0 * columns["kwh_beam"], beam, rtol=1e-5)
+    ground = 0.2 * sky.global_horizontal * (1.0 - np.cos(b)) / 2.0
+    np.testing.assert_allclose(1000.0 * columns["kwh_reflected"], ground, rtol=0.01)
+    np.testing.assert_allclose(columns["sky_view"], (1.0 + np.cos(b)) / 2.0, rtol=1e-6)
+    assert result["points"] == result["casters"] == 1225
+    assert result["area"] == pytest.approx(1600.0, rel=0.05)  # points do not say where the square ends
+    assert result["hours"] == 1.0
+    assert result["place"] == [47.4, 8.5]
+    assert result["mean"]["kwh"] == pytest.approx(columns["kwh"].mean(), rel=1e-3)
+    assert [t["area"] > 0 for t in result["tilts"]] == [False, True, False, False]
+    assert result["timings"]["all"] > result["timings"]["sun"] >= 0
+
+
+def test_weather_of_a_file(here, run):
+    """Hours of 500 W/m2 of diffuse light while the sun is up, and no beam: a level plane has their sum."""
+    above = level_sun(47.4, 8.5, 1.0)
+    diffuse = np.where(above > 100.0, 500.0, 0.0)
+    write_epw(here / "here.epw", above, np.zeros(8760), diffuse)
+    status, out, err = run("solar", plane(), "--epw", "here.epw", *FEW)
+    assert status == 0, err
+    np.testing.assert_allclose(sf.read_scan("plane_solar.ply").attributes["kwh"], diffuse.sum() / 1000.0, rtol=1e-3)
+    assert "beam 0.0 %, diffuse 100.0 %" in out
+    assert "a year's weather of here.epw" in out
+
+
+def test_north_turns_what_faces_the_sun(here, run):
+    """A roof towards +y, where that is south: as one towards -y in a file whose +y is north."""
+    run("solar", plane("south.npz", tilt=40.0), *PLACE, "--time", NOON, "-o", "south.csv", *FEW)
+    south = np.load("south.npz")
+    np.savez("turned.npz", **{name: south[name] * [-1.0, -1.0, 1.0] for name in ("points", "normals")})
+    run("solar", "turned.npz", *PLACE, "--time", NOON, "--north", 180, "-o", "turned.csv", *FEW)
+    run("solar", "turned.npz", *PLACE, "--time", NOON, "-o", "shade.csv", *FEW)
+    south, turned, shade = (
+        sf.read_scan(name).attributes["kwh_beam"] for name in ("south.csv", "turned.csv", "shade.csv")
+    )
+    np.testing.assert_allclose(turned, south, rtol=1e-6)
+    assert shade.max() < 0.6 * south.min()
+
+
+def layers(path="layers.npz", kinds=(2, 5)):
+    """A level square, and a smaller one of another class 4 above its middle: (points, whether they are its own)."""
+    low = np.load(plane("low.npz"))["points"]
+    high = np.load(plane("high.npz", size=10.0, count=12))["points"] + [0.0, 0.0, 4.0]
+    points = np.concatenate([low, high])
+    upper = np.arange(len(points)) >= len(low)
+    mixed = np.random.default_rng(0).permutation(len(points))  # as returns come: not class by class
+    points, upper = points[mixed], upper[mixed]
+    np.savez(path, points=points, classification=np.where(upper, kinds[1], kinds[0]).astype(np.uint8))
+    return points, upper
+
+
+def test_vegetation_shades_and_has_no_values(here, run):
+    points, upper = layers()
+    status, out, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)
+    assert status == 0, err
+    scan = sf.read_scan("layers_solar.ply")
+    np.testing.assert_array_equal(scan.points, points)  # in the order of the file
+    kwh, beam = scan.attributes["kwh"], scan.attributes["kwh_beam"]
+    assert np.isnan(kwh[upper]).all()
+    assert np.isfinite(kwh[~upper]).all()
+    sun = sf.Sky(47.4, 8.5, NOON).sun_direction
+    met = points[:, :2] + 4.0 * sun[:2] / sun[2]  # where the ray to the sun crosses the upper square
+    reach = np.abs(met).max(axis=1)
+    assert beam[~upper & (reach < 4.5)].max() == 0.0
+    assert beam[~upper & (reach > 6.0)].min() > 0.5
+    assert "crowns are opaque: 144 points of vegetation" in err
+    assert "1225 points, of 1369 that shade" in out
+    assert run("solar", "layers.npz", *PLACE, "--time", NOON, "--receivers", "vegetation", "-o", "b.csv", *FEW)[0] == 0
+    assert np.array_equal(np.isnan(sf.read_scan("b.csv").attributes["kwh"]), ~upper)
+
+
+def test_noise_is_left_out(here, run):
+    _, upper = layers(kinds=(2, 18))
+    status, _, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)
+    assert status == 0
+    beam = sf.read_scan("layers_solar.ply").attributes["kwh_beam"]
+    assert np.isnan(beam[upper]).all()
+    np.testing.assert_allclose(beam[~upper], beam[~upper].max(), rtol=1e-5)  # nothing shades
+    assert "144 points of classes 18 left out" in err
+    run(
+        "solar", "layers.npz", *PLACE, "--time", NOON, "--casters", "2,18", "--receivers", "ground", "-o", "b.csv", *FEW
+    )
+    assert sf.read_scan("b.csv").attributes["kwh_beam"][~upper].min() == 0.0
+
+
+def test_repeated_points_have_what_the_first_has(here, run):
+    once = np.load(plane())["points"]
+    np.savez("twice.npz", points=np.repeat(once, 2, axis=0))
+    status, out, err = run("solar", "twice.npz", *PLACE, "--time", NOON, *FEW)
+    assert status == 0
+    kwh = sf.read_scan("twice_solar.ply").attributes["kwh"]
+    np.testing.assert_array_equal(kwh[::2], kwh[1::2])
+    np.testing.assert_allclose(kwh, sf.Sky(47.4, 8.5, NOON).global_horizontal / 1000.0, rtol=1e-3)
+    assert "1225 points stand where another one does" in err
+    once = sf.effective_areas(sf.Surfels(once, np.tile([0.0, 0.0, 1.0], (1225, 1)))).sum()
+    assert f"area {once:.6g} m2" in out
+
+
+def test_units_are_of_areas_alone(here, run):
+    """Feet: the plane is .3048^2 of the area; what arrives per square metre is the same."""
+    _, metres, _ = run("solar", plane(), *PLACE, "--time", NOON, "--json", "-o", "a.csv", *FEW)
+    _, feet, _ = run("solar", plane(), *PLACE, "--time", NOON, "--unit", 0.3048, "--json", "-o", "b.csv", *FEW)
+    assert json.loads(feet)["area"] == pytest.approx(json.loads(metres)["area"] * 0.3048**2, rel=1e-4)
+    kwh = [sf.read_scan(name).attributes["kwh"] for name in ("a.csv", "b.csv")]
+    np.testing.assert_allclose(*kwh, rtol=1e-5)
+
+
+def test_a_scene_file(here, run):
+    """A wall that faces south and one that faces north, 10 apart, back to back, and turned by 90 degrees."""
+    (here / "walls.toml").write_text("""
+[[object]]
+kind = "mesh"
+file = "walls.obj"
+patch_area = 1.0
+""")
+    corners = "v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nv 0 10 0\nv 4 10 0\nv 4 10 3\nv 0 10 3\n"
+    (here / "walls.obj").write_text(corners + "f 1 2 3 4\nf 8 7 6 5\n")
+    status, out, err = run("solar", "walls.toml", *PLACE, "--time", NOON, "-o", "w.npz", "--size", "80x60")
+    assert status == 0, err
+    scan = sf.read_scan("w.npz")
+    southern = scan.points[:, 1] < 5.0
+    sky = sf.Sky(47.4, 8.5, NOON)
+    beam = sky.direct_normal * -sky.sun_direction[1] / 1000.0
+    np.testing.assert_allclose(scan.attributes["kwh_beam"], np.where(southern, beam, 0.0), rtol=1e-5)
+    assert "facades, to 120" in out
+    assert (here / "w.png").exists()
+    run("solar", "walls.toml", *PLACE, "--time", NOON, "--north", 180, "-o", "t.npz", *FEW)
+    turned = sf.read_scan("t.npz").attributes["kwh_beam"]
+    np.testing.assert_allclose(turned, np.where(southern, 0.0, beam), rtol=1e-5)
+
+
+@pytest.fixture
+def tile(here):
+    """Level ground in Oregon, 40 by 40 feet, as LAS in feet of which grid north is 1.8 degrees off."""
+    pytest.importorskip("laspy")
+    pyproj = pytest.importorskip("pyproj")
+    middle = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:2994", always_xy=True).transform(-123.07, 44.05)
+    points = np.load(plane())["points"] + [*middle, 400.0]
+    return las_in(here / "tile.las", "EPSG:2994", points)
+
+
+def test_a_file_that_says_where_it_lies(tile, run):
+    status, out, err = run("solar", "tile.las", "--time", "2025-06-21T20:13Z", "--json", "-o", "out.laz", *FEW)
+    assert status == 0, err
+    result = json.loads(out)
+    assert result["place"] == pytest.approx([44.05, -123.07], abs=1e-4)
+    assert result["north"] == pytest.approx(-(-123.07 + 120.5) * np.sin(np.radians(44.25)), abs=0.01)
+    assert result["area"] == pytest.approx(1600.0 * 0.3048**2, rel=0.05)
+    assert "44.050 N, 123.070 W: z is up, north is 1.79 degrees clockwise from +y, the unit is 0.3048 m (of z" in err
+    scan = sf.read_scan("out.laz")
+    np.testing.assert_allclose(scan.points, sf.read_scan("tile.las").points, rtol=0, atol=1e-9 * 1e6)
+    sky = sf.Sky(44.05, -123.07, "2025-06-21T20:13Z", altitude=400.0 * 0.3048)
+    np.testing.assert_allclose(scan.attributes["kwh"], sky.global_horizontal / 1000.0, rtol=1e-3)
+
+
+def test_weather_of_another_place_is_told_of(tile, run, here):
+    write_epw(here / "here.epw", level_sun(47.4, 8.5, 1.0), np.zeros(8760), np.full(8760, 10.0))
+    status, _, err = run("solar", "tile.las", "--epw", "here.epw", *FEW)
+    assert status == 0
+    assert "warning: the weather is of 47.400 N, 8.500 E, 8" in err
+    assert "km from the points, and so is the sun" in err
+
+
+def test_without_pyproj_a_place_is_asked_for(tile, run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyproj", None)
+    status, _, err = run("solar", "tile.las", "--time", NOON)
+    assert status == 1
+    assert "tile.las: its place on earth needs pyproj: pip install 'surflux[solar]'" in err
+    assert "or say --place LAT,LON, --north DEGREES and --unit METRES" in err
+    status, out, err = run("solar", "tile.las", "--time", NOON, *PLACE, "--unit", 0.3048, "--json", "-o", "a.csv", *FEW)
+    assert status == 0
+    assert "warning: tile.las: its place on earth needs pyproj" in err
+    assert json.loads(out)["north"] == 0.0
+
+
+def test_walls_turned_inwards_are_told_of(here, run):
+    """Normals that face the ground have next to nothing, and nobody would see why."""
+    points = np.load(plane())["points"]
+    np.savez("down.npz", points=points, normals=np.tile([0.0, 0.0, -1.0], (len(points), 1)))
+    status, _, err = run("solar", "down.npz", *PLACE, "--time", NOON, *FEW)
+    assert status == 0
+    assert "100 % of the points face the ground" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--epw: wanted one of --epw FILE, --year YEAR and --time ISO, got none"),
+        (
+            ("--year", 2025, "--time", NOON),
+            "--epw: wanted one of --epw FILE, --year YEAR and --time ISO, got --year and",
+        ),
+        (("--year", 2025), "--place: wanted LAT,LON in degrees, for plane.npz has no coordinate reference system"),
+        (("--year", 2025, "--place", "95,8"), "--place: latitude: wanted"),
+        (("--year", 2025, "--place", "5,188"), "--place: longitude: wanted"),
+        (("--year", 1800, *PLACE), "--year: wanted"),
+        (("--time", "2025-06-21T12:00", *PLACE), "--time: wanted a time with its time zone"),
+        (("--time", "noon", *PLACE), "--time: wanted text such as 2025-06-21T12:00+02:00, got 'noon'"),
+        (("--epw", "none.epw"), "none.epw: No such file or directory"),
+        (("--epw", "none.epw", *PLACE), "--place: goes with --year or --time"),
+        (("--year", 2025, *PLACE, "--casters", "2"), "--casters: plane.npz has no classes"),
+        (("--year", 2025, *PLACE, "--albedo", 1), "--albedo: wanted"),
+        (("--year", 2025, *PLACE, "--unit", 0), "--unit: wanted"),
+        (("--year", 2025, *PLACE, "--north", 720), "--north: wanted"),
+        (("--year", 2025, *PLACE, "--sun-step", 90), "--sun-step: wanted"),
+        (("--year", 2025, *PLACE, "-o", "a.tif"), "-o: wanted a name ending in .ply"),
+        (("--year", 2025, *PLACE, "-o", "no/a.ply"), "no/a.ply: cannot be written: there is no folder no"),
+        (("--year", 2025, *PLACE, "--image", "a.exr"), "--image: wanted a name ending in .png or .jpg"),
+        (("--year", 2025, *PLACE, "--no-image", "--image", "a.png"), "--no-image: does not go with --image"),
+    ],
+)
+def test_refusals(here, run, arguments, message):
+    plane()
+    status, out, err = run("solar", "plane.npz", *arguments)
+    assert status == 2
+    assert out == ""
+    assert f"surflux: error: {message}" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--casters", "2", "--receivers", "5"), "--receivers: class 5 is not among --casters"),
+        (("--casters", "6"), "--casters: no points are of these classes; layers.npz has 2, 5"),
+        (("--receivers", "9"), "--receivers: no points are of these classes; layers.npz has 2, 5"),
+        (("--casters", "trees"), "--casters: wanted numbers from 0 to 255 or of unclassified, ground"),
+        (("--casters", "2,300"), "--casters: wanted numbers from 0 to 255"),
+    ],
+)
+def test_refusals_of_classes(here, run, arguments, message):
+    layers()
+    status, _, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *arguments)
+    assert status == 2
+    assert f"surflux: error: {message}" in err
+
+
+def test_places_are_read_by_hemisphere_too(here, run):
+    run("solar", plane(), "--place", "33.9S,18.4E", "--time", NOON, "--json", "-o", "a.csv", *FEW)
+    _, out, _ = run("solar", plane(), "--place=-33.9,18.4", "--time", NOON, "--json", "-o", "b.csv", *FEW)
+    assert json.loads(out)["place"] == [-33.9, 18.4]
+    a, b = (sf.read_scan(name).attributes["kwh"] for name in ("a.csv", "b.csv"))
+    np.testing.assert_array_equal(a, b)
+
+
+def test_without_pvlib_the_line_that_installs_it_is_told(here, run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pvlib", None)
+    status, _, err = run("solar", plane(), *PLACE, "--year", 2025)
+    assert status == 1
+    assert "pip install 'surflux[solar]'" in err
+    assert "reading" not in err  # before any work
+
+
+def test_figures_by_hand():
+    """Four patches of which three count: means by area, the tenth that has most, tilts."""
+    values = {"kwh": np.array([1000.0, 400.0, 9e9, 600.0])}
+    up, areas = np.array([1.0, 0.0, 1.0, 0.0]), np.array([2.0, 1.0, 50.0, 1.0])
+    found = solar.figures(values, up, areas, np.array([True, True, False, True]))
+    assert found["points"] == 3
+    assert found["area"] == 4.0
+    assert found["mean"]["kwh"] == 750.0
+    assert found["best_tenth"] == found["most"] == 1000.0
+    assert [(t["area"], t["kwh"]) for t in found["tilts"][:3:2]] == [(2.0, 1000.0), (2.0, 500.0)]
+
+
+@pytest.mark.scans
+@pytest.mark.slow
+def test_a_tile_of_lidar(scans, here, run):
+    """Eugene in the first hour after noon of June: what is open has what a level plane has, to 1 %; nothing has more
+    than a plane that faces the sun, with all of the sky, and what the ground and trees reflect.
+    """
+    pytest.importorskip("pyproj")
+    time = "2025-06-21T20:30Z"
+    tile = scans / "scans" / "autzen_trim.laz"
+    status, out, err = run(
+        "solar", tile, "--time", time, "--points", "20k", "-o", "a.npz", "--size", "320x240", "--json"
+    )
+    assert status == 0, err
+    result, columns = json.loads(out), sf.read_scan("a.npz").attributes
+    assert 15_000 < result["points"] <= 20_000
+    assert f"{len(columns['kwh'])} points are taken of the file, evenly, and written" in err
+    assert 40_000 < result["area"] < 120_000  # 359 m by 171 m, of which the river has few points; trees have leaves
+    sky = sf.Sky(*result["place"], time, altitude=130.0)
+    kwh, seen = columns["kwh"], columns["sky_view"]
+    level = (seen > 0.97) & (columns["kwh_beam"] > 0.0)
+    assert np.median(kwh[level]) == pytest.approx(sky.global_horizontal / 1000.0, rel=0.01)
+    most = (sky.direct_normal + sky.diffuse + 0.2 * sky.global_horizontal) / 1000.0
+    assert np.nanmax(kwh) < 1.05 * most
+    assert np.nanmin(kwh) >= 0.0
+    assert (here / "a.png").exists()
+    assert "nothing is classed as vegetation or building" in err
