@@ -1,9 +1,43 @@
 #include "convert.h"
 #include "rooms.h"
 
+#include "surflux/lights/free_directions.h"
+#include "surflux/lights/patch_rays.h"
 #include "surflux/lights/sky_patches.h"
+#include "surflux/trace/compiled_scene.h"
 
 namespace surflux::bindings {
+
+namespace {
+
+using Bytes = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
+
+// The bytes of as many rows as there are normals.
+const std::uint8_t* to_rows(const Bytes& bits, std::size_t rows, std::size_t directions) {
+    require(bits.ndim() == 2 && static_cast<std::size_t>(bits.shape(0)) == rows &&
+                static_cast<std::size_t>(bits.shape(1)) == FreeDirections::row_bytes(directions),
+            "bits: wanted a row of bytes for each normal, a bit for each direction");
+    return bits.data();
+}
+
+py::array free_directions(const CompiledScene& scene, const Doubles& directions, const py::object& progress) {
+    const std::vector<Vec3> along = to_vec3s(directions, "directions");
+    const Progress report = to_progress(progress);
+    FreeDirections found =
+        without_gil([&] { return find_free_directions(scene.scene().surfels, scene.tracer(report), along, report); });
+    const auto rows = static_cast<py::ssize_t>(scene.scene().surfels.size());
+    return handed_over(std::move(found.bits))
+        .reshape({rows, static_cast<py::ssize_t>(FreeDirections::row_bytes(along.size()))});
+}
+
+py::tuple direction_sums(const Doubles& normals, const Bytes& bits, const Doubles& vectors, bool cosine) {
+    const std::vector<Vec3> facing = to_vec3s(normals, "normals"), light = to_vec3s(vectors, "vectors");
+    const std::uint8_t* rows = to_rows(bits, facing.size(), light.size());
+    const DirectionSums sums = without_gil([&] { return sum_directions(facing, rows, light, cosine); });
+    return py::make_tuple(to_array(sums.arrived), to_array(sums.unoccluded));
+}
+
+}  // namespace
 
 void bind_lights(py::module_& module) {
     py::class_<SkyPatches>(module, "SkyPatches")
@@ -21,6 +55,24 @@ void bind_lights(py::module_& module) {
         .def("radiance", [](const SkyPatches& p, const Environment& environment) {
             return to_array(without_gil([&] { return patch_radiances(environment, p); }));
         });
+    py::class_<PatchRays>(module, "PatchRays")
+        .def(py::init<const SkyPatches&, std::size_t, std::uint64_t>(), py::arg("patches"), py::arg("of_patch"),
+             py::arg("seed"))
+        .def_property_readonly("directions", [](const PatchRays& p) { return to_array(p.directions()); })
+        .def(
+            "coefficients",
+            [](const PatchRays& p, const Doubles& normals, const Bytes& bits) {
+                const std::vector<Vec3> facing = to_vec3s(normals, "normals");
+                const std::uint8_t* rows = to_rows(bits, facing.size(), p.directions().size());
+                const auto n = static_cast<py::ssize_t>(facing.size());
+                return handed_over(without_gil([&] { return p.coefficients(facing, rows); }))
+                    .reshape({n, static_cast<py::ssize_t>(p.patches())});
+            },
+            py::arg("normals"), py::arg("bits"));
+    module.def("free_directions", &free_directions, py::arg("scene"), py::arg("directions"),
+               py::arg("progress") = py::none());
+    module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
+               py::arg("cosine"));
 }
 
 }  // namespace surflux::bindings

@@ -8,13 +8,13 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import report, stage, watched
+from surflux._base.passes import stage, watched
 from surflux._base.types import Floats, Progress
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
 
 WEIGHTINGS = "cosine", "solid_angle"
-_AT_ONCE = 2**17  # rays
+_AT_ONCE = 1024  # directions, of which each surfel keeps a bit
 
 
 def scene_of(name: str, value: Scene | Surfels) -> Scene:
@@ -27,29 +27,20 @@ def scene_of(name: str, value: Scene | Surfels) -> Scene:
 
 
 class SightLines:
-    """Rays from the places of all surfels of a scene.
-
-    A direction is asked of all of them before the next one, so that neighbouring rays go the same way: twice as fast.
-    """
+    """Rays from the places of all surfels of a scene to directions afar."""
 
     def __init__(self, scene: Scene):
         self._core = scene._to_core()
-        surfels = Surfels._from_core(self._core.surfels)
-        self.points, self.normals = surfels.points, surfels.normals
+        self.normals = Surfels._from_core(self._core.surfels).normals
 
     def __len__(self):
-        return len(self.points)
+        return len(self.normals)
 
-    def free(self, direction):
-        """(n,) booleans: is nothing in the way from a surfel that faces the direction? The surfel itself may be."""
-        out = np.zeros(len(self), dtype=bool)
-        facing = np.flatnonzero(self.normals @ direction > 0.0).astype(np.uint32)
-        for first in range(0, len(facing), _AT_ONCE):
-            some = facing[first : first + _AT_ONCE]
-            along = np.broadcast_to(direction, (len(some), 3))
-            met, _, _ = _core.closest_hits(self._core, some, self.points[some], along)
-            out[some] = np.asarray(met) < 0
-        return out
+    def free(self, directions, label):
+        """(n, bytes) of directions (d, 3), in bits as np.packbits has them: is nothing in the way from a surfel that
+        faces the direction? Progress is that of the stage `label`.
+        """
+        return _core.free_directions(self._core, directions, stage(label))
 
 
 def even_directions(count, seed):
@@ -112,16 +103,14 @@ def sky_view_factor(
     directions = even_directions(check.count("rays", rays, 16, 65536), check.seed("seed", seed))
     with watched(threads, progress):
         lines = SightLines(scene)
-        callback = stage("sky view")
-        normals = lines.normals
         seen, all_of_it = np.zeros(len(lines)), np.zeros(len(lines))
-        for k, direction in enumerate(directions):
-            report(callback, k, rays)
-            cosine = normals @ direction
-            weight = cosine.clip(0.0) if weighting == "cosine" else (cosine > 0.0).astype(float)
-            seen += weight * lines.free(direction)
-            all_of_it += weight
-        report(callback, rays, rays)
+        for first in range(0, rays, _AT_ONCE):
+            some = directions[first : first + _AT_ONCE]
+            free = lines.free(some, "sky view")
+            sums = _core.direction_sums(lines.normals, free, some, weighting == "cosine")
+            seen += sums[0]
+            all_of_it += sums[1]
+        normals = lines.normals
     tilt = np.arccos(normals[:, 2].clip(-1.0, 1.0))
     unobstructed = 0.5 * (1.0 + np.cos(tilt)) if weighting == "cosine" else 1.0 - tilt / np.pi
     return unobstructed * np.divide(seen, all_of_it, out=np.zeros(len(lines)), where=all_of_it > 0.0)

@@ -9,18 +9,20 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stage, watched
+from surflux._base.passes import watched
 from surflux._base.types import FilePath, Progress
 from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.solving.precomputing import precompute_transfer
+from surflux.solving.sky_rays import SkyRays
 from surflux.solving.sky_transfer import SkyTransfer
 from surflux.solving.sky_view import SightLines, scene_of
 from surflux.solving.solar_result import SolarIrradiation
 from surflux.solving.solar_weather import solar_weather
-from surflux.solving.sun_paths import beam_sums, sun_paths, sunlit
+from surflux.solving.sun_paths import sun_paths
 
 _AT_ONCE = 512  # hours, whose skies are made together
 
@@ -122,16 +124,17 @@ def solar_irradiation(
         lines = SightLines(scene)
         each = found.skies.beams * found.hours / 1000.0
         paths = sun_paths(found.suns, each, sun_step)
-        lit = sunlit(lines, paths, stage("sun"))
-        beam = beam_sums(lines.normals, paths, lit)
+        lit = lines.free(paths.directions, "sun")
+        beam, _ = _core.direction_sums(lines.normals, lit, paths.energy, True)
         seconds["sun"] = perf_counter() - start
         start = perf_counter()
-        diffuse_part, reflected = _sky_sums(transfer, found, bounces)
+        rays = SkyRays(lines, transfer.patches, seed)
+        diffuse_part, reflected = _sky_sums(transfer, rays, found, bounces)
         seconds["sky"] = perf_counter() - start
-    return SolarIrradiation(transfer, found, paths, lit, bounces, (beam, diffuse_part, reflected), seconds)
+    return SolarIrradiation(transfer, found, (paths, lit, rays), bounces, (beam, diffuse_part, reflected), seconds)
 
 
-def _sky_sums(transfer, found, bounces):
+def _sky_sums(transfer, rays, found, bounces):
     """(diffuse, reflected), (n,) each, in kWh/m2: of sums of the hours' patches."""
     sky, sun = np.zeros(len(transfer.patches)), np.zeros(len(transfer.patches))
     for first in range(0, len(found.skies), _AT_ONCE):
@@ -140,10 +143,8 @@ def _sky_sums(transfer, found, bounces):
         which, added = some.sun_radiances(transfer.patches)
         np.add.at(sun, which, added)
     sky, sun = sky * found.hours / 1000.0, sun * found.hours / 1000.0
-    ground = np.zeros_like(sky)
-    ground[0], sky[0] = sky[0], 0.0
-    of_sky = transfer.relight(sky, bounces=0).direct.mean(axis=1)
-    of_ground = transfer.relight(ground, bounces=0).direct.mean(axis=1)
+    of_ground = np.arange(len(sky)) == 0
+    diffuse, ground = rays.irradiance(np.where(of_ground, [[0.0], [1.0]], [[1.0], [0.0]]).T * sky[:, None]).T
     dark = transfer.relight(np.zeros_like(sky), bounces=bounces).irradiance
-    all_of_it = transfer.relight(sky + ground + sun, bounces=bounces)
-    return of_sky, of_ground + (all_of_it.irradiance - all_of_it.direct - dark).mean(axis=1).clip(0.0)
+    lit = transfer.relight(sky + sun, bounces=bounces)
+    return diffuse, ground + (lit.irradiance - lit.direct - dark).mean(axis=1).clip(0.0)

@@ -50,8 +50,7 @@ class SolarIrradiation:
         self,
         transfer: SkyTransfer,
         found: Any,
-        paths: Any,
-        lit: NDArray[np.uint8],
+        rays: Any,
         bounces: int | None,
         parts: tuple[Floats, Floats, Floats],
         timings: dict[str, float],
@@ -59,7 +58,7 @@ class SolarIrradiation:
         """Not called by users: see `solar_irradiation`."""
         self.transfer, self.timings = transfer, timings
         self.surfels: Surfels = transfer.scene.surfels
-        self._found, self._paths, self._lit, self._bounces = found, paths, lit, bounces
+        self._found, self._rays, self._bounces = found, rays, bounces
         for part in parts:
             part.setflags(write=False)
         self.beam, self.diffuse, self.reflected = parts
@@ -107,9 +106,11 @@ class SolarIrradiation:
         """
         chosen = check.selection("surfels", slice(None) if surfels is None else surfels, len(self.surfels))
         skies, patches = self._found.skies, self.transfer.patches
+        paths, lit, rays = self._rays
         with watched(threads, progress):
-            first = self.transfer.coefficients(chosen, bounces=0).mean(axis=2, dtype=float)
-            rest = self.transfer.coefficients(chosen, bounces=self._bounces).mean(axis=2, dtype=float) - first
+            first = rays.coefficients(chosen)
+            rest = self.transfer.coefficients(chosen, bounces=self._bounces).mean(axis=2, dtype=float)
+            rest -= self.transfer.coefficients(chosen, bounces=0).mean(axis=2, dtype=float)
         diffuse, reflected = np.empty((len(chosen), len(skies))), np.empty((len(chosen), len(skies)))
         for begin in range(0, len(skies), _AT_ONCE):
             some = slice(begin, begin + _AT_ONCE)
@@ -120,7 +121,7 @@ class SolarIrradiation:
             of_patches[np.arange(len(of_patches)), which] += added
             reflected[:, some] += rest @ of_patches.T
         normals = self.surfels.normals[chosen]
-        beam = beam_hours(normals, chosen.astype(np.int64), skies.beams, self._paths, self._lit)
+        beam = beam_hours(normals, skies.beams, paths, lit[chosen])
         return SolarHours(beam, diffuse, reflected.clip(0.0))
 
     def plot(

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from surflux._base.passes import report
 from surflux._base.types import Floats
 
 
@@ -52,32 +51,13 @@ def sun_paths(suns, beams, width):
     return SunPaths(suns, shares, cell.reshape(power.shape), directions, energy)
 
 
-def sunlit(lines, paths, callback):
-    """(cells, bytes) which surfels each direction reaches, in bits: shadow rays from the places of all surfels."""
-    found = np.zeros((len(paths.directions), (len(lines) + 7) // 8), np.uint8)
-    for k, direction in enumerate(paths.directions):
-        report(callback, k, len(paths.directions))
-        found[k] = np.packbits(lines.free(direction))
-    report(callback, len(paths.directions), len(paths.directions))
-    return found
-
-
-def beam_sums(normals, paths, lit):
-    """(n,) energy of all hours on planes with these normals, where it gets through."""
-    out = np.zeros(len(normals))
-    for energy, bits in zip(paths.energy, lit, strict=True):
-        reached = np.unpackbits(bits, count=len(normals)).view(bool)
-        out[reached] += (normals[reached] @ energy).clip(0.0)
-    return out
-
-
-def beam_hours(normals, which, beams, paths, lit):
-    """(m, h) of each hour, on those surfels `which` (m,) of all that have these normals (m, 3)."""
+def beam_hours(normals, beams, paths, lit):
+    """(m, h) of each hour, on planes with normals (m, 3); lit: their rows of SightLines.free(paths.directions)."""
     out = np.zeros((len(normals), len(beams)))
-    bits = lit[:, which // 8] >> (7 - which % 8).astype(np.uint8) & 1  # (cells, m), as packbits has them
+    bits = np.unpackbits(lit, axis=1, count=len(paths.directions))  # (m, cells)
     for step in range(paths.suns.shape[1]):
         cell = paths.cell[:, step]
         seen = np.flatnonzero(cell >= 0)
         cosine = (normals @ paths.suns[seen, step].T).clip(0.0)
-        out[:, seen] += bits[cell[seen]].T * cosine * (beams * paths.shares[:, step])[seen]
+        out[:, seen] += bits[:, cell[seen]] * cosine * (beams * paths.shares[:, step])[seen]
     return out
