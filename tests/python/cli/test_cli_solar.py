@@ -199,6 +199,44 @@ patch_area = 1.0
     np.testing.assert_allclose(turned, np.where(southern, 0.0, beam), rtol=1e-5)
 
 
+def test_patches_of_a_mesh_stay_patches(here, run):
+    """A file of two walls that face each other, of patches: as disks they would reach past each other's edges."""
+    corners = [[0, 0, 0], [8, 0, 0], [8, 0, 4], [0, 0, 4], [0, 6, 0], [8, 6, 0], [8, 6, 4], [0, 6, 4]]
+    walls = sf.Surfels.from_mesh((corners, [[3, 2, 1, 0], [4, 5, 6, 7]]), 1.0)
+    walls.save("walls.ply")
+    status, out, err = run("solar", "walls.ply", *PLACE, "--time", NOON, "-o", "w.csv", *FEW)
+    assert status == 0, err
+    expected = sf.solar_irradiation(walls, (47.4, 8.5), [NOON], sun_step=10)
+    found = sf.read_scan("w.csv").attributes
+    np.testing.assert_allclose(found["kwh_beam"], expected.beam, rtol=1e-5)
+    assert 0.0 < expected.beam.max()
+    assert found["kwh"].mean() == pytest.approx(expected.total.mean(), rel=0.015)  # noise of rays
+    assert f"{len(walls)} points, area 64 m2" in out
+    assert "past the edge" not in err
+    status, _, err = run("solar", "walls.ply", *PLACE, "--time", NOON, "--casters", "2")
+    assert status == 2
+    assert "--casters: is for a cloud; scenes and patches of a mesh say by themselves what they are" in err
+
+
+def test_colors_are_reflected_where_asked_for(here, run):
+    """Two walls of white and of black points that face each other: what the black one gets of the white one."""
+    at = (np.arange(20) + 0.5) / 20 * 4
+    u, v = (axis.ravel() for axis in np.meshgrid(at, at))
+    white = np.column_stack([u, np.zeros(400), v])
+    black = np.column_stack([u, np.full(400, 2.0), v])
+    points = np.concatenate([white, black])
+    normals = np.repeat([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 400, axis=0)
+    colors = np.repeat(np.array([[255] * 3, [10] * 3], np.uint8), 400, axis=0)
+    np.savez("walls.npz", points=points, normals=normals, colors=colors)
+    found = {}
+    for option in ((), ("--colors",)):
+        status, _, err = run("solar", "walls.npz", *PLACE, "--time", "2025-06-21T17:26Z", *option, "-o", "w.csv", *FEW)
+        assert status == 0, err
+        found[option] = sf.read_scan("w.csv").attributes["kwh_reflected"].reshape(2, 400).mean(axis=1)
+    assert found["--colors",][1] > 2.0 * found[()][1]  # of what is white instead of .2
+    assert found["--colors",][0] < found[()][0]  # of what is black instead of .2
+
+
 @pytest.fixture
 def tile(here):
     """Level ground in Oregon, 40 by 40 feet, as LAS in feet of which grid north is 1.8 degrees off."""
