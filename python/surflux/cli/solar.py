@@ -87,7 +87,7 @@ def _checked(options):
             if getattr(options, name):
                 flag = f"--{name.replace('_', '-')}"
                 raise ValueError(
-                    f"{flag}: is for a cloud; a scene, and surfels of a mesh, say by themselves what they are"
+                    f"{flag}: is for a cloud; scenes and patches of a mesh say by themselves what they are"
                 )
     return check_weather(options)
 
