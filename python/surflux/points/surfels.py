@@ -32,7 +32,8 @@ class Surfels:
 
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing. Or a cloud of
-            Open3D, whose normals count where none are given (and its colours for reflectance=None).
+            Open3D, pyvista or trimesh, whose normals count where none are given (and its colours for
+            reflectance=None).
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
             line, and to orient them outwards, sheet by sheet (needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
