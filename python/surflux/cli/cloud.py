@@ -166,6 +166,8 @@ def lights_of_cloud(options, surfels, camera):
             "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
         }
         LOG.info(said[options.light])
+    if options.light == "sky":
+        LOG.info("the cloud is lit by a sky of radiance 1 from all sides")
     if options.light == "sun":
         return [daylight(camera)]
     return [Environment(1.0)] if options.light == "sky" else studio(surfels, camera)
