@@ -15,6 +15,7 @@ from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
 from surflux.drawing.plots import picture_path
 from surflux.drawing.value_map import SCALE, value_map
+from surflux.pictures.framing import framing
 from surflux.scans.writing import written_suffix
 
 PARTS = "beam", "diffuse", "reflected"
@@ -117,9 +118,11 @@ def _camera(options, scene, frame):
             setattr(options, name, tuple(frame.points(getattr(options, name))))
     if options.up is not None:
         options.up = tuple(frame.points(frame.origin + options.up))
-    width, height = options.size
-    beside = Namespace(**vars(options) | {"size": ((1.0 - SCALE) * width, height)})
-    return camera_of(beside, scene.surfels, scene.camera)
+    size = (1.0 - SCALE) * options.size[0], options.size[1]
+    default = scene.camera
+    if default is None:  # never from straight above, where facades do not show
+        default = framing(scene.surfels, size, (0, 0, 1) if options.up is None else options.up, along=False)
+    return camera_of(Namespace(**vars(options) | {"size": size}), scene.surfels, default)
 
 
 def _draw(surfels, values, image, options, site, camera):

@@ -11,7 +11,7 @@ _MAP, _UNKNOWN = "inferno", (160, 166, 168)
 _LEAST, _LAMP = 0.6, (-0.45, 0.45, 0.77)
 _WIDE = 4.0  # medians of the radii: wider disks are of points that stand alone
 _LETTERS = 0.022  # height, over that of the picture
-_STEPS = 8  # of the scale, at most
+_STEPS = 10  # of the scale, at most
 SCALE = 0.13  # of the width, on the right: what is looked at stands in the middle of the rest
 
 
@@ -83,7 +83,7 @@ def scale_of(values):
         low, high = low - around, high + around
     step = 10.0 ** np.floor(np.log10((high - low) / _STEPS))
     # One step more than the range takes may be needed for round ends on both sides.
-    for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
+    for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0):
         first, last = np.floor(low / (factor * step) + 1e-9), np.ceil(high / (factor * step) - 1e-9)
         if last - first <= _STEPS:
             break

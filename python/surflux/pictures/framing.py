@@ -17,22 +17,22 @@ _WIDE = 4.0  # medians of the radii: wider disks are of isolated points
 _BETTER_AROUND, _BETTER_ALONG, _BETTER_BELOW = 1.6, 1.8, 1.8
 
 
-def framing(surfels, size, up=(0, 0, 1)):
+def framing(surfels, size, up=(0, 0, 1), *, along=True):
     """A Camera that has all surfels in a picture of size (width, height), where their fronts show.
 
     Of clouds, points that stray far from all others, and what disks reach beyond their neighbours, may be cut off. It
     looks from slightly above, where that shows most of what any side does. Surfels that face along `up` alone, as in
-    the frame of a depth camera (x right, y down, z forward), are seen along it.
+    the frame of a depth camera (x right, y down, z forward), are seen along it, unless `along` is False.
     """
     bounds = _bounds(surfels)
     aspect = size[0] / size[1]
     best = None, up
     if len(surfels) >= _FEW:
-        best = _best_view(_every(bounds), _every(surfels.points), _every(surfels.normals), aspect, up)
+        best = _best_view(_every(bounds), _every(surfels.points), _every(surfels.normals), aspect, up, along)
     return Camera.fit(bounds, *best, aspect=aspect)
 
 
-def _best_view(bounds, points, normals, aspect, up):
+def _best_view(bounds, points, normals, aspect, up, along):
     """(direction, up) of the view of some of the surfels that framing takes."""
 
     def shown(view):
@@ -42,11 +42,11 @@ def _best_view(bounds, points, normals, aspect, up):
     most = shown(best)
     for views, better in (
         (_around(up, _ABOVE), _BETTER_AROUND),
-        (_along(up), _BETTER_ALONG),
+        (_along(up) if along else (), _BETTER_ALONG),
         (_around(up, _BELOW), _BETTER_BELOW),
     ):
         found = [shown(view) for view in views]
-        if max(found) > better * most:
+        if max(found, default=0.0) > better * most:
             most, best = max(found), views[int(np.argmax(found))]
     return best
 

@@ -11,13 +11,14 @@ from surflux.drawing import value_map
 @pytest.mark.parametrize(
     ("values", "scale"),
     [
-        ([0.0, 2000.0], (0.0, 2000.0, 4)),
+        ([0.0, 2000.0], (0.0, 2000.0, 10)),
         ([812.0, 1893.0], (800.0, 2000.0, 6)),
+        ([60.0, 2050.0], (0.0, 2250.0, 9)),
         ([0.31, 0.98], (0.3, 1.0, 7)),
-        ([5.0, 5.0], (2.0, 8.0, 6)),
-        ([0.0, 0.0], (-0.6, 0.6, 6)),
-        ([np.nan, 3.0, 4.0], (3.0, 4.0, 5)),
-        ([np.nan], (0.0, 1.0, 5)),
+        ([5.0, 5.0], (2.5, 7.5, 10)),
+        ([0.0, 0.0], (-0.5, 0.5, 10)),
+        ([np.nan, 3.0, 4.0], (3.0, 4.0, 10)),
+        ([np.nan], (0.0, 1.0, 10)),
         ([-1.0, 7.0], (-1.0, 7.0, 8)),
     ],
 )
@@ -28,7 +29,7 @@ def test_scales_are_round_and_hold_all(values, scale):
 def test_outliers_do_not_stretch_the_scale():
     values = np.linspace(100.0, 200.0, 1000)
     values[500] = 1e6
-    assert value_map.scale_of(values) == pytest.approx((100.0, 200.0, 5))
+    assert value_map.scale_of(values) == pytest.approx((100.0, 200.0, 10))
 
 
 def test_what_faces_the_lamp_has_the_colour_of_the_scale():
