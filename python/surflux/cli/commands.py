@@ -1,9 +1,6 @@
 """The command line, `surflux`."""
 
 import argparse
-import contextlib
-import json
-import logging
 import math
 import os
 import sys
@@ -18,7 +15,8 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
 from surflux.cli.options import command_line
-from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
+from surflux.cli.pictures import animations, camera_of, check_gaussians, check_images, write_gaussians, write_images
+from surflux.cli.saying import fail, how_much, log_said, note, print_json, say, settings_text
 from surflux.pictures.animation import check_target
 from surflux.scenes.options import TRANSPORTS
 from surflux.scenes.studio import BACKDROP, studio
@@ -32,13 +30,16 @@ def main(arguments=None):
     """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     if arguments[:1] == ["bench"]:  # has options of its own
-        options = argparse.Namespace(run=_bench, arguments=arguments[1:])
+        loud = {"quiet": {"-q", "--quiet"}, "verbose": {"-v", "--verbose"}}
+        loud = {name: not flags.isdisjoint(arguments) for name, flags in loud.items()}
+        options = argparse.Namespace(run=_bench, arguments=arguments[1:], **loud)
     else:
         options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
     try:
-        with warnings.catch_warnings(), _log_said():
-            warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+        with warnings.catch_warnings(), log_said(how_much(options)):
+            warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
             _check_options(options)
+            LOG.debug(settings_text(options))
             with thread_limit(getattr(options, "threads", None)):  # of all that the command does
                 status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
@@ -48,39 +49,11 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (OSError, ValueError) as error:  # FileError is an OSError
-        return _fail(error, 2)
+        return fail(error, 2)
     except (KeyboardInterrupt, sf.Cancelled):
-        return _fail("interrupted", 130)
+        return fail("interrupted", 130)
     except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
-        return _fail(str(error) or type(error).__name__, 1)
-
-
-def _fail(error, status):
-    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
-    return status
-
-
-class _Said(logging.Handler):
-    """What the library logs, on stderr."""
-
-    def emit(self, record):
-        _say(record.getMessage())
-
-
-@contextlib.contextmanager
-def _log_said():
-    before, said = LOG.level, _Said()
-    LOG.addHandler(said)
-    LOG.setLevel(logging.INFO)
-    try:
-        yield
-    finally:
-        LOG.removeHandler(said)
-        LOG.setLevel(before)
-
-
-def _say(text):
-    print(f"surflux: {text}", file=sys.stderr)
+        return fail(str(error) or type(error).__name__, 1)
 
 
 def _check_options(options):
@@ -150,8 +123,9 @@ def _solve(options):
     solution = solver(scene, **settings, progress=True)
     output = _solve_output(options)
     solution.save(output)
-    behind = {} if _is_scene(options.input) or options.light == "sky" else {"background": BACKDROP}
-    undrawn = _draw(solution, camera, options, images, **behind)
+    backdrop = 0.0 if _is_scene(options.input) or options.light == "sky" else BACKDROP
+    behind = backdrop if options.background is None else options.background
+    undrawn = _draw(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
     result = {
@@ -168,7 +142,7 @@ def _solve(options):
     # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
     status = 1 if undrawn is not None and options.image else 0
     if options.json:
-        return _print_json(result) or status
+        return print_json(result) or status
     rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
     print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
     if math.isfinite(solution.error):
@@ -187,7 +161,7 @@ def _draw(solution, camera, options, images, **settings):
         if images:
             write_images(solution, camera, options, images, **settings)
     except sf.DeviceError as error:
-        _say(f"warning: no picture, for {error} (--no-image asks for none)")
+        say(f"warning: no picture, for {error} (--no-image asks for none)")
         return error
     return None
 
@@ -210,14 +184,14 @@ def _scene_to_solve(options):
         )
     limit = options.thin or options.points or CLOUD_LIMIT
     if len(cloud) > limit:
-        _say(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
+        note(f"{len(cloud)} points are thinned to {limit} (--thin sets the number)")
         cloud = cloud.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
     camera = camera_of(options, cloud, None)
     if options.light == "sky":
-        _say("the cloud is lit by a sky of radiance 1 from all sides")
+        note("the cloud is lit by a sky of radiance 1 from all sides")
         lights = [sf.Environment(1.0)]
     else:
-        _say("a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: of radiance 1, alone)")
+        note("a cloud has no light: it gets a lamp behind the camera, and a sky (--light sky: of radiance 1, alone)")
         lights = studio(cloud, camera)
     return sf.Scene([cloud], lights, camera=camera, name=Path(options.input).stem)
 
@@ -259,7 +233,7 @@ def _area(options):
         "output": options.output,
     }
     if options.json:
-        return _print_json(result)
+        return print_json(result)
     print(f"{check.counted(len(cloud), 'surfel')}, area {result['area']:.6g}")
     print(f"  each from {result['smallest']:.3g} to {result['largest']:.3g}")
     if options.output:
@@ -276,9 +250,20 @@ def _check_cloud(options):
         scene = sf.Scene([_cloud(options)])
     result, lines = checking.checked(options, scene)
     if options.json:
-        return _print_json(result)
+        return print_json(result)
     print("\n".join(lines))
     return 0
+
+
+def _doctor(options):
+    from surflux.cli import doctor
+
+    result, lines = doctor.examined(options, CLOUD_LIMIT)
+    status = 2 if result.get("solve", {}).get("refused") else 0
+    if options.json:
+        return print_json(result) or status
+    print("\n".join(lines))
+    return status
 
 
 def _render(options):
@@ -294,30 +279,18 @@ def _render(options):
             check_target(image, "--image")
     solution = sf.load_solution(options.input)
     camera = camera_of(options, solution.surfels, solution.camera)
-    settings = {
-        "samples": options.samples,
-        "background": options.background,
-        "culling": not options.both_sides,
-        "threads": options.threads,
-    }
+    settings = {"samples": options.samples, "culling": not options.both_sides, "threads": options.threads}
+    background = options.background or 0.0
     if options.gaussians:
         write_gaussians(solution, options)
     if options.turntable is None:
         if images:
-            write_images(solution, camera, options, images, **settings)
+            write_images(solution, camera, options, images, background=background, **settings)
     else:
-        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
-        cameras = sf.turntable(camera, options.turntable)
-        images = [
-            path
-            for image in images
-            for path in solution.animate(
-                cameras, image, options.size, fps=options.fps, progress=True, **tone, **settings
-            )
-        ]
+        images = animations(solution, camera, options, images, background, settings)
     if options.json:
         files = {"gaussians": options.gaussians} if options.gaussians else {}
-        return _print_json({"input": options.input, "images": [str(image) for image in images], **files})
+        return print_json({"input": options.input, "images": [str(image) for image in images], **files})
     if options.gaussians:
         print(f"Gaussians: {options.gaussians}")
     for image in images:
@@ -334,7 +307,7 @@ def _relight(options):
 
     result, lines = relight.run(options)
     if options.json:
-        return _print_json(result)
+        return print_json(result)
     print("\n".join(lines))
     return 0
 
@@ -354,33 +327,16 @@ def _bench(options):
 def _info(options):
     found = sf.info()
     if options.json:
-        return _print_json(found)
+        return print_json(found)
     print(found)
     return 0
-
-
-def _print_json(result):
-    print(json.dumps(_plain(result), indent=2, allow_nan=False))
-    return 0
-
-
-def _plain(value):
-    """value in the types that JSON has, which do not include NaN."""
-    if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
 RUNS = {
     "solve": _solve,
     "area": _area,
     "check": _check_cloud,
+    "doctor": _doctor,
     "render": _render,
     "relight": _relight,
     "view": _view,

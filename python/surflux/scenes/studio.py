@@ -5,7 +5,7 @@ import numpy as np
 from surflux.scenes.lights import AreaLight, Environment
 
 _SKY = 0.35  # radiance
-BACKDROP = 0.07  # that of what is seen behind: grey surfaces stand out from it
+BACKDROP = 0.25  # display value, from 0 to 1, of what is seen behind: grey surfaces stand out from it
 _KEY = 2.8  # irradiance of what faces the key light, in the middle
 _FROM = (-0.8, 0.9, -0.5)  # to the right, up and forward in the picture
 _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance, and its side
