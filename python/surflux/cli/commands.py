@@ -14,6 +14,7 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
+from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.options import command_line
 from surflux.cli.pictures import animations, camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.cli.saying import fail, how_much, log_said, note, print_json, say, settings_text
@@ -27,8 +28,26 @@ CLOUD_LIMIT = 1_000_000
 
 
 def main(arguments=None):
-    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else.
+
+    arguments: of a program that goes on; None for those of the process, which Ctrl-C then ends, with 130.
+    """
+    if arguments is not None:
+        return _run(list(arguments))
+    with ended_by_ctrl_c(_folders(sys.argv[1:])):
+        status = _run(sys.argv[1:])
+    if status == INTERRUPTED:  # said already; threads that go on are not waited for
+        leave(_folders(sys.argv[1:]), said=True)
+    return status
+
+
+def _folders(arguments):
+    """Where a command may write."""
+    parts = (part for argument in arguments for part in (argument, argument.partition("=")[2]) if part)
+    return {Path(), *(Path(part).parent for part in parts if not part.startswith("-"))}
+
+
+def _run(arguments):
     if arguments[:1] == ["bench"]:  # has options of its own
         loud = {"quiet": {"-q", "--quiet"}, "verbose": {"-v", "--verbose"}}
         loud = {name: not flags.isdisjoint(arguments) for name, flags in loud.items()}
@@ -51,7 +70,7 @@ def main(arguments=None):
     except (OSError, ValueError) as error:  # FileError is an OSError
         return fail(error, 2)
     except (KeyboardInterrupt, sf.Cancelled):
-        return fail("interrupted", 130)
+        return fail("interrupted", INTERRUPTED)
     except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
         return fail(str(error) or type(error).__name__, 1)
 
