@@ -11,7 +11,7 @@ from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, stage, watched
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import first_of_each, isolated
-from surflux.points.reading import warn_of_faces
+from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import is_terrain
 from surflux.points.writing import pack_comments
@@ -135,6 +135,16 @@ class Cloud:
         colors = self.scan.display_colors()
         colors[lit] = tone_mapped_bytes(radiosity)
         return colors
+
+
+def patches_of_file(options):
+    """Surfels of a file that holds patches, thinned where there are too many."""
+    surfels = read(options.input, viewpoint=options.viewpoint, points=options.points, progress=True)
+    limit = options.thin or options.points or CLOUD_LIMIT
+    if len(surfels) <= limit:
+        return surfels
+    LOG.info("%d points are thinned to %d (--thin sets the number)", len(surfels), limit)
+    return surfels.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
 
 
 def exposed(surfels):
