@@ -16,7 +16,7 @@ import pytest
 import surflux as sf
 from pixels import pixels
 from surflux import _core
-from surflux.cli import commands
+from surflux.cli import cloud, commands
 from surflux.scenes import shapes
 
 ROOT = Path(__file__).parents[3]
@@ -74,16 +74,16 @@ def test_without_a_terminal_each_stage_is_one_line(ball, run):
 
 @pytest.mark.parametrize("flag", ["-q", "--quiet"])
 def test_quiet_leaves_progress_out_and_keeps_warnings(ball, run, monkeypatch, flag):
-    read = sf.read
+    read = cloud.read_scan_with_faces
 
     def warned(*arguments, **options):
         warnings.warn("3 normals are zero", stacklevel=1)
         return read(*arguments, **options)
 
-    monkeypatch.setattr(sf, "read", warned)
+    monkeypatch.setattr(cloud, "read_scan_with_faces", warned)
     status, out, err = run("solve", flag, "ball.ply", "--size", "8x6")
     assert (status, err) == (0, "surflux: warning: 3 normals are zero\n")
-    assert "solved surfels: ball_solved.ply\n" in out
+    assert "162 points, as read, with their light: ball_solved.ply\n" in out
 
 
 def test_verbose_tells_settings_the_camera_and_the_seconds_of_stages(ball, run):
