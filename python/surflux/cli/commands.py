@@ -17,6 +17,7 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import checking
+from surflux.cli.facing import facing_cloud
 from surflux.cli.options import command_line
 from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
 from surflux.pictures.animation import check_target
@@ -202,8 +203,10 @@ def _scene_to_solve(options):
             raise ValueError("--thin: is for a cloud; a scene file thins an object by its key thin")
         if options.light is not None:
             raise ValueError("--light: is for a cloud; a scene file has lights of its own")
+        if options.normals is not None:
+            raise ValueError("--normals: is for a cloud; a scene file turns an object by its key orient")
         return _load_scene(options)
-    cloud = _cloud(options)
+    cloud = facing_cloud(options, _cloud)
     if holds_solution(options.input):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
@@ -226,9 +229,9 @@ def _load_scene(options):
     return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
 
 
-def _cloud(options):
-    seed = getattr(options, "seed", None) or 0
-    return sf.read(options.input, viewpoint=options.viewpoint, points=options.points, seed=seed, progress=True)
+def _cloud(options, orient=False):
+    given = {"viewpoint": options.viewpoint, "points": options.points, "seed": getattr(options, "seed", None) or 0}
+    return sf.read(options.input, **given, orient=orient, progress=True)
 
 
 def _is_scene(path):

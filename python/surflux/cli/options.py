@@ -3,6 +3,7 @@
 import argparse
 
 import surflux as sf
+from surflux.cli import facing
 
 
 def command_line(runs, cloud_limit):
@@ -31,6 +32,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
+    solve.add_argument("--normals", choices=("check", "keep", "flip"), help=facing.TEXT)
     text = 'of a cloud: "studio" (default), a soft lamp behind the camera and a sky, or "sky", of radiance 1 all around'
     solve.add_argument("--light", choices=("studio", "sky"), help=text)
     _image_options(solve)
