@@ -2,6 +2,7 @@
 
 import inspect
 import logging
+import re
 import sys
 import threading
 
@@ -237,6 +238,86 @@ def test_a_stage_that_comes_again_is_logged_once(caplog, monkeypatch):
         for label in ("gathering", "solve", "gathering", "solve"):
             assert show(label, 1, 2)
     assert [record.message for record in caplog.records] == ["gathering", "solve"]
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that tests set: seconds."""
+    now = [100.0]
+    monkeypatch.setattr(passes, "monotonic", lambda: now[0])
+    return now
+
+
+def lines_of(caplog, clock, steps):
+    """What a stage says whose callback is asked at (second, done, total)."""
+    caplog.set_level(logging.INFO, "surflux")
+    lines, begun = passes.ProgressLines("gathering"), clock[0]
+    for second, done, total in steps:
+        clock[0] = begun + second
+        assert lines(done, total)
+    return [record.message for record in caplog.records]
+
+
+def test_a_stage_of_a_minute_tells_how_far_it_is_and_what_is_left(caplog, clock):
+    # 128 steps of half a second: a sixteenth is done each 4 s, which is too early, and too little, for another line.
+    steps = [(0.5 * k, k, 128) for k in range(129)]
+    assert lines_of(caplog, clock, steps) == [
+        "gathering",
+        "gathering: 10 %, about 58 s left",  # of 13 steps: 10.2 %
+        "gathering: 20 %, about 51 s left",
+        "gathering: 30 %, about 44 s left",
+        "gathering: 41 %, about 38 s left",
+        "gathering: 51 %, about 32 s left",
+        "gathering: 61 %, about 25 s left",
+        "gathering: 71 %, about 18 s left",
+        "gathering: 81 %, about 12 s left",
+        "gathering: 91 %, about 6 s left",
+    ]
+
+
+def test_a_stage_of_hours_tells_it_every_half_minute_and_what_is_left_once_that_is_known(caplog, clock):
+    lines = lines_of(caplog, clock, [(k, k, 10_000) for k in range(301)])
+    assert lines == [
+        "gathering",
+        *(f"gathering: {k / 100:.0f} %" for k in range(30, 200, 30)),
+        *(f"gathering: {k / 100:.0f} %, about {(10_000 - k) / 3600:.1f} h left" for k in range(210, 301, 30)),
+    ]
+
+
+def test_a_stage_of_unknown_length_tells_how_much_is_done(caplog, clock):
+    steps = [(k, 1000 * k, 0) for k in range(61)]
+    assert lines_of(caplog, clock, steps) == ["gathering", "gathering: 30000 so far", "gathering: 60000 so far"]
+
+
+def test_a_stage_of_seconds_is_its_name_alone(caplog, clock):
+    assert lines_of(caplog, clock, [(0.1 * k, k, 50) for k in range(50)]) == ["gathering"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.2, "0 s"), (99.4, "99 s"), (99.6, "2 min"), (5969, "99 min"), (7200, "2.0 h")]
+)
+def test_durations_are_as_fine_as_anybody_needs(seconds, text):
+    assert passes.duration(seconds) == text
+
+
+def test_stages_tell_their_seconds_to_who_asks_for_them(caplog, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
+    with caplog.at_level(logging.DEBUG, "surflux"):
+        sf.Surfels(BALL, progress=True)
+    told = [re.sub(r"[\d.]+ s$", "N s", record.message) for record in caplog.records]
+    assert told == ["normals", "normals: N s", "radii", "radii: N s"]
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_nothing_is_shown_where_no_progress_is_wanted(caplog, monkeypatch, capfd, terminal):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    with caplog.at_level(logging.DEBUG, "surflux"), passes.without_progress():
+        sf.Surfels(BALL, progress=True)
+        told = []
+        sf.Surfels(BALL, progress=lambda *at: told.append(at))  # a callback is asked all the same
+    assert caplog.records == []
+    assert capfd.readouterr().err == ""
+    assert told
 
 
 def test_bars_are_those_of_tqdm_auto(monkeypatch):

@@ -6,6 +6,7 @@ import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
+from time import monotonic
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from surflux import _core
 from surflux._base import check
 
 LOG = logging.getLogger("surflux")
+OF_PROGRESS = {"of_progress": True}  # what records of the log have that tell how far a stage is
 _POLL = 0.1  # seconds between two looks at what threads do
 _watch = threading.local()
 
@@ -61,7 +63,7 @@ def stage_callback(progress):
     if callable(progress):
         yield lambda _, done, total: progress(done, total)
         return
-    if not check.flag("progress", progress):
+    if not check.flag("progress", progress) or getattr(_watch, "silent", False):
         yield getattr(_watch, "show", None)
         return
     current, bar, begun = None, None, set()
@@ -141,20 +143,75 @@ def shown_by(show):
 
 
 @contextlib.contextmanager
+def without_progress():
+    """progress=True shows nothing while the block runs in this thread; callbacks are asked as always."""
+    before = getattr(_watch, "silent", False)
+    _watch.silent = True
+    try:
+        yield
+    finally:
+        _watch.silent = before
+
+
+@contextlib.contextmanager
 def _bar(label, is_new):
-    """A tqdm bar, in a notebook a widget; where stderr is no terminal, which bars would fill, a line of a new stage."""
+    """A tqdm bar, in a notebook a widget; where stderr is no terminal, which bars would fill, lines now and then."""
     from tqdm.auto import tqdm
 
-    if not sys.stderr.isatty() and "notebook" not in tqdm.__module__:
+    begun = monotonic()
+    try:
+        if not sys.stderr.isatty() and "notebook" not in tqdm.__module__:
+            yield ProgressLines(label, is_new)
+            return
+        with tqdm(desc=label, unit_scale=True, leave=False) as bar:
+
+            def show(done, total):
+                bar.total = total
+                bar.update(done - bar.n)
+                return True
+
+            yield show
+    finally:
+        LOG.debug("%s: %.2f s", label, monotonic() - begun, extra=OF_PROGRESS)
+
+
+class ProgressLines:
+    """Progress of a stage as lines of the log: its name, and while it goes on how far it is and how long it may take.
+
+    A line comes after 5 s at the earliest, and then only for a tenth more or after half a minute.
+    """
+
+    EVERY, AT_LEAST, SHARE = 5.0, 30.0, 0.1
+    _EARLY = 0.02  # of which nobody can tell how long the rest takes
+
+    def __init__(self, label, is_new=True):
+        self._label = label
+        self._begun = self._said = monotonic()
+        self._share = 0.0
         if is_new:
-            LOG.info(label)
-        yield lambda done, total: True
-        return
-    with tqdm(desc=label, unit_scale=True, leave=False) as bar:
+            LOG.info(label, extra=OF_PROGRESS)
 
-        def show(done, total):
-            bar.total = total
-            bar.update(done - bar.n)
+    def __call__(self, done, total):
+        now = monotonic()
+        waited = now - self._said
+        if waited < self.EVERY:
             return True
+        share = min(1.0, done / total) if total else 0.0
+        if share - self._share < self.SHARE and waited < self.AT_LEAST:
+            return True
+        self._said, self._share = now, share
+        if not total:
+            LOG.info("%s: %d so far", self._label, done, extra=OF_PROGRESS)
+        elif share < self._EARLY:
+            LOG.info("%s: %.0f %%", self._label, 100.0 * share, extra=OF_PROGRESS)
+        else:
+            rest = (now - self._begun) * (1.0 - share) / share
+            LOG.info("%s: %.0f %%, about %s left", self._label, 100.0 * share, duration(rest), extra=OF_PROGRESS)
+        return True
 
-        yield show
+
+def duration(seconds):
+    """Seconds as text, no finer than anybody needs: "8 s", "3 min", "2.1 h"."""
+    if seconds < 99.5:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5970.0 else f"{seconds / 3600.0:.1f} h"

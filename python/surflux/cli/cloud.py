@@ -11,7 +11,7 @@ from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, stage, watched
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import first_of_each, isolated
-from surflux.points.reading import warn_of_faces
+from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import is_terrain
 from surflux.points.writing import pack_comments
@@ -65,7 +65,9 @@ class Cloud:
         if np.any(self.alone):
             many = check.counted(np.count_nonzero(self.alone), "point")
             LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
-        whole = scan[used].surfels(viewpoint=options.viewpoint, progress=True)
+        orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
+        whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
+        whole = whole.flipped() if options.normals == "flip" else whole
         if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
             whole = exposed(whole)
         self._normals, self._whole, self._whole_row = whole.normals, whole, used
@@ -137,6 +139,17 @@ class Cloud:
         return colors
 
 
+def patches_of_file(options):
+    """Surfels of a file that holds patches, thinned where there are too many."""
+    surfels = read(options.input, viewpoint=options.viewpoint, points=options.points, progress=True)
+    surfels = surfels.flipped() if options.normals == "flip" else surfels
+    limit = options.thin or options.points or CLOUD_LIMIT
+    if len(surfels) <= limit:
+        return surfels
+    LOG.info("%d points are thinned to %d (--thin sets the number)", len(surfels), limit)
+    return surfels.thinned(limit, 0 if options.seed is None else options.seed, progress=True)
+
+
 def exposed(surfels):
     """Surfels whose mean reflectance is plausible: colours of a scan are as bright as its light and exposure were."""
     rho = surfels.reflectance
@@ -166,6 +179,8 @@ def lights_of_cloud(options, surfels, camera):
             "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
         }
         LOG.info(said[options.light])
+    if options.light == "sky":
+        LOG.info("the cloud is lit by a sky of radiance 1 from all sides")
     if options.light == "sun":
         return [daylight(camera)]
     return [Environment(1.0)] if options.light == "sky" else studio(surfels, camera)

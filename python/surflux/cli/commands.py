@@ -1,9 +1,6 @@
 """The command line, `surflux`."""
 
 import argparse
-import contextlib
-import json
-import logging
 import math
 import os
 import sys
@@ -17,9 +14,11 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking
-from surflux.cli.cloud import BEHIND, CLOUD_LIMIT, Cloud, is_cloud, lights_of_cloud, output_of
+from surflux.cli.cloud import BEHIND, CLOUD_LIMIT, Cloud, is_cloud, lights_of_cloud, output_of, patches_of_file
+from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.options import command_line
-from surflux.cli.pictures import camera_of, check_gaussians, check_images, write_gaussians, write_images
+from surflux.cli.pictures import animations, camera_of, check_gaussians, check_images, write_gaussians, write_images
+from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
@@ -29,16 +28,37 @@ from surflux.solutions.solution_file import holds_solution
 
 
 def main(arguments=None):
-    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    """Runs one command and returns its exit status: 0, 2 for input that cannot be taken, 1 for anything else.
+
+    arguments: of a program that goes on; None for those of the process, which Ctrl-C then ends, with 130.
+    """
+    if arguments is not None:
+        return _run(list(arguments))
+    with ended_by_ctrl_c(_folders(sys.argv[1:])):
+        status = _run(sys.argv[1:])
+    if status == INTERRUPTED:  # said already; threads that go on are not waited for
+        leave(_folders(sys.argv[1:]), said=True)
+    return status
+
+
+def _folders(arguments):
+    """Where a command may write."""
+    parts = (part for argument in arguments for part in (argument, argument.partition("=")[2]) if part)
+    return {Path(), *(Path(part).parent for part in parts if not part.startswith("-"))}
+
+
+def _run(arguments):
     if arguments[:1] == ["bench"]:  # has options of its own
-        options = argparse.Namespace(run=_bench, arguments=arguments[1:])
+        loud = {"quiet": {"-q", "--quiet"}, "verbose": {"-v", "--verbose"}}
+        loud = {name: not flags.isdisjoint(arguments) for name, flags in loud.items()}
+        options = argparse.Namespace(run=_bench, arguments=arguments[1:], **loud)
     else:
         options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
     try:
-        with warnings.catch_warnings(), _log_said():
-            warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+        with warnings.catch_warnings(), log_said(how_much(options)):
+            warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
             _check_options(options)
+            LOG.debug(settings_text(options))
             with thread_limit(getattr(options, "threads", None)):  # of all that the command does
                 status = options.run(options) or 0
         sys.stdout.flush()  # here, where a reader that has gone is noticed and forgiven
@@ -48,39 +68,11 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (OSError, ValueError) as error:  # FileError is an OSError
-        return _fail(error, 2)
+        return fail(error, 2)
     except (KeyboardInterrupt, sf.Cancelled):
-        return _fail("interrupted", 130)
+        return fail("interrupted", INTERRUPTED)
     except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
-        return _fail(str(error) or type(error).__name__, 1)
-
-
-def _fail(error, status):
-    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
-    return status
-
-
-class _Said(logging.Handler):
-    """What the library logs, on stderr."""
-
-    def emit(self, record):
-        _say(record.getMessage())
-
-
-@contextlib.contextmanager
-def _log_said():
-    before, said = LOG.level, _Said()
-    LOG.addHandler(said)
-    LOG.setLevel(logging.INFO)
-    try:
-        yield
-    finally:
-        LOG.removeHandler(said)
-        LOG.setLevel(before)
-
-
-def _say(text):
-    print(f"surflux: {text}", file=sys.stderr)
+        return fail(str(error) or type(error).__name__, 1)
 
 
 def _check_options(options):
@@ -159,8 +151,9 @@ def _solve(options):
         cloud.save(output, solution, options.albedo)
     if options.solution:
         solution.save(options.solution)
-    behind = {} if _is_scene(options.input) else {"background": BEHIND[options.light]}
-    undrawn = _draw(solution, camera, options, images, **behind)
+    backdrop = 0.0 if _is_scene(options.input) else BEHIND[options.light]
+    behind = backdrop if options.background is None else options.background
+    undrawn = _draw(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
     result = {
@@ -181,7 +174,7 @@ def _solve(options):
     # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
     status = 1 if undrawn is not None and options.image else 0
     if options.json:
-        return _print_json(result) or status
+        return print_json(result) or status
     rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
     print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
     if math.isfinite(solution.error):
@@ -205,7 +198,7 @@ def _draw(solution, camera, options, images, **settings):
         if images:
             write_images(solution, camera, options, images, **settings)
     except sf.DeviceError as error:
-        _say(f"warning: no picture, for {error} (--no-image asks for none)")
+        say(f"warning: no picture, for {error} (--no-image asks for none)")
         return error
     return None
 
@@ -213,12 +206,13 @@ def _draw(solution, camera, options, images, **settings):
 def _scene_to_solve(options):
     """(Scene, Cloud or None of a scene file)."""
     if _is_scene(options.input):
-        for name in ("thin", "light", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
+        for name in ("thin", "light", "normals", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
             if getattr(options, name):
                 flag = name.replace("_", "-")
                 more = {
                     "thin": "; a scene file thins an object by its key thin",
                     "light": "; a scene file has lights of its own",
+                    "normals": "; a scene file turns an object by its key orient",
                 }
                 raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
         return _load_scene(options), None
@@ -230,7 +224,7 @@ def _scene_to_solve(options):
         cloud = Cloud(options)
         surfels = cloud.surfels
     else:
-        cloud, surfels = None, _cloud(options)
+        cloud, surfels = None, patches_of_file(options)
     camera = camera_of(options, surfels, None)
     objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
     name = Path(options.input).stem
@@ -241,9 +235,9 @@ def _load_scene(options):
     return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
 
 
-def _cloud(options):
-    seed = getattr(options, "seed", None) or 0
-    return sf.read(options.input, viewpoint=options.viewpoint, points=options.points, seed=seed, progress=True)
+def _cloud(options, orient=False):
+    given = {"viewpoint": options.viewpoint, "points": options.points, "seed": getattr(options, "seed", None) or 0}
+    return sf.read(options.input, **given, orient=orient, progress=True)
 
 
 def _is_scene(path):
@@ -252,11 +246,7 @@ def _is_scene(path):
 
 def _area(options):
     cloud = _load_scene(options).surfels if _is_scene(options.input) else _cloud(options)
-    result, lines = areas.measured(options, cloud)
-    if options.json:
-        return _print_json(result)
-    print("\n".join(lines))
-    return 0
+    return _told(options, *areas.measured(options, cloud))
 
 
 def _check_cloud(options):
@@ -267,6 +257,17 @@ def _check_cloud(options):
     else:
         scene = sf.Scene([_cloud(options)])
     return _told(options, *checking.checked(options, scene))
+
+
+def _doctor(options):
+    from surflux.cli import doctor
+
+    result, lines = doctor.examined(options, CLOUD_LIMIT)
+    status = 2 if result.get("solve", {}).get("refused") else 0
+    if options.json:
+        return print_json(result) or status
+    print("\n".join(lines))
+    return status
 
 
 def _render(options):
@@ -282,30 +283,18 @@ def _render(options):
             check_target(image, "--image")
     solution = sf.load_solution(options.input)
     camera = camera_of(options, solution.surfels, solution.camera)
-    settings = {
-        "samples": options.samples,
-        "background": options.background,
-        "culling": not options.both_sides,
-        "threads": options.threads,
-    }
+    settings = {"samples": options.samples, "culling": not options.both_sides, "threads": options.threads}
+    background = options.background or 0.0
     if options.gaussians:
         write_gaussians(solution, options)
     if options.turntable is None:
         if images:
-            write_images(solution, camera, options, images, **settings)
+            write_images(solution, camera, options, images, background=background, **settings)
     else:
-        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
-        cameras = sf.turntable(camera, options.turntable)
-        images = [
-            path
-            for image in images
-            for path in solution.animate(
-                cameras, image, options.size, fps=options.fps, progress=True, **tone, **settings
-            )
-        ]
+        images = animations(solution, camera, options, images, background, settings)
     if options.json:
         files = {"gaussians": options.gaussians} if options.gaussians else {}
-        return _print_json({"input": options.input, "images": [str(image) for image in images], **files})
+        return print_json({"input": options.input, "images": [str(image) for image in images], **files})
     if options.gaussians:
         print(f"Gaussians: {options.gaussians}")
     for image in images:
@@ -344,7 +333,7 @@ def _bench(options):
 def _info(options):
     found = sf.info()
     if options.json:
-        return _print_json(found)
+        return print_json(found)
     print(found)
     return 0
 
@@ -352,33 +341,16 @@ def _info(options):
 def _told(options, result, lines):
     """Prints a result for programs, or its lines for people."""
     if options.json:
-        return _print_json(result)
+        return print_json(result)
     print("\n".join(lines))
     return 0
-
-
-def _print_json(result):
-    print(json.dumps(_plain(result), indent=2, allow_nan=False))
-    return 0
-
-
-def _plain(value):
-    """value in the types that JSON has, which do not include NaN."""
-    if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
 RUNS = {
     "solve": _solve,
     "area": _area,
     "check": _check_cloud,
+    "doctor": _doctor,
     "render": _render,
     "relight": _relight,
     "solar": _solar,

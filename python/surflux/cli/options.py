@@ -15,6 +15,7 @@ def command_line(runs, cloud_limit):
     def command(name, text):
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(run=runs[name])
+        _loudness_options(sub)
         return sub
 
     solve = command("solve", "Solve a scene file, or a point cloud under light that it is given.")
@@ -46,12 +47,16 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
+    text = 'of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they are, '
+    text += '"flip" turns all points over'
+    solve.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
     text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera and a sky '
     text += '(default of all others), or "sky", of radiance 1 all around'
     solve.add_argument("--light", choices=("studio", "sun", "sky"), help=text)
     text = "of a cloud: stand it on a level square, grey, under its lowest points"
     solve.add_argument("--ground", action="store_true", help=text)
     _image_options(solve)
+    _background_option(solve, "dark grey behind a cloud in studio light, else black")
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)
 
@@ -77,6 +82,12 @@ def command_line(runs, cloud_limit):
     check.add_argument("--smallest", type=int, default=20, metavar="N", help="surfels of a patch (default: 20)")
     _cloud_options(check)
     _common_options(check)
+
+    text = "What a file holds, what solve would take for granted of it, and what to type next."
+    doctor = command("doctor", text)
+    doctor.add_argument("input", metavar="FILE", help="points, a mesh, a scene, a solution, a transfer or a picture")
+    _cloud_options(doctor)
+    _common_options(doctor)
 
     render = command("render", "Pictures of a solved file, or Gaussians for viewers.")
     render.add_argument("input", metavar="OUT.ply")
@@ -157,6 +168,13 @@ def command_line(runs, cloud_limit):
     return parser
 
 
+def _loudness_options(parser):
+    loudness = parser.add_mutually_exclusive_group()
+    loudness.add_argument("-q", "--quiet", action="store_true", help="no progress; warnings stay")
+    text = "tell the settings, and the seconds of every stage, too"
+    loudness.add_argument("-v", "--verbose", action="store_true", help=text)
+
+
 def _cloud_options(parser):
     text = "where a cloud was scanned from: estimated normals point there (default: what the file says)"
     parser.add_argument("--viewpoint", type=_vector, metavar="X,Y,Z", help=text)
@@ -173,8 +191,13 @@ def _quality_options(parser):
     parser.add_argument(
         "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
     )
-    parser.add_argument("--background", type=_color, default=0.0, metavar="R,G,B", help="radiance where nothing is")
+    _background_option(parser, "black")
     parser.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
+
+
+def _background_option(parser, default):
+    text = f"what is seen where nothing is, from 0, black, to 1, white, as .png shows it (default: {default})"
+    parser.add_argument("--background", type=_color, metavar="GREY|R,G,B", help=text)
 
 
 def _fps_option(parser):
@@ -232,7 +255,14 @@ def _bounces(text):
 
 
 def _color(text):
-    return float(text) if "," not in text else _vector(text)
+    try:
+        color = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        color = ()
+    if len(color) not in (1, 3) or not all(0.0 <= value <= 1.0 for value in color):
+        wanted = "wanted one number from 0, black, to 1, white, or three of them, R,G,B"
+        raise argparse.ArgumentTypeError(f"{wanted}, got {text!r}")
+    return color * (3 // len(color))
 
 
 def _size(text):

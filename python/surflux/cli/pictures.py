@@ -2,9 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
+
 import surflux as sf
 from surflux._base.files import require_place
+from surflux._base.passes import LOG
+from surflux.pictures.backdrop import radiance_shown_as
 from surflux.pictures.framing import own_or_framing
+from surflux.pictures.images import resolved_exposure
 
 
 def check_images(images):
@@ -15,23 +20,61 @@ def check_images(images):
         require_place(image)
 
 
-def write_images(solution, camera, options, images, **settings):
-    """Each picture of a solution in the format of its name."""
-    write_layers(
-        lambda layers: solution.render(camera, options.size, layers=layers, progress=True, **settings), options, images
-    )
+def write_images(solution, camera, options, images, *, background=0.0, **settings):
+    """Each picture of a solution in the format of its name; background: as of write_layers."""
+
+    def drawn(layers, behind, samples=None):
+        given = settings | ({"progress": True} if samples is None else {"samples": samples})
+        return solution.render(camera, options.size, layers=layers, background=behind, **given)
+
+    write_layers(drawn, options, images, background)
 
 
-def write_layers(drawn, options, images):
+def write_layers(drawn, options, images, background=0.0):
     """Each picture in the format of its name; only EXR has room for what the light is made of.
 
-    drawn: function of `layers`, as of Solution.render.
+    Args:
+        drawn: function (layers, radiance behind, samples=None), as of Solution.render; samples: instead of its own.
+        background: display value, from 0 to 1, of what is seen behind, or three of them. Files of radiance have what
+            the exposure would show so.
     """
+    tone, behind = exposed(lambda: drawn(["radiance"], 0.0, samples=1)["radiance"], options, background)
     all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
-    layers = drawn(all_of_it or ["radiance"])
+    layers = drawn(all_of_it or ["radiance"], behind)
     for image in images:
-        tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
         sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
+
+
+def animations(solution, camera, options, images, background, settings):
+    """Paths of films and numbered pictures from around what a camera looks at; settings: of Solution.render."""
+    tone, behind = exposed(
+        lambda: solution.render(camera, options.size, **(settings | {"samples": 1})), options, background
+    )
+    cameras, paths = sf.turntable(camera, options.turntable), []
+    for image in images:
+        given = {"fps": options.fps, "background": behind, "progress": True, **settings}
+        given |= tone_of_series(image, tone, options)
+        paths += solution.animate(cameras, image, options.size, **given)
+    return paths
+
+
+def exposed(first, options, background):
+    """(exposure, stops and filmic of pictures; the radiance that they show as the background).
+
+    first: function that draws a picture without background, by which the exposure is found where none is given.
+    """
+    tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
+    if not np.any(background):
+        return tone, 0.0
+    factor = options.exposure if options.exposure is not None else resolved_exposure(None, first())
+    tone["exposure"] = factor
+    color = np.broadcast_to(background, (3,))
+    return tone, radiance_shown_as(color, factor * 2.0**options.stops, tone["filmic"])
+
+
+def tone_of_series(path, tone, options):
+    """The tone of a film or of numbered pictures; of files of radiance what was asked for alone, which they refuse."""
+    return tone | {"exposure": options.exposure} if Path(path).suffix.lower() in (".exr", ".hdr") else tone
 
 
 def check_gaussians(path):
@@ -54,4 +97,6 @@ def camera_of(options, surfels, default):
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     height = default.height if options.fov is None else None
     found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}
-    return sf.Camera(**found, height=height)
+    camera = sf.Camera(**found, height=height)
+    LOG.debug("camera: %r", camera)
+    return camera

@@ -5,7 +5,7 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
-from surflux.cli.pictures import camera_of, check_images
+from surflux.cli.pictures import camera_of, check_images, exposed, tone_of_series
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
@@ -120,19 +120,22 @@ def _saved(transfer, lights, options):
 
 def _drawn(transfer, lights, camera, options):
     """Paths of the films and pictures written."""
-    settings = {
-        "samples": options.samples,
-        "background": options.background,
-        "culling": not options.both_sides,
-    }
+    settings = {"samples": options.samples, "culling": not options.both_sides}
+    background = options.background or 0.0
     paths = []
     single = [image for image in options.image or [] if not _is_series(image)]
+    series = [image for image in options.image or [] if _is_series(image)]
     if single:
-        lights.write_images(transfer, camera, options, single, **settings)
+        lights.write_images(transfer, camera, options, single, background=background, **settings)
         paths += single
-    for image in options.image or []:
-        if _is_series(image):
-            tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
-            film = {"camera": camera, "fps": options.fps, "progress": True}
-            paths += lights.film(transfer, image, options.size, **film, **tone, **settings)
+    if series:
+
+        def first():
+            return lights.relit(transfer, 0).render(camera, options.size, **(settings | {"samples": 1}))
+
+        tone, behind = exposed(first, options, background)
+        for image in series:
+            film = {"camera": camera, "fps": options.fps, "background": behind, "progress": True, **settings}
+            film |= tone_of_series(image, tone, options)
+            paths += lights.film(transfer, image, options.size, **film)
     return [str(path) for path in paths]

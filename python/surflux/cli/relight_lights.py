@@ -50,17 +50,17 @@ class MovingLamps:
     def window(self, transfer, **options):
         return sf.move_lamps(transfer, self._frames[0], **options)
 
-    def write_images(self, transfer, camera, options, images, *, samples, culling, **settings):
+    def write_images(self, transfer, camera, options, images, *, background, samples, culling):
         """Pictures of the first frame."""
         if self._direct == "interpolated":
-            settings |= {"samples": samples, "culling": culling}
+            settings = {"background": background, "samples": samples, "culling": culling}
             return write_images(self.relit(transfer, 0), camera, options, images, **settings)
         renderer = sf.LampRenderer(transfer, camera, options.size, samples=samples, culling=culling, progress=True)
 
-        def drawn(layers):
-            return renderer.frame(self._frames[0], layers=layers, seed=self._seed, **settings)
+        def drawn(layers, behind, samples=None):
+            return renderer.frame(self._frames[0], layers=layers, background=behind, seed=self._seed)
 
-        return write_layers(drawn, options, images)
+        return write_layers(drawn, options, images, background)
 
     def film(self, transfer, path, size, **options):
         return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, direct=self._direct, **options)

@@ -163,13 +163,14 @@ def _from_pyvista(mesh):
     polygons = mesh.GetPolys()
     offsets = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
     indices = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
-    reflectance, of_faces = (_colors_among(data) for data in (mesh.point_data, mesh.cell_data))
+    reflectance, of_faces = (colors_among(data) for data in (mesh.point_data, mesh.cell_data))
     if of_faces is not None:
         of_faces = of_faces[mesh.n_verts + mesh.n_lines :]  # cells of these kinds come first
     return Mesh(np.array(mesh.points, dtype=np.float64), offsets, indices, reflectance, of_faces)
 
 
-def _colors_among(data):
+def colors_among(data):
+    """Linear reflectance of the colours among arrays of pyvista; None where there are none."""
     for name in ("RGB", "RGBA"):
         colors = data.get(name)
         if colors is not None and colors.ndim == 2 and colors.dtype in (np.uint8, np.uint16):

@@ -7,13 +7,13 @@ from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.sky import Sky
 
 _SKY = 0.35  # radiance
-BACKDROP = 0.07  # that of what is seen behind: grey surfaces stand out from it
+BACKDROP = 0.25  # display value, from 0 to 1, of what is seen behind: grey surfaces stand out from it
 _KEY = 2.8  # irradiance of what faces the key light, in the middle
 _FROM = (-0.8, 0.9, -0.5)  # to the right, up and forward in the picture
 _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance, and its side
 _SUN_HIGH, _SUN_LEFT = 40.0, 60.0  # degrees: over the horizon, and left of the way back to the camera
 _SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear sky on a level plane
-CLEAR_SKY = (28.0, 42.0, 65.0)  # radiance of what is seen behind in the sun: a pale blue beside grey surfaces
+CLEAR_SKY = (0.55, 0.68, 0.85)  # the same in the sun
 # Of a ground: its side, over the size of what stands on it; cells along that; the share of points beneath it.
 _WIDE, _CELLS, _BELOW = 3.0, 48, 0.002
 

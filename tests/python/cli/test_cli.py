@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 import surflux as sf
 from pixels import pixels
 from surflux import _core
-from surflux.cli import commands
+from surflux.cli import cloud, commands
 from surflux.scenes import shapes
 
 ROOT = Path(__file__).parents[3]
@@ -69,6 +70,45 @@ def test_without_a_terminal_each_stage_is_one_line(ball, run):
     assert "surflux: exchange" in err
     assert all(line.startswith("surflux: ") for line in err)
     assert len(err) == len({*err})
+
+
+@pytest.mark.parametrize("flag", ["-q", "--quiet"])
+def test_quiet_leaves_progress_out_and_keeps_warnings(ball, run, monkeypatch, flag):
+    read = cloud.read_scan_with_faces
+
+    def warned(*arguments, **options):
+        warnings.warn("3 normals are zero", stacklevel=1)
+        return read(*arguments, **options)
+
+    monkeypatch.setattr(cloud, "read_scan_with_faces", warned)
+    status, out, err = run("solve", flag, "ball.ply", "--size", "8x6")
+    assert (status, err) == (0, "surflux: warning: 3 normals are zero\n")
+    assert "162 points, as read, with their light: ball_solved.ply\n" in out
+
+
+def test_verbose_tells_settings_the_camera_and_the_seconds_of_stages(ball, run):
+    status, _, err = run("solve", "-v", "ball.ply", "--size", "8x6", "--rays", 64, "--seed", 3)
+    assert status == 0
+    settings = next(line for line in err.splitlines() if "settings: " in line)
+    for said in ("input = ball.ply", "solver = radiosity", "rays = 64", "seed = 3", "size = (8, 6)"):
+        assert said in settings
+    assert "tolerance" not in settings  # not given
+    assert "surflux: camera: Camera(eye=" in err
+    assert re.search(r"^surflux: areas: \d+\.\d\d s$", err, re.MULTILINE)
+    assert "areas: " not in run("solve", "ball.ply", "--size", "8x6")[2]
+
+
+def test_quiet_and_verbose_are_taken_by_every_command(here, run, capfd):
+    for command in commands.RUNS:
+        with pytest.raises(SystemExit) as stopped:
+            run(command, "--help")
+        assert stopped.value.code == 0
+        said = capfd.readouterr().out
+        assert "-q, --quiet" in said, command
+        assert "-v, --verbose" in said, command
+        with pytest.raises(SystemExit):
+            run(command, "-q", "-v")
+        assert "not allowed with argument" in capfd.readouterr().err
 
 
 def test_areas_are_one_stage_however_many_objects(here, run):

@@ -87,16 +87,23 @@ def test_direct_light_at_every_pixel(room, run):
     renderer = sf.LampRenderer(room, None, (60, 40), samples=2)
     for k, lights in enumerate(sf.load_lamps("path.toml"), start=1):
         np.testing.assert_allclose(sf.read_image(f"a{k}.exr"), renderer.frame(lights), rtol=1e-4, atol=1e-5)
-    options = ("--image", "b.exr", "--image", "b.png", "--direct", "traced", "--samples", 1, "--background", "1,2,3")
+    options = ("--image", "b.exr", "--image", "b.png", "--direct", "traced", "--samples", 1)
     status, _, err = run("relight", "room.toml", *options, *SMALL)
     assert status == 0, err
-    wanted = sf.LampRenderer(room, None, (60, 40)).frame(
-        sf.PointLight([0.5, 0.5, 0.6], 1.0), layers=True, background=[1, 2, 3]
-    )
+    wanted = sf.LampRenderer(room, None, (60, 40)).frame(sf.PointLight([0.5, 0.5, 0.6], 1.0), layers=True)
     for name in ("radiance", "direct", "depth"):
         found = sf.read_image("b.exr", None if name == "radiance" else name)
         np.testing.assert_allclose(found, wanted[name], rtol=1e-4, atol=1e-5)
     assert shown("b.png").shape == (40, 60, 3)
+
+
+@pytest.mark.parametrize("direct", ["interpolated", "traced"])
+def test_the_background_is_what_is_seen(room, run, direct):
+    options = ("--direct", direct, "--background", "0.2,0.4,0.6", "--eye", "0.5,-4,0.5", "--target", "0.5,0.5,0.5")
+    status, _, err = run("relight", "room.toml", "--image", "a.png", "--image", "b%d.png", *options, *SMALL)
+    assert status == 0, err
+    for path in ("a.png", "b1.png"):
+        assert (np.rint(255 * shown(path)[0, 0]) == [51, 102, 153]).all()
 
 
 def test_a_camera_of_the_command_line(room, run):

@@ -46,12 +46,55 @@ def test_tone(solved, run):
 
 
 def test_all_layers_go_into_an_exr(solved, run):
-    options = ("--samples", 1, "--background", "0.1,0.2,0.3", "--image", "a.exr", "--image", "a.hdr")
+    options = ("--samples", 1, "--image", "a.exr", "--image", "a.hdr")
     assert run("render", "a.ply", "--size", "40x30", *options)[0] == 0
-    layers = solved.render(size=(40, 30), samples=1, background=[0.1, 0.2, 0.3], layers=True)
+    layers = solved.render(size=(40, 30), samples=1, layers=True)
     for name, values in layers.items():
         np.testing.assert_allclose(sf.read_image("a.exr", None if name == "radiance" else name), values, rtol=1e-5)
     np.testing.assert_allclose(sf.read_image("a.hdr"), layers["radiance"], rtol=1 / 64, atol=3e-3)
+
+
+@pytest.mark.parametrize("tone", [[], ["--linear"], ["--exposure", "0.01"], ["--stops", "3"]], ids=" ".join)
+def test_the_background_is_what_is_seen_whatever_the_exposure(solved, run, tone):
+    """0 to 1 as a byte of the PNG file over 255: of a byte itself, that very byte."""
+    for color in ("0", "0.25", "0.5,0.75,1", "1"):
+        options = ("--size", "40x30", "--background", color, "--image", "a.png", *tone)
+        assert run("render", "a.ply", *options)[0] == 0
+        wanted = np.rint(255 * np.broadcast_to(np.array(color.split(","), float), 3))
+        assert (shown("a.png")[:3, :3] * 255 == wanted).all(), color
+    seen = solved.render(size=(40, 30), layers=["index"])["index"] >= 0
+    assert run("render", "a.ply", *options, "--samples", 1)[0] == 0
+    with_white = shown("a.png")[seen]
+    assert run("render", "a.ply", *options, "--samples", 1, "--background", "0")[0] == 0
+    assert np.median(np.abs(with_white - shown("a.png")[seen])) == 0  # what is seen before it stays as it is
+
+
+def test_the_background_of_files_of_radiance_is_what_the_exposure_shows_so(solved, run):
+    options = ("--size", "40x30", "--background", "0.2,0.4,0.6", "--exposure", "0.03", "--image")
+    assert run("render", "a.ply", *options, "a.png", "--image", "a.exr")[0] == 0
+    image = sf.read_image("a.exr")
+    assert image[0, 0, 2] > 2 * image[0, 0, 0] > 0
+    np.testing.assert_allclose(shown("a.png"), sf.tone_map(image, exposure=0.03), atol=0.5 / 255 + 1e-4)
+
+
+def test_the_background_of_films_and_of_numbered_pictures(solved, run):
+    options = ("--turntable", 2, "--size", "40x30", "--background", "0.2,0.4,0.6", "--image")
+    assert run("render", "a.ply", *options, "a%d.png", "--image", "a.gif", "--image", "b%d.exr")[0] == 0
+    for k in (1, 2):
+        assert (shown(f"a{k}.png")[0, 0] * 255 == [51, 102, 153]).all()
+        image = sf.read_image(f"b{k}.exr")
+        assert image[0, 0, 2] > 2 * image[0, 0, 0] > 0
+    film = np.asarray(Image.open("a.gif").convert("RGB"), float)
+    assert np.abs(film[0, 0] - [51, 102, 153]).max() <= 8  # one of 256 colours of a palette
+
+
+@pytest.mark.parametrize("color", ["2", "-0.1", "64,64,64", "0.1,0.2", "black", "nan"])
+def test_a_background_that_is_no_display_value_is_refused(solved, run, capfd, color):
+    with pytest.raises(SystemExit) as stopped:
+        run("render", "a.ply", f"--background={color}")
+    assert stopped.value.code == 2
+    wanted = "argument --background: wanted one number from 0, black, to 1, white, or three of them, R,G,B, got"
+    assert f"{wanted} '{color}'" in capfd.readouterr().err
 
 
 def test_both_sides(solved, run):

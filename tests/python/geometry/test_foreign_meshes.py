@@ -175,3 +175,25 @@ def test_dark_colors_of_16_bits_are_not_taken_for_8():
 def test_colors_that_no_type_has_are_refused():
     with pytest.raises(ValueError, match=r"^colours: wanted finite numbers"):
         read_mesh(open3d_like(vertex_colors=np.full((4, 3), np.nan)))
+
+
+def test_clouds_of_pyvista_and_trimesh():
+    pv, trimesh = pytest.importorskip("pyvista"), pytest.importorskip("trimesh")
+    points = np.random.default_rng(0).random((40, 3))
+    normals = np.tile([0.0, 0.0, -1.0], (40, 1))
+    colors = np.tile(np.array([188, 0, 255], np.uint8), (40, 1))
+    cloud = pv.PolyData(points)
+    assert np.array_equal(sf.Surfels(cloud, normals=normals).points, points)
+    cloud.point_data["Normals"], cloud.point_data["RGB"] = normals, colors
+    s = sf.Surfels(cloud, reflectance=None)
+    assert np.array_equal(s.normals, normals)
+    # sRGB 188 is linear .503, and white is .98.
+    assert s.reflectance[0] == pytest.approx([0.98 * 0.503, 0.0, 0.98], abs=1e-3)
+    assert sf.Surfels(cloud).reflectance[0].tolist() == [0.5, 0.5, 0.5]
+    assert np.array_equal(sf.Surfels(cloud, normals=-normals).normals, -normals)
+    # What was made of surfels is surfels again.
+    assert np.array_equal(sf.Surfels(s.to_pyvista(kind="points")).normals, s.normals)
+    found = sf.Surfels(trimesh.PointCloud(points, colors), normals=normals, reflectance=None)
+    assert np.array_equal(found.points, points)
+    assert found.reflectance[0] == pytest.approx([0.98 * 0.503, 0.0, 0.98], abs=1e-3)
+    assert sf.Surfels(trimesh.PointCloud(points), normals=normals, reflectance=None).reflectance[0, 0] == 0.5

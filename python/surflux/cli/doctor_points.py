@@ -1,0 +1,286 @@
+"""Files of points for `surflux doctor`: what they hold, and what becomes of it."""
+
+import shlex
+
+import numpy as np
+
+import surflux as sf
+from surflux import _core
+from surflux._base import check
+from surflux._base.color import white_of_colors
+from surflux._base.passes import watched
+from surflux._base.summary import box_text
+from surflux.pictures.framing import framing
+from surflux.points.reading import read_with_faces
+from surflux.points.scan import scan_of_columns
+from surflux.points.scan_surfels import grey_of_intensity
+from surflux.scans.formats import format_of
+from surflux.scans.reading import read_columns
+
+# ASPRS LAS 1.4 R15, table 17.
+CLASSES = ("never classified", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation")
+CLASSES += ("building", "low point (noise)", "model key-point", "water", "rail", "road surface", "overlap")
+CLASSES += ("wire guard", "wire conductor", "transmission tower", "wire connector", "bridge deck", "high noise")
+CLASSES += ("overhead structure", "ignored ground", "snow", "temporal exclusion")
+_ALONE = 10.0  # median spacings to the nearest neighbour: such a point stands by itself
+_COARSE = 0.1  # spacings between two numbers that the file can tell apart
+_UNITS = {"e57": "metres, as E57 has them"}
+
+
+def facts_of_points(options, limit):
+    """What is known of a file of points: a dict for programs, "solve" and "next" in it.
+
+    limit: points that `surflux solve` takes; of more an even sample is looked at.
+    """
+    path, form = options.input, format_of(options.input)
+    most = options.points or limit
+    with watched(None, True):
+        read = read_columns(path, form, most)
+    scan = scan_of_columns(path, read)
+    sampled = len(scan) < read.count and read.count > most
+    facts = {
+        "format": form,
+        "points": read.count,
+        "sampled": len(scan) if sampled else None,
+        "finite": None if sampled else len(scan),
+        "faces": read.faces,
+        **_places(scan.points, sampled),
+        "unit": _UNITS.get(form, "not told by the file"),
+        "normals": _normals(scan, options.viewpoint),
+        "colors": _colors(read.columns.get("colors")),
+        "intensity": _intensity(scan.attributes.get("intensity")),
+        "classes": _classes(scan.attributes.get("classification")),
+        "returns": _returns(scan.attributes),
+        "scanners": scan.viewpoints,
+        "attributes": list(scan.attributes),
+    }
+    return facts | _solved(options, scan, facts, limit)
+
+
+def _places(points, sampled):
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = float(np.linalg.norm(high - low))
+    order = np.lexsort(points.T)
+    ordered = points[order]
+    first = np.append(True, np.any(ordered[1:] != ordered[:-1], axis=1))
+    alone = ordered[first]
+    found = {
+        "bounds": np.array([low, high]),
+        "extent": extent,
+        "offset": float(np.linalg.norm(0.5 * (low + high))),
+        "duplicates": None if sampled else len(points) - len(alone),
+        "spacing": None,
+        "isolated": None,
+        "steps": None,
+    }
+    if len(alone) > 1:
+        nearest = _core.nearest_points(alone, 2)[:, 1]
+        distance = np.linalg.norm(alone - alone[nearest], axis=1)
+        found["spacing"] = float(np.median(distance))
+        found["isolated"] = int(np.count_nonzero(distance > _ALONE * found["spacing"]))
+        # Coordinates that were 4-byte floats: how far two of them are from each other at least.
+        if np.array_equal(points, points.astype(np.float32)):
+            step = float(np.spacing(np.float32(np.max(np.abs(points)))))
+            found["steps"] = step if step > _COARSE * found["spacing"] else None
+    return found
+
+
+def _normals(scan, viewpoint):
+    bad = len(scan) if scan.normals is None else int(np.count_nonzero(np.isnan(scan.normals[:, 0])))
+    places = int(np.count_nonzero(np.isfinite(scan.viewpoints).all(axis=1)))
+    if bad == 0:
+        side = "as the file has them; which side they face is believed"
+    elif viewpoint is not None:
+        side = "towards --viewpoint"
+    elif scan.viewpoint is not None:
+        side = "towards the scanner's position, of which the file tells"
+    elif places and "scan" in scan.attributes:
+        side = "of each scan towards its own scanner's position, of which the file tells"
+    elif bad < len(scan):
+        side = "as the nearest normal that the file has"
+    else:
+        side = None  # said when they are estimated
+    return {"given": scan.normals is not None, "estimated": bad, "side": side}
+
+
+def _colors(colors):
+    if colors is None:
+        return None
+    largest = float(np.max(colors))
+    floats = colors.dtype.kind == "f"
+    white = white_of_colors(colors, "float" if floats else "uchar") if largest > 0 else None
+    return {"bits": None if floats else 8 * colors.dtype.itemsize, "largest": largest, "white": white}
+
+
+def _intensity(values):
+    if values is None:
+        return None
+    return {"least": float(np.min(values)), "largest": float(np.max(values)), "mean": float(np.mean(values))}
+
+
+def _classes(values):
+    if values is None or values.ndim != 1:
+        return None
+    codes, counts = np.unique(values, return_counts=True)
+    return [{"class": int(c), "name": class_name(int(c)), "points": int(n)} for c, n in zip(codes, counts, strict=True)]
+
+
+def class_name(code):
+    """What ASPRS calls a class."""
+    if 0 <= code < len(CLASSES):
+        return CLASSES[code]
+    return "reserved" if code < 64 else "defined by its user"
+
+
+def _returns(attributes):
+    number, of = attributes.get("return_number"), attributes.get("number_of_returns")
+    if number is None or of is None:
+        return None
+    return {"most": int(of.max()), "of_several": int(np.count_nonzero(of > 1)), "last": int(np.sum(number == of))}
+
+
+def _solved(options, scan, facts, limit):
+    """What `surflux solve` makes of the file: "solve" and "next"."""
+    file, given = shlex.quote(options.input), {"viewpoint": options.viewpoint}
+    more = "" if options.viewpoint is None else f" --viewpoint {','.join(f'{v:g}' for v in options.viewpoint)}"
+    if facts["points"] > limit and options.points is None:
+        more += f" --points {limit}"
+    elif options.points is not None:
+        more += f" --points {options.points}"
+    try:
+        if facts["format"] == "ply":  # which also has radii and patches
+            surfels = read_with_faces(options.input, points=options.points or limit, **given, progress=True)[0]
+        else:
+            surfels = scan.surfels(**given, progress=True)
+    except (sf.FileError, ValueError) as error:
+        return {"solve": {"refused": str(error), "surfels": 0}, "next": f"see help(surflux.read); then doctor {file}"}
+    camera = framing(surfels, (800, 600))
+    grey = facts["colors"] is None or facts["colors"]["largest"] == 0
+    intensity = scan.attributes.get("intensity")
+    by_intensity = grey and intensity is not None and grey_of_intensity(intensity) is not None
+    return {
+        "solve": {
+            "refused": None,
+            "surfels": len(surfels),
+            "patches": len(np.unique(surfels.triangle_surfel)),
+            "reflectance": surfels.reflectance.mean(axis=0),
+            "reflectance_of": _material(scan, grey, by_intensity),
+            "radius": float(np.median(surfels.radii)),
+            "camera": camera.to_dict(),
+            "light": "a lamp behind the camera's left shoulder, and a sky (--light sky: a sky of radiance 1 alone)",
+        },
+        "next": f"surflux solve {file}{more}"
+        + (f" for the points alone, surflux view --mesh {file} for the faces" if facts["faces"] else ""),
+    }
+
+
+def _material(scan, grey, by_intensity):
+    if {f"reflectance_{c}" for c in "rgb"} <= set(scan.attributes):
+        return "the file's reflectance_r, _g and _b"
+    if not grey:
+        return "the colours, sRGB made linear, white at .98"
+    return "grey by the intensity, .5 at its mean" if by_intensity else "grey, .5"
+
+
+def lines_of_points(f):
+    """The same in words."""
+    bounds, solve = f["bounds"], f["solve"]
+    lines = [
+        _counts(f),
+        f"bounds: {box_text(bounds)}",
+        f"extent {f['extent']:.6g}, median spacing {_number(f['spacing'])}; unit: {f['unit']}",
+    ]
+    if f["offset"] > 10.0 * f["extent"] > 0.0:
+        lines.append(f"far from the origin ({f['offset']:.6g}), which loses nothing: positions are 8-byte floats")
+    if f["steps"] is not None:
+        step = f"{f['steps']:.3g}"
+        lines.append(f"coarse: the file has 4-byte floats, which here come in steps of {step}: export it with 8 bytes")
+    lines.append(f"normals: {_normals_text(f)}")
+    lines.append(f"colours: {_colors_text(f['colors'])}")
+    if f["intensity"] is not None:
+        lines.append("intensity: {least:.6g} to {largest:.6g}, mean {mean:.6g}".format(**f["intensity"]))
+    if f["classes"] is not None:
+        named = ", ".join("{points} {name} ({class})".format(**one) for one in f["classes"][:12])
+        lines.append(f"classes: {named}{', ...' if len(f['classes']) > 12 else ''}")
+    if f["returns"] is not None:
+        text = "returns: up to {most} of a pulse, {of_several} points of several, {last} last ones"
+        lines.append(text.format(**f["returns"]))
+    places = [place for place in f["scanners"] if np.all(np.isfinite(place))]
+    if len(f["scanners"]):
+        shown = "; ".join(", ".join(f"{v:.6g}" for v in place) for place in places[:4]) or "not told"
+        scans = check.counted(len(f["scanners"]), "scan")
+        lines.append(f"{scans}, taken from: {shown}{'; ...' if len(places) > 4 else ''}")
+    usual = ("intensity", "classification", "return_number", "number_of_returns", "scan")
+    others = [name for name in f["attributes"] if name not in usual]
+    if others:
+        lines.append(f"other columns: {', '.join(others[:16])}{', ...' if len(others) > 16 else ''}")
+    if f["duplicates"]:
+        lines.append(f"duplicates: {check.counted(f['duplicates'], 'point')} where another one is, to the last bit")
+    if f["isolated"]:
+        what = f"nearest neighbour farther than {_ALONE:g} median spacings"
+        lines.append(f"isolated: {check.counted(f['isolated'], 'point')} ({what}): their disks are wide")
+    if f["faces"]:
+        lines.append(
+            f"faces: {f['faces']}: it is a mesh, of which `solve` would take the points alone. `surflux view --mesh` "
+            'shows its faces; kind = "mesh" in a scene file, or surflux.Surfels.from_mesh, lights them'
+        )
+    return [*lines, *_solve_lines(f, solve)]
+
+
+def _counts(f):
+    count, left = check.counted(f["points"], "point"), f["points"] - (f["finite"] or 0)
+    if f["sampled"] is not None:
+        more = f", of which an even sample of {f['sampled']} is looked at below"
+    else:
+        more = f", {left} of them without a finite place" if left else ", all finite"
+    return f"points: {count} ({f['format'].upper()}){more}"
+
+
+def _number(value):
+    return "none" if value is None else f"{value:.4g}"
+
+
+def _normals_text(f):
+    normals = f["normals"]
+    if normals["estimated"] == 0:
+        return f"given, {normals['side']}"
+    some = "none given" if not normals["given"] else f"{normals['estimated']} are zero or not finite"
+    side = f", {normals['side']}" if normals["side"] else ""
+    return f"{some}: estimated from 16 neighbours{side}"
+
+
+def _colors_text(colors):
+    if colors is None:
+        return "none"
+    if colors["largest"] == 0:
+        return "none: the file has room for them, and all are 0"
+    if colors["bits"] is None:
+        kind = "fractions" if colors["white"] == 1.0 else "numbers"
+    elif colors["bits"] > 8 and colors["white"] == 255.0:
+        kind = f"8-bit numbers in {colors['bits']}-bit fields"
+    else:
+        kind = f"{colors['bits']} bits"
+    return f"{kind}, up to {colors['largest']:g}; white is {colors['white']:g}"
+
+
+def _solve_lines(f, solve):
+    if solve["refused"] is not None:
+        return [f"`surflux solve` refuses it: {solve['refused']}"]
+    eye, target = np.array(solve["camera"]["eye"]), np.array(solve["camera"]["target"])
+    back = (eye - target) / np.linalg.norm(eye - target)
+    up = np.degrees(np.arcsin(np.clip(back[2], -1.0, 1.0)))
+    place = ", ".join(f"{v:.9g}" for v in np.round(eye, 4 - int(np.floor(np.log10(f["extent"] or 1.0)))))
+    grey = ", ".join(f"{v:.2f}" for v in solve["reflectance"])
+    thinned = f" (thinned from {f['points']})" if f["sampled"] is not None else ""
+    patches = f", {solve['patches']} of them patches" if solve["patches"] else ""
+    above = f"{abs(up):.0f} degrees {'above' if up >= 0 else 'below'}, z up"
+    lines = [
+        f"`surflux solve` takes {check.counted(solve['surfels'], 'surfel')}{thinned}{patches}, "
+        f"median radius {solve['radius']:.4g}",
+        f"  reflectance: {solve['reflectance_of']}; mean {grey}",
+        f"  light: {solve['light']}",
+        f"  camera: at ({place}), {above} (--eye, --target, --up choose)",
+    ]
+    if f["normals"]["estimated"] and f["normals"]["side"] is None:
+        lines.append("  if it comes out dark or inside out: --viewpoint X,Y,Z says where the scanner stood")
+    return lines

@@ -1,0 +1,87 @@
+"""What commands print: results on stdout, everything else on stderr, as much of it as -q and -v ask for."""
+
+import contextlib
+import json
+import logging
+import math
+import sys
+
+import numpy as np
+
+from surflux._base.passes import LOG, without_progress
+
+LEVELS = {"quiet": logging.WARNING, "usual": logging.INFO, "verbose": logging.DEBUG}
+
+
+def fail(error, status):
+    """Says what was wrong, in one line; the status."""
+    print(f"surflux: error: {' '.join(str(error).split())}", file=sys.stderr)
+    return status
+
+
+def say(text):
+    """A line on stderr."""
+    print(f"surflux: {text}", file=sys.stderr)
+
+
+def note(text):
+    """A line on stderr of what is taken for granted; -q leaves it out."""
+    LOG.info(text)
+
+
+class _Said(logging.Handler):
+    """What the library logs, on stderr."""
+
+    def emit(self, record):
+        say(f"warning: {record.getMessage()}" if record.levelno >= logging.WARNING else record.getMessage())
+
+
+@contextlib.contextmanager
+def log_said(how="usual"):
+    """What the library logs is said while the block runs.
+
+    how: "quiet" is warnings alone and no progress; "verbose" is stages with their seconds, and what was chosen, too.
+    """
+    before, said = LOG.level, _Said()
+    LOG.addHandler(said)
+    LOG.setLevel(LEVELS[how])
+    try:
+        with without_progress() if how == "quiet" else contextlib.nullcontext():
+            yield
+    finally:
+        LOG.removeHandler(said)
+        LOG.setLevel(before)
+
+
+def how_much(options):
+    """A key of LEVELS."""
+    if getattr(options, "quiet", False):
+        return "quiet"
+    return "verbose" if getattr(options, "verbose", False) else "usual"
+
+
+def settings_text(options):
+    """The options of a command as text: those that have a value."""
+    unsaid = ("run", "command", "quiet", "verbose", "json")
+    found = {name: value for name, value in vars(options).items() if name not in unsaid}
+    given = [f"{name} = {value}" for name, value in found.items() if value is not None and value is not False]
+    return f"settings: {', '.join(given)}"
+
+
+def print_json(result):
+    """Prints a result for programs; 0."""
+    print(json.dumps(_plain(result), indent=2, allow_nan=False))
+    return 0
+
+
+def _plain(value):
+    """value in the types that JSON has, which do not include NaN."""
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
