@@ -83,7 +83,7 @@ def _checked(options):
             check.number(f"--{name.replace('_', '-')}", value, *bounds[name])
     require_file(options.input)
     if not is_cloud(options.input):
-        for name in ("casters", "receivers", "colors", "points", "viewpoint", "keep_outliers"):
+        for name in ("casters", "receivers", "colors", "points", "viewpoint", "normals", "keep_outliers"):
             if getattr(options, name):
                 flag = f"--{name.replace('_', '-')}"
                 raise ValueError(
@@ -117,7 +117,7 @@ def _input(options, weather, limit):
 def _moved(camera, frame):
     if camera is None:
         return None
-    up = frame.points(frame.origin + camera.up)
+    up = frame.points(camera.up)
     height = None if camera.height is None else frame.horizontal * camera.height
     return sf.Camera(frame.points(camera.eye), frame.points(camera.target), up, camera.fov, height=height)
 
@@ -128,7 +128,7 @@ def _camera(options, scene, frame):
         if getattr(options, name) is not None:
             setattr(options, name, tuple(frame.points(getattr(options, name))))
     if options.up is not None:
-        options.up = tuple(frame.points(frame.origin + options.up))
+        options.up = tuple(frame.points(options.up))
     size = (1.0 - SCALE) * options.size[0], options.size[1]
     default = scene.camera
     if default is None:  # never from straight above, where facades do not show

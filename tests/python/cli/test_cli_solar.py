@@ -209,7 +209,7 @@ def test_patches_of_a_mesh_stay_patches(here, run):
     expected = sf.solar_irradiation(walls, (47.4, 8.5), [NOON], sun_step=10)
     found = sf.read_scan("w.csv").attributes
     np.testing.assert_allclose(found["kwh_beam"], expected.beam, rtol=1e-5)
-    assert 0.0 < expected.beam.max()
+    assert expected.beam.max() > 0.0
     assert found["kwh"].mean() == pytest.approx(expected.total.mean(), rel=0.015)  # noise of rays
     assert f"{len(walls)} points, area 64 m2" in out
     assert "past the edge" not in err
@@ -287,7 +287,13 @@ def test_walls_turned_inwards_are_told_of(here, run):
     np.savez("down.npz", points=points, normals=np.tile([0.0, 0.0, -1.0], (len(points), 1)))
     status, _, err = run("solar", "down.npz", *PLACE, "--time", NOON, *FEW)
     assert status == 0
-    assert "100 % of the points face the ground" in err
+    assert "100 % of the points face the ground; if they are the wrong way round, --viewpoint X,Y,Z or --normals" in err
+    down = sf.read_scan("down_solar.ply").attributes["kwh"]
+    status, _, err = run("solar", "down.npz", *PLACE, "--time", NOON, "--normals", "flip", *FEW)
+    up = sf.read_scan("down_solar.ply").attributes["kwh"]
+    np.testing.assert_allclose(up, sf.Sky(47.4, 8.5, NOON).global_horizontal / 1000.0, rtol=1e-3)
+    assert down.max() < 0.25 * up.min()
+    assert "face the ground" not in err
 
 
 @pytest.mark.parametrize(
@@ -368,6 +374,22 @@ def test_figures_by_hand():
     assert found["mean"]["kwh"] == 750.0
     assert found["best_tenth"] == found["most"] == 1000.0
     assert [(t["area"], t["kwh"]) for t in found["tilts"][:3:2]] == [(2.0, 1000.0), (2.0, 500.0)]
+
+
+@pytest.mark.scans
+def test_the_typical_year_of_amsterdam(scans, here, run):
+    """A level plane has what the file itself says of a level plane, measured apart from its beam and its sky.
+
+    Both know an hour as one number; where in it the sun stands makes up to (pi / 24)^2 / 6, .29 %.
+    """
+    import pvlib
+
+    file = scans / "weather" / "NLD_Amsterdam062400_IWEC.epw"
+    status, _, err = run("solar", plane(), "--epw", file, *FEW)
+    assert status == 0, err
+    expected = pvlib.iotools.read_epw(file)[0]["ghi"].sum() / 1000.0
+    np.testing.assert_allclose(sf.read_scan("plane_solar.ply").attributes["kwh"], expected, rtol=0.0029)
+    assert "52.300 N, 4.770 E" in err
 
 
 @pytest.mark.scans
