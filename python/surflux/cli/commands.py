@@ -261,12 +261,12 @@ def _check_cloud(options):
 def _doctor(options):
     from surflux.cli import doctor
 
-    result, lines = doctor.examined(options, CLOUD_LIMIT)
+    def solve_options(arguments):
+        return command_line(RUNS, CLOUD_LIMIT).parse_args(["solve", *arguments])
+
+    result, lines = doctor.examined(options, CLOUD_LIMIT, solve_options)
     status = 2 if result.get("solve", {}).get("refused") else 0
-    if options.json:
-        return print_json(result) or status
-    print("\n".join(lines))
-    return status
+    return _told(options, result, lines) or status
 
 
 def _render(options):
