@@ -67,11 +67,11 @@ def _run(arguments):
         # Whoever read our output has gone; nothing is left to say, not even at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (OSError, ValueError) as error:  # FileError is an OSError
+    except (OSError, ValueError, ImportError) as error:  # FileError is an OSError; a missing extra says its pip line
         return fail(error, 2)
     except (KeyboardInterrupt, sf.Cancelled):
         return fail("interrupted", INTERRUPTED)
-    except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
+    except (MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
         return fail(str(error) or type(error).__name__, 1)
 
 
