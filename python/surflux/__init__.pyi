@@ -6,6 +6,8 @@ from surflux._core import FileError as FileError
 from surflux.geometry.areas import AreaShares as AreaShares
 from surflux.geometry.areas import area_shares as area_shares
 from surflux.geometry.areas import effective_areas as effective_areas
+from surflux.geometry.facing import Facing as Facing
+from surflux.geometry.facing import facing as facing
 from surflux.geometry.hierarchy import Hierarchy as Hierarchy
 from surflux.geometry.hierarchy import build_hierarchy as build_hierarchy
 from surflux.geometry.orientation import inward_patches as inward_patches

@@ -65,7 +65,9 @@ class Cloud:
         if np.any(self.alone):
             many = check.counted(np.count_nonzero(self.alone), "point")
             LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
-        whole = scan[used].surfels(viewpoint=options.viewpoint, progress=True)
+        orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
+        whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
+        whole = whole.flipped() if options.normals == "flip" else whole
         if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
             whole = exposed(whole)
         self._normals, self._whole, self._whole_row = whole.normals, whole, used
@@ -140,6 +142,7 @@ class Cloud:
 def patches_of_file(options):
     """Surfels of a file that holds patches, thinned where there are too many."""
     surfels = read(options.input, viewpoint=options.viewpoint, points=options.points, progress=True)
+    surfels = surfels.flipped() if options.normals == "flip" else surfels
     limit = options.thin or options.points or CLOUD_LIMIT
     if len(surfels) <= limit:
         return surfels

@@ -206,12 +206,13 @@ def _draw(solution, camera, options, images, **settings):
 def _scene_to_solve(options):
     """(Scene, Cloud or None of a scene file)."""
     if _is_scene(options.input):
-        for name in ("thin", "light", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
+        for name in ("thin", "light", "normals", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
             if getattr(options, name):
                 flag = name.replace("_", "-")
                 more = {
                     "thin": "; a scene file thins an object by its key thin",
                     "light": "; a scene file has lights of its own",
+                    "normals": "; a scene file turns an object by its key orient",
                 }
                 raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
         return _load_scene(options), None
@@ -234,9 +235,9 @@ def _load_scene(options):
     return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
 
 
-def _cloud(options):
-    seed = getattr(options, "seed", None) or 0
-    return sf.read(options.input, viewpoint=options.viewpoint, points=options.points, seed=seed, progress=True)
+def _cloud(options, orient=False):
+    given = {"viewpoint": options.viewpoint, "points": options.points, "seed": getattr(options, "seed", None) or 0}
+    return sf.read(options.input, **given, orient=orient, progress=True)
 
 
 def _is_scene(path):

@@ -47,6 +47,9 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
+    text = 'of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they are, '
+    text += '"flip" turns all points over'
+    solve.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
     text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera and a sky '
     text += '(default of all others), or "sky", of radiance 1 all around'
     solve.add_argument("--light", choices=("studio", "sun", "sky"), help=text)

@@ -4,10 +4,12 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stage
+from surflux._base.passes import LOG, stage
+from surflux.geometry.facing import facing_of
 
 # Neighbours that a normal is fitted to.
 NORMAL_NEIGHBORS = 16
+_SAID = 0.05  # of the points on open surfaces: less is noise
 
 
 def estimated_normals(points, viewpoint):
@@ -16,6 +18,31 @@ def estimated_normals(points, viewpoint):
         few = check.counted(len(points), "point")
         raise ValueError(f"normals: wanted (n, 3), since a plane cannot be fitted to {few}; got None")
     return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=stage("normals"))
+
+
+def outward_normals(points, name="points", places=None):
+    """(n, 3) unit normals of checked points of which nothing says from where they were seen.
+
+    They face the side from which rays see each sheet; what closes around one of the places (k, 3) is seen from there.
+    What was taken for granted is logged, under that name.
+    """
+    normals = np.array(estimated_normals(points, None))
+    found = facing_of(points, normals, places)
+    normals[found.turned] *= -1.0
+    unsure = np.mean(found.open)
+    if np.any(found.room):
+        where = "inwards, as of a room" if np.mean(found.room) > 0.5 else "outwards, in rooms inwards"
+    else:
+        where = "outwards, as of bodies seen from outside"
+    if unsure > _SAID:
+        where += f"; {percent(unsure)} of the points are on open surfaces, which may face either way"
+    LOG.info("%s: estimated normals face %s (viewpoint: elsewhere)", name, where)
+    return normals
+
+
+def percent(share):
+    """A share for a sentence: 12 %, .3 %."""
+    return f"{100 * share:.0f} %" if share >= 0.01 else f"{100 * share:.1g} %".removeprefix("0")
 
 
 def estimated_radii(points, normals):

@@ -15,7 +15,7 @@ from surflux._base.types import FilePath, Integer, Progress
 from surflux._base.warn import warn
 from surflux.points.ply_arrays import load_arrays
 from surflux.points.scan import Format, scan_of_columns
-from surflux.points.scan_surfels import arrays_of_scan, surfels_of_arrays
+from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import format_of
 from surflux.scans.reading import read_columns
@@ -31,6 +31,7 @@ def read(
     emission: ArrayLike = 0.0,
     viewpoint: ArrayLike | None = None,
     *,
+    orient: bool | ArrayLike = False,
     points: Integer | None = None,
     seed: int = 0,
     threads: int | None = None,
@@ -57,6 +58,9 @@ def read(
         viewpoint: (3,), where the points were seen from; orients normals that are estimated. None for what the file
             says: the position of each scan of an E57 file, the viewpoint of a PCD file where it is not the default, or
             the cloud is a picture of a depth camera.
+        orient: True turns the file's normals over where they face inwards (see `facing`), and logs it; or a place in
+            the air (3,), or several (k, 3), such as a camera: what closes around one is a room, seen from inside.
+            Patches stay as they are.
         points: at most so many: a file with more is thinned while it is read, to an even sample of one point in each
             cell of a grid, without ever being whole in memory. None for all.
         seed: of that grid.
@@ -79,7 +83,7 @@ def read(
     >>> sf.read(path, reflectance=0.8)
     Surfels(2 surfels, no areas)
     """
-    more = {"points": points, "seed": seed, "threads": threads, "progress": progress}
+    more = {"orient": orient, "points": points, "seed": seed, "threads": threads, "progress": progress}
     surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint, **more)
     warn_of_faces(path, faces)
     return surfels
@@ -101,6 +105,7 @@ def read_with_faces(
     emission=0.0,
     viewpoint=None,
     *,
+    orient=False,
     points=None,
     seed=0,
     threads=None,
@@ -113,9 +118,10 @@ def read_with_faces(
     if points is not None:
         points = check.count("points", points, 2)
     seed = check.seed("seed", seed)
+    orient = oriented_around(orient)
     with watched(threads, progress):
         arrays = _arrays(path, format, points, seed)
-        return surfels_of_arrays(path, arrays, reflectance, emission, viewpoint), arrays["faces"]
+        return surfels_of_arrays(path, arrays, reflectance, emission, viewpoint, orient), arrays["faces"]
 
 
 def _arrays(path, format, points, seed):

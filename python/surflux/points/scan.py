@@ -17,7 +17,7 @@ from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.properties import unit_normals
-from surflux.points.scan_surfels import arrays_of_scan, surfels_of_arrays
+from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.surfels import Surfels
 from surflux.scans.reading import read_columns
 from surflux.scans.writing import write_points, written_suffix
@@ -95,6 +95,7 @@ class Scan:
         emission: ArrayLike = 0.0,
         viewpoint: ArrayLike | None = None,
         *,
+        orient: bool | ArrayLike = False,
         threads: int | None = None,
         progress: Progress = False,
     ) -> Surfels:
@@ -104,6 +105,7 @@ class Scan:
             reflectance, emission: as read takes them. None is the reflectance of the colours, else grey by the
                 intensity, .5 at its mean, else .5.
             viewpoint: (3,), towards which estimated normals turn; None for the scan's own, each scan's for its points.
+            orient: as read takes it.
             threads: at most this many; None for all.
             progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
                 False cancels.
@@ -116,7 +118,8 @@ class Scan:
         if viewpoint is not None:
             viewpoint = check.vector3("viewpoint", viewpoint)
         with watched(threads, progress):
-            return surfels_of_arrays(self.name, arrays_of_scan(self), reflectance, emission, viewpoint)
+            arrays = arrays_of_scan(self)
+            return surfels_of_arrays(self.name, arrays, reflectance, emission, viewpoint, oriented_around(orient))
 
     def save(
         self,

@@ -6,13 +6,18 @@ import numpy as np
 
 from surflux._base.color import WHITE
 from surflux._base.files import file_error
+from surflux._base.passes import LOG
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
-from surflux.geometry.estimates import estimated_normals
+from surflux.geometry.estimates import estimated_normals, outward_normals, percent
+from surflux.geometry.facing import checked_places, facing_of
 from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
 from surflux.points.seen_from import seen_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
+
+_SAID, _MOST = 0.0005, 0.5  # of the points
+_KEEP = "`--normals keep`, or orient=False, leaves them as they are"
 
 
 def arrays_of_scan(scan):
@@ -57,8 +62,11 @@ def _reflectance(arrays):
     return 0.5 if grey is None else grey
 
 
-def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint):
-    """Surfels of what load_arrays or arrays_of_scan give."""
+def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint, orient=None):
+    """Surfels of what load_arrays or arrays_of_scan give.
+
+    orient: None leaves the file's normals as they are; else places in the air (k, 3), also none, see `facing`.
+    """
     places = arrays.get("viewpoints", ())
     if viewpoint is None and len(places) == 1 and np.all(np.isfinite(places)):
         viewpoint = places[0]
@@ -69,7 +77,7 @@ def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint):
     try:
         surfels = Surfels(
             arrays["points"],
-            _complete_normals(path, arrays, viewpoint),
+            _complete_normals(path, arrays, viewpoint, orient),
             radii=arrays["radii"],
             areas=arrays["areas"],
             reflectance=reflectance,
@@ -91,7 +99,14 @@ def surfels_of_arrays(path, arrays, reflectance, emission, viewpoint):
     return surfels
 
 
-def _complete_normals(path, arrays, viewpoint):
+def oriented_around(orient):
+    """Places (k, 3) of the argument orient; None for False."""
+    if isinstance(orient, (bool, np.bool_)):
+        return np.zeros((0, 3)) if orient else None
+    return checked_places("orient", orient)
+
+
+def _complete_normals(path, arrays, viewpoint, orient):
     """The file's normals, the bad ones among them estimated; None where all are bad or missing, and can be left to
     Surfels.
     """
@@ -105,15 +120,44 @@ def _complete_normals(path, arrays, viewpoint):
             return None
         known = _towards_scanners(arrays)
         guess = seen_from(os.fsdecode(path), arrays["points"]) if known is None else None
-        return known if guess is None else np.array(estimated_normals(arrays["points"], guess))
+        if known is None and guess is None:
+            return outward_normals(arrays["points"], os.fsdecode(path), orient)
+        if guess is None:
+            return known
+        normals = np.array(estimated_normals(arrays["points"], guess))
+        found = facing_of(arrays["points"], normals, guess[None])
+        return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
     if not np.any(bad):
-        return normals
+        patches = len(arrays.get("triangles", ())) > 0
+        if orient is None or patches:
+            return normals
+        places = orient if viewpoint is None else np.vstack([orient, viewpoint])
+        return _turned_over(path, arrays["points"], normals, places)
     estimated = np.array(estimated_normals(arrays["points"], viewpoint))
     if viewpoint is None:
         nearest = _nearest(arrays["points"][~bad], arrays["points"][bad])
         flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
         estimated[np.flatnonzero(bad)[flipped]] *= -1.0
     return np.where(bad[:, None], estimated, normals)
+
+
+def _turned_over(path, points, normals, places):
+    """The normals of a file, with those turned over that face inwards; what is done, and what is open, is logged."""
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    found = facing_of(points, normals, places)
+    name = os.fsdecode(path)
+    turned, inside_out, against = np.mean([found.turned, found.inside_out, found.against], axis=1)
+    if turned > _SAID:
+        room = " (a room seen from inside stays, if a viewpoint is in it)" if inside_out > _SAID else ""
+        LOG.info("%s: %s of the points faced inwards and are turned over%s; %s", name, percent(turned), room, _KEEP)
+    if against > _MOST:
+        LOG.info(
+            "%s: the open surfaces of %s of the points face the side that is seen less, which is right in a room, and "
+            "wrong around a body: `--normals flip`, or Surfels.flipped, turns all points over",
+            name,
+            percent(against),
+        )
+    return np.where(found.turned[:, None], -normals, normals)
 
 
 def _towards_scanners(arrays):

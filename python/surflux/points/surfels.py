@@ -13,7 +13,7 @@ from surflux._base.passes import watched
 from surflux._base.types import FilePath, Floats, Integers, Mesh, Points, Progress
 from surflux.drawing.plots import to_polydata
 from surflux.geometry.cores import make_core
-from surflux.geometry.estimates import estimated_normals, estimated_radii
+from surflux.geometry.estimates import estimated_normals, estimated_radii, outward_normals
 from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
@@ -35,7 +35,7 @@ class Surfels:
             Open3D, pyvista or trimesh, whose normals count where none are given (and its colours for
             reflectance=None).
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
-            line, and to orient them outwards, sheet by sheet (needs 3 points).
+            line, and to orient them to the side from which each sheet is seen (see `facing`; needs 3 points).
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
@@ -106,7 +106,7 @@ class Surfels:
         two_sided = check.flag("two_sided", two_sided)
         with watched(threads, progress):
             if normals is None:
-                normals = estimated_normals(points, viewpoint)
+                normals = outward_normals(points) if viewpoint is None else estimated_normals(points, viewpoint)
             if radii is None:
                 radii = estimated_radii(points, normals)
         core = make_core(points, normals, radii, areas, reflectance, emission, **gloss)

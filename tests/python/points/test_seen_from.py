@@ -88,7 +88,7 @@ def test_a_plane_through_the_origin_is_a_terrain():
         ("scans/milk_color.pcd", "origin"),
         ("scans/region_growing_tutorial.pcd", "origin"),
         ("hard/rops_cloud.pcd", "origin"),
-        ("scans/room_scan1.pcd", None),
+        ("scans/room_scan1.pcd", "origin"),
         ("scans/bunnyDouble.e57", None),
         ("statues/armadillo_43k.ply", None),
         ("statues/dragon_50k.ply", None),

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/neighbors/orientation.h"
+#include "surflux/scene/surfels.h"
+
+namespace surflux {
+
+struct SheetOptions {
+    std::size_t smallest = 20;  // surfels of a sheet; fewer are noise
+    int rays = 8;               // from each side of a surfel that is asked
+    std::uint64_t seed = 0;
+    bool asks = true;           // false: no rays
+    std::vector<Vec3> witnesses;  // places in the air, such as of a scanner: what closes around one is a room
+};
+
+// Which side of a sheet is seen. `body`: it closes around something, and is seen from outside; `room`: it closes around
+// what has bodies in it, or a witness, and is seen from inside; `open`: it is seen from both sides, so that rays do not tell.
+enum class SheetKind : std::uint8_t { body, room, open };
+
+// Surfels that continue each other, whichever way their normals point. In front of it is what most of them face.
+struct OrientedSheet {
+    std::size_t size = 0;
+    SheetKind kind = SheetKind::open;
+    bool backwards = false;  // the side that is seen is the one behind; of open sheets never
+    double against = 0.0;    // share of its surfels that face the other way than most
+    // Share of the links of its surfels that do not continue a surface as its normals have it: .03 on statues that are
+    // sampled finely enough, .06 and more on leaves, trees, and walls that are thinner than the points are apart. Above
+    // .05 nothing is turned but what faces backwards as a whole.
+    double tangled = 0.0;
+    double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
+    double margin = 0.0;     // of the light that comes to it, in front less behind: from -1 to 1
+};
+
+struct SheetSides {
+    static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> sheet;  // per surfel: index of its sheet, or none of one that is too small
+    std::vector<bool> against;         // per surfel: faces the other way than most of its sheet
+    std::vector<bool> two_sided;       // shares its place with one that faces elsewhere: both are right
+    NeighborGraph graph;               // of surfels that may continue each other
+    std::vector<OrientedSheet> sheets;
+
+    // Does a surfel face the side of its sheet from which it is not seen? Pairs of two_sided never do.
+    bool turned(std::size_t surfel) const;
+};
+
+// Sheets by their links (neighbors/orientation.h), and which side of each is seen, by rays from both sides of some of
+// its surfels (Takayama, Jacobson, Kavan and Sorkine-Hornung 2014): those from outside leave the scene, or meet other
+// sheets, those from inside meet the sheet itself.
+SheetSides sheet_sides(const Surfels& surfels, const SheetOptions& options, const Progress& progress = {});
+
+// Those of some surfels that are connected and alike among themselves, in patches.
+std::vector<std::vector<std::uint32_t>> patches_of(const Surfels& surfels, const NeighborGraph& graph,
+                                                   const std::vector<bool>& some);
+
+// How well neighbours in a sheet continue each other, at least (agreement).
+inline constexpr double continuation = 0.5;
+
+}  // namespace surflux

@@ -1,0 +1,67 @@
+"""Pictures of `surflux solve FILE` for all shared scans, statues and hard clouds, on one sheet with seconds.
+
+    SURFLUX_DATA=FOLDER python tests/support/scan_sheet.py sheet.png [NAME ...]
+
+Names choose files that contain one of them. Needs matplotlib (surflux[bench]).
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+FOLDERS = "scans", "statues", "hard"
+SUFFIXES = ".laz", ".las", ".e57", ".pcd", ".ply"
+# Whose points say y up, or, of depth cameras, look along z with y down.
+OPTIONS = {
+    "armadillo": ["--up", "0,1,0"],
+    "buddha": ["--up", "0,1,0"],
+    "bun": ["--up", "0,1,0"],
+    "dragon": ["--up", "0,1,0"],
+}
+SIZE = "480x360"
+
+
+def main():
+    out, names = Path(sys.argv[1]), sys.argv[2:]
+    data = Path(os.environ["SURFLUX_DATA"])
+    files = [f for folder in FOLDERS for f in sorted((data / folder).iterdir()) if f.suffix.lower() in SUFFIXES]
+    files = [f for f in files if not names or any(name in f.name for name in names)]
+    with tempfile.TemporaryDirectory() as folder:
+        draw(out, [solved(f, Path(folder)) for f in files])
+
+
+def solved(path, folder):
+    """(name, seconds, picture or None)."""
+    more = next((options for name, options in OPTIONS.items() if path.name.startswith(name)), [])
+    image = folder / f"{path.stem}.png"
+    command = [sys.executable, "-m", "surflux", "solve", str(path), "-o", str(folder / f"{path.stem}_lit.ply")]
+    begin = time.perf_counter()
+    found = subprocess.run([*command, "--image", str(image), "--size", SIZE, *more], capture_output=True, text=True)
+    seconds = time.perf_counter() - begin
+    print(f"{path.name}: {seconds:.0f} s {' '.join(more)}", flush=True)
+    notes = [line for line in found.stderr.splitlines() if " " in line.removeprefix("surflux: ")]
+    print("  " + "\n  ".join(notes), flush=True)
+    return f"{path.name} {' '.join(more)}", seconds, image if image.exists() else None
+
+
+def draw(out, found, columns=4):
+    from matplotlib import image
+    from matplotlib.figure import Figure
+
+    rows = -(-len(found) // columns)
+    figure = Figure((columns * 4.0, rows * 3.3), layout="constrained", dpi=100)
+    for axes in figure.subplots(rows, columns, squeeze=False).flat:
+        axes.axis("off")
+        if found:
+            name, seconds, picture = found.pop(0)
+            axes.set_title(f"{name}: {seconds:.0f} s", fontsize=8)
+            if picture is not None:
+                axes.imshow(image.imread(picture))
+    figure.savefig(out)
+
+
+if __name__ == "__main__":
+    main()
