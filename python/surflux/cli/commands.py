@@ -67,11 +67,11 @@ def _run(arguments):
         # Whoever read our output has gone; nothing is left to say, not even at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (OSError, ValueError) as error:  # FileError is an OSError
+    except (OSError, ValueError, ImportError) as error:  # FileError is an OSError; a missing extra says its pip line
         return fail(error, 2)
     except (KeyboardInterrupt, sf.Cancelled):
         return fail("interrupted", INTERRUPTED)
-    except (ImportError, MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
+    except (MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
         return fail(str(error) or type(error).__name__, 1)
 
 
@@ -262,12 +262,12 @@ def _check_cloud(options):
 def _doctor(options):
     from surflux.cli import doctor
 
-    result, lines = doctor.examined(options, CLOUD_LIMIT)
+    def solve_options(arguments):
+        return command_line(RUNS, CLOUD_LIMIT).parse_args(["solve", *arguments])
+
+    result, lines = doctor.examined(options, CLOUD_LIMIT, solve_options)
     status = 2 if result.get("solve", {}).get("refused") else 0
-    if options.json:
-        return print_json(result) or status
-    print("\n".join(lines))
-    return status
+    return _told(options, result, lines) or status
 
 
 def _render(options):

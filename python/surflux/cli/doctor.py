@@ -25,10 +25,10 @@ _BYTES, _BYTES_EACH = 0.4e9, 2.0e3
 _FEW = 2000  # surfels that exchange light in pairs, within a second or two
 
 
-def examined(options, limit):
+def examined(options, limit, solve_options):
     """One `surflux doctor`: a dict for programs, and lines of text.
 
-    limit: points of a cloud that `surflux solve` takes.
+    limit, solve_options: see facts_of_points.
     """
     path = Path(options.input)
     suffix = path.suffix.lower()
@@ -44,10 +44,11 @@ def examined(options, limit):
         elif format_of(path) == "ply" and holds_solution(path):
             result, lines = _solution(options)
         else:
-            result = {"kind": "points"} | facts_of_points(options, limit)
+            result = {"kind": "points"} | facts_of_points(options, limit, solve_options)
             result["solve"] |= _expense(result["solve"]["surfels"])
             lines = [*lines_of_points(result), *_expense_lines(result["solve"])]
     notes = [note for note in dict.fromkeys(said) if not any(note in line for line in lines)]
+    notes = [note for note in notes if "has no light: it gets" not in note]  # a line of its own
     lines += [f"note: {note}" for note in notes]
     lines.append(f"next: {result['next']}")
     return {"input": options.input, **result, "notes": notes}, lines

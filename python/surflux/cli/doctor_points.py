@@ -10,11 +10,13 @@ from surflux._base import check
 from surflux._base.color import white_of_colors
 from surflux._base.passes import watched
 from surflux._base.summary import box_text
-from surflux.pictures.framing import framing
-from surflux.points.reading import read_with_faces
+from surflux.cli.cloud import Cloud, is_cloud, lights_of_cloud, patches_of_file
+from surflux.cli.pictures import camera_of
+from surflux.points.cleaning import first_of_each, isolated
 from surflux.points.scan import scan_of_columns
 from surflux.points.scan_surfels import grey_of_intensity
 from surflux.scans.formats import format_of
+from surflux.scans.georeference import georeference
 from surflux.scans.reading import read_columns
 
 # ASPRS LAS 1.4 R15, table 17.
@@ -22,15 +24,19 @@ CLASSES = ("never classified", "unclassified", "ground", "low vegetation", "medi
 CLASSES += ("building", "low point (noise)", "model key-point", "water", "rail", "road surface", "overlap")
 CLASSES += ("wire guard", "wire conductor", "transmission tower", "wire connector", "bridge deck", "high noise")
 CLASSES += ("overhead structure", "ignored ground", "snow", "temporal exclusion")
-_ALONE = 10.0  # median spacings to the nearest neighbour: such a point stands by itself
 _COARSE = 0.1  # spacings between two numbers that the file can tell apart
-_UNITS = {"e57": "metres, as E57 has them"}
+_LIGHTS = {
+    "sun": "sun and sky of a clear day, as of terrain (--light studio, sky)",
+    "studio": "a lamp behind the camera's left shoulder, and a sky (--light sun, sky)",
+}
 
 
-def facts_of_points(options, limit):
+def facts_of_points(options, limit, solve_options):
     """What is known of a file of points: a dict for programs, "solve" and "next" in it.
 
-    limit: points that `surflux solve` takes; of more an even sample is looked at.
+    Args:
+        limit: points that `surflux solve` takes; of more an even sample is looked at.
+        solve_options: function of a list of arguments: the options of `surflux solve`.
     """
     path, form = options.input, format_of(options.input)
     most = options.points or limit
@@ -44,8 +50,8 @@ def facts_of_points(options, limit):
         "sampled": len(scan) if sampled else None,
         "finite": None if sampled else len(scan),
         "faces": read.faces,
-        **_places(scan.points, sampled),
-        "unit": _UNITS.get(form, "not told by the file"),
+        **_places(scan, sampled),
+        "unit": _unit(options.input, form, scan.points),
         "normals": _normals(scan, options.viewpoint),
         "colors": _colors(read.columns.get("colors")),
         "intensity": _intensity(scan.attributes.get("intensity")),
@@ -54,30 +60,41 @@ def facts_of_points(options, limit):
         "scanners": scan.viewpoints,
         "attributes": list(scan.attributes),
     }
-    return facts | _solved(options, scan, facts, limit)
+    return facts | _solved(options, scan, facts, limit, solve_options)
 
 
-def _places(points, sampled):
+def _unit(path, form, points):
+    """The unit of coordinates, where the file or its format tells of it; nothing is guessed."""
+    if form == "e57":
+        return "metres, as E57 has them"
+    try:
+        found = georeference(path, 0.5 * (points.min(axis=0) + points.max(axis=0))[:2])
+    except (sf.FileError, ImportError) as error:
+        return f"not known: {error}"
+    if found is None:
+        return "not told by the file"
+    of_z = "" if found.vertical is None else f", of z {found.vertical:.6g} m"
+    return f"{found.horizontal:.6g} m{of_z} ({found.name}, at {found.latitude:.4f}, {found.longitude:.4f})"
+
+
+def _places(scan, sampled):
+    points = scan.points
     low, high = points.min(axis=0), points.max(axis=0)
     extent = float(np.linalg.norm(high - low))
-    order = np.lexsort(points.T)
-    ordered = points[order]
-    first = np.append(True, np.any(ordered[1:] != ordered[:-1], axis=1))
-    alone = ordered[first]
+    first = first_of_each(points, scan.normals) == np.arange(len(points))
+    alone = points[first]
     found = {
         "bounds": np.array([low, high]),
         "extent": extent,
         "offset": float(np.linalg.norm(0.5 * (low + high))),
         "duplicates": None if sampled else len(points) - len(alone),
+        "isolated": None if sampled else int(np.count_nonzero(isolated(points))),
         "spacing": None,
-        "isolated": None,
         "steps": None,
     }
     if len(alone) > 1:
         nearest = _core.nearest_points(alone, 2)[:, 1]
-        distance = np.linalg.norm(alone - alone[nearest], axis=1)
-        found["spacing"] = float(np.median(distance))
-        found["isolated"] = int(np.count_nonzero(distance > _ALONE * found["spacing"]))
+        found["spacing"] = float(np.median(np.linalg.norm(alone - alone[nearest], axis=1)))
         # Coordinates that were 4-byte floats: how far two of them are from each other at least.
         if np.array_equal(points, points.astype(np.float32)):
             step = float(np.spacing(np.float32(np.max(np.abs(points)))))
@@ -139,22 +156,20 @@ def _returns(attributes):
     return {"most": int(of.max()), "of_several": int(np.count_nonzero(of > 1)), "last": int(np.sum(number == of))}
 
 
-def _solved(options, scan, facts, limit):
-    """What `surflux solve` makes of the file: "solve" and "next"."""
-    file, given = shlex.quote(options.input), {"viewpoint": options.viewpoint}
-    more = "" if options.viewpoint is None else f" --viewpoint {','.join(f'{v:g}' for v in options.viewpoint)}"
-    if facts["points"] > limit and options.points is None:
-        more += f" --points {limit}"
-    elif options.points is not None:
-        more += f" --points {options.points}"
+def _solved(options, scan, facts, limit, solve_options):
+    """What `surflux solve` makes of the file, by its own way of doing so: "solve" and "next"."""
+    given = []
+    if options.viewpoint is not None:
+        given.append(f"--viewpoint={','.join(f'{v:g}' for v in options.viewpoint)}")
+    if facts["points"] > limit or options.points is not None:
+        given.append(f"--points={options.points or limit}")
+    given = solve_options([*given, "--", options.input])
     try:
-        if facts["format"] == "ply":  # which also has radii and patches
-            surfels = read_with_faces(options.input, points=options.points or limit, **given, progress=True)[0]
-        else:
-            surfels = scan.surfels(**given, progress=True)
+        surfels = Cloud(given).surfels if is_cloud(options.input) else patches_of_file(given)
     except (sf.FileError, ValueError) as error:
-        return {"solve": {"refused": str(error), "surfels": 0}, "next": f"see help(surflux.read); then doctor {file}"}
-    camera = framing(surfels, (800, 600))
+        return {"solve": {"refused": str(error), "surfels": 0}, "next": "see help(surflux.read) for what it takes"}
+    camera = camera_of(given, surfels, None)
+    lights_of_cloud(given, surfels, camera)
     grey = facts["colors"] is None or facts["colors"]["largest"] == 0
     intensity = scan.attributes.get("intensity")
     by_intensity = grey and intensity is not None and grey_of_intensity(intensity) is not None
@@ -167,11 +182,19 @@ def _solved(options, scan, facts, limit):
             "reflectance_of": _material(scan, grey, by_intensity),
             "radius": float(np.median(surfels.radii)),
             "camera": camera.to_dict(),
-            "light": "a lamp behind the camera's left shoulder, and a sky (--light sky: a sky of radiance 1 alone)",
+            "light": given.light,
         },
-        "next": f"surflux solve {file}{more}"
-        + (f" for the points alone, surflux view --mesh {file} for the faces" if facts["faces"] else ""),
+        "next": _next(options, given, facts["faces"]),
     }
+
+
+def _next(options, given, faces):
+    file = shlex.quote(options.input)
+    more = "" if given.viewpoint is None else f" --viewpoint={','.join(f'{v:g}' for v in given.viewpoint)}"
+    more += "" if given.points is None else f" --points {given.points}"
+    return f"surflux solve {file}{more}" + (
+        f" for the points alone, surflux view --mesh {file} for the faces" if faces else ""
+    )
 
 
 def _material(scan, grey, by_intensity):
@@ -215,10 +238,9 @@ def lines_of_points(f):
     if others:
         lines.append(f"other columns: {', '.join(others[:16])}{', ...' if len(others) > 16 else ''}")
     if f["duplicates"]:
-        lines.append(f"duplicates: {check.counted(f['duplicates'], 'point')} where another one is, to the last bit")
+        lines.append(f"duplicates: {check.counted(f['duplicates'], 'point')} where another one is, which counts once")
     if f["isolated"]:
-        what = f"nearest neighbour farther than {_ALONE:g} median spacings"
-        lines.append(f"isolated: {check.counted(f['isolated'], 'point')} ({what}): their disks are wide")
+        lines.append(f"isolated: {check.counted(f['isolated'], 'point')}, four times as far from others as usual there")
     if f["faces"]:
         lines.append(
             f"faces: {f['faces']}: it is a mesh, of which `solve` would take the points alone. `surflux view --mesh` "
@@ -278,7 +300,7 @@ def _solve_lines(f, solve):
         f"`surflux solve` takes {check.counted(solve['surfels'], 'surfel')}{thinned}{patches}, "
         f"median radius {solve['radius']:.4g}",
         f"  reflectance: {solve['reflectance_of']}; mean {grey}",
-        f"  light: {solve['light']}",
+        f"  light: {_LIGHTS[solve['light']]}",
         f"  camera: at ({place}), {above} (--eye, --target, --up choose)",
     ]
     if f["normals"]["estimated"] and f["normals"]["side"] is None:

@@ -1,10 +1,11 @@
 """What `surflux relight` does."""
 
+import shlex
 from pathlib import Path
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.files import require_place
+from surflux._base.files import file_error, require_file, require_place
 from surflux.cli.pictures import camera_of, check_images, exposed, tone_of_series
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
@@ -16,6 +17,7 @@ TRANSFER = ".transfer"  # the suffix of what Transfer.save writes
 
 def run(options):
     """One `surflux relight`: a dict for programs and lines of text."""
+    _require_input(options.input)
     settings = _settings(options)
     transfer = sf.load_transfer(options.input) if _is_transfer(options) else None
     lights = _lights_of(options, transfer)
@@ -53,6 +55,19 @@ def run(options):
         result["page"] = page
         lines.append(f"page: {page} ({page.stat().st_size / 1e6:.1f} MB)")
     return result, lines
+
+
+def _require_input(name):
+    """Refuses files of another kind, and says what they would have to become."""
+    suffix = Path(name).suffix.lower()
+    if suffix in (".toml", TRANSFER):
+        return
+    require_file(name)
+    made = (
+        f'[[object]] with file = "{Path(name).name}" in a scene file makes one of points (kind = "mesh": of a mesh); '
+        f"`surflux doctor {shlex.quote(name)}` says what the file holds"
+    )
+    raise file_error(name, f"wanted a scene (.toml), or what Transfer.save wrote of one ({TRANSFER}): {made}")
 
 
 def _is_transfer(options):

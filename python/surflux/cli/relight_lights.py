@@ -55,6 +55,7 @@ class MovingLamps:
         if self._direct == "interpolated":
             settings = {"background": background, "samples": samples, "culling": culling}
             return write_images(self.relit(transfer, 0), camera, options, images, **settings)
+        self.relit(transfer, 0)  # which warns of lamps that light nothing
         renderer = sf.LampRenderer(transfer, camera, options.size, samples=samples, culling=culling, progress=True)
 
         def drawn(layers, behind, samples=None):
@@ -63,6 +64,8 @@ class MovingLamps:
         return write_layers(drawn, options, images, background)
 
     def film(self, transfer, path, size, **options):
+        if self._direct == "traced":
+            self.relit(transfer, 0)  # as above
         return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, direct=self._direct, **options)
 
 

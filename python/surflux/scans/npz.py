@@ -67,13 +67,25 @@ def open_npz(path):
     """
     with _damage_said(path):
         archive = zipfile.ZipFile(path)
-        members = {}
-        for name in archive.namelist():
-            if name.endswith(".npy"):
-                member = _Member(archive, name)
-                if member.shape:
-                    members[member.name] = member
-    return PointFile(*_opened(path, members))
+    try:
+        with _damage_said(path):
+            members = {}
+            for name in archive.namelist():
+                if name.endswith(".npy"):
+                    member = _Member(archive, name)
+                    if member.shape:
+                        members[member.name] = member
+        count, chunks = _opened(path, members)
+    except BaseException:
+        archive.close()
+        raise
+    return PointFile(count, _closing(archive, chunks))
+
+
+def _closing(archive, chunks):
+    """The chunks; behind the last one, or where reading stops, the archive is closed."""
+    with archive:
+        yield from chunks
 
 
 def _opened(path, members):

@@ -177,7 +177,7 @@ class DirectionalLight:
         return _core.DirectionalLight(self.direction, self.irradiance)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, init=False, eq=False, repr=False)
 class Environment:
     """Radiance from the full sphere of directions: one colour, or a latitude-longitude image.
 
@@ -191,6 +191,8 @@ class Environment:
     Args:
         image_or_rgb: radiance in W/(m2 sr), at least 0: one number, RGB (3,), an image (h, w, 3), or the path of an
             image file (EXR, HDR; PNG is taken as sRGB).
+        radiance, image: the same by the names that scene files have, one of them instead: a number or RGB, or an image
+            or its path.
         up: (3,), where row 0 of the image lies; of any length but 0.
         azimuth: degrees by which the image is turned about `up`, counter-clockwise seen from its tip; 90 brings the
             first column from +x to +y. 360 more are the same light, bit by bit.
@@ -206,34 +208,43 @@ class Environment:
     radiance: Vector = field(init=False)
     image: Floats | None = field(init=False)
 
-    if TYPE_CHECKING:  # from more than is kept
-
-        def __init__(
-            self, image_or_rgb: ArrayLike | FilePath, up: ArrayLike = (0, 0, 1), azimuth: float = 0.0
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        given, name = self.image_or_rgb, "image_or_rgb"
-        image = None
-        if isinstance(given, (str, os.PathLike)):
-            given, name = read_image(given), f"image_or_rgb ({os.fspath(given)})"
-        array = check.numeric(name, given)
-        if array.ndim == 3:
-            image = check.in_range(name, check.finite_array(name, array, (None, None, 3)), 0.0).copy()
-            image.setflags(write=False)
-            radiance = np.zeros(3)
-        elif array.shape in ((), (3,)):
-            radiance = check.rgb(name, array)
+    def __init__(
+        self,
+        image_or_rgb: ArrayLike | FilePath | None = None,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        azimuth: float = 0.0,
+        *,
+        radiance: ArrayLike | None = None,
+        image: ArrayLike | FilePath | None = None,
+    ) -> None:
+        ways = {"image_or_rgb": image_or_rgb, "radiance": radiance, "image": image}
+        given = {name: value for name, value in ways.items() if value is not None}
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            raise ValueError(f"image_or_rgb: wanted radiance, an image or a path, by one of its names; got {got}")
+        ((name, value),) = given.items()
+        if isinstance(value, (str, os.PathLike)) and name != "radiance":
+            value, name = read_image(value), f"{name} ({os.fspath(value)})"
+        pixels = None
+        array = check.numeric(name, value)
+        if array.ndim == 3 and name != "radiance":
+            pixels = check.in_range(name, check.finite_array(name, array, (None, None, 3)), 0.0).copy()
+            pixels.setflags(write=False)
+            shining = np.zeros(3)
+        elif array.shape in ((), (3,)) and name != "image":
+            shining = check.rgb(name, array)
         else:
-            raise ValueError(f"{name}: wanted a number, RGB (3,), an image (h, w, 3) or a path, got {array.shape}")
+            wanted = {"radiance": "a number or RGB (3,)", "image": "an image (h, w, 3) or a path"}
+            wanted = wanted.get(name, "a number, RGB (3,), an image (h, w, 3) or a path")
+            raise ValueError(f"{name}: wanted {wanted}, got {array.shape}")
         # The light keeps its own copy of the pixels and no hold on what was handed in.
         _set(
             self,
-            image_or_rgb=radiance if image is None else image,
-            radiance=radiance,
-            image=image,
-            up=check.direction("up", self.up),
-            azimuth=check.number("azimuth", self.azimuth, -1e6, 1e6),
+            image_or_rgb=shining if pixels is None else pixels,
+            radiance=shining,
+            image=pixels,
+            up=check.direction("up", up),
+            azimuth=check.number("azimuth", azimuth, -1e6, 1e6),
         )
 
     @classmethod

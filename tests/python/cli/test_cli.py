@@ -246,6 +246,58 @@ def test_where_nothing_can_be_written_nothing_is_solved(ball, run, monkeypatch, 
 
 
 @pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "room.toml", "--image", "new/a.png"],
+        ["solve", "room.toml", "-o", "new/a.ply"],
+        ["area", "ball.ply", "-o", "new/a.ply"],
+        ["check", "ball.ply", "-o", "new/a.ply"],
+        ["render", "none.ply", "--image", "new/a.png"],
+        ["render", "none.ply", "--gaussians", "new/a.glb"],
+        ["render", "none.ply", "--turntable", "4", "--image", "new/%04d.png"],
+        ["render", "none.ply", "--turntable", "4", "--image", "new/a.gif"],
+        ["relight", "room.toml", "--image", "new/%04d.png"],
+        ["relight", "room.toml", "--image", "new/a.gif"],
+        ["relight", "room.toml", "--image", "new/a.exr"],
+        ["relight", "room.toml", "-o", "new/a.ply"],
+        ["relight", "room.toml", "--screenshot", "new/a.png"],
+        ["relight", "room.toml", "--environment", "sky.exr", "--export", "new/a.html"],
+        ["view", "room.toml", "--screenshot", "new/a.png"],
+        ["view", "room.toml", "--export", "new/a.html"],
+    ],
+    ids=" ".join,
+)
+def test_a_folder_that_does_not_exist_is_told_before_any_work(ball, run, monkeypatch, arguments):
+    def work(*_, **__):
+        raise AssertionError("worked in vain")
+
+    sf.write_image("sky.exr", np.ones((2, 4, 3)))
+    for name in ("solve", "effective_areas", "inward_patches", "load_solution", "precompute_transfer"):
+        monkeypatch.setattr(sf, name, work)
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert re.fullmatch(r"surflux: error: new/\S+: cannot be written: there is no folder new", err.splitlines()[-1])
+    assert not Path("new").exists()
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch, suffix):
+    monkeypatch.setitem(sys.modules, "imageio", None)
+    monkeypatch.setitem(sys.modules, "imageio.v2", None)
+
+    def work(*_, **__):
+        raise AssertionError("worked in vain")
+
+    monkeypatch.setattr(sf, "load_solution", work)
+    monkeypatch.setattr(sf, "precompute_transfer", work)
+    for arguments in (["render", "a.ply", "--turntable", 4], ["relight", "room.toml"]):
+        status, out, err = run(*arguments, "--image", f"a{suffix}")
+        assert (status, out) == (2, "")
+        wanted = rf"surflux: error: {suffix} files need `pip install surflux\[video\]` \(.*\); numbered pictures do not"
+        assert re.fullmatch(wanted, err.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ([], "the following arguments are required: COMMAND"),

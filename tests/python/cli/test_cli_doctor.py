@@ -48,12 +48,14 @@ def test_points_their_spacing_duplicates_and_isolated_ones(doctor, run):
     assert found["normals"] == {"given": False, "estimated": 404, "side": None}
     assert found["colors"] is None
     assert found["solve"]["reflectance"] == [0.5, 0.5, 0.5]
+    assert found["solve"]["surfels"] == 400  # those that are neither
+    assert found["solve"]["light"] == "studio"
     assert found["next"] == "surflux solve grid.ply"
     _, out, _ = run("doctor", "grid.ply")
     for line in (
         "points: 404 points (PLY), all finite",
-        "duplicates: 3 points where another one is",
-        "isolated: 1 point (nearest",
+        "duplicates: 3 points where another one is, which counts once",
+        "isolated: 1 point, four times as far from others as usual",
         "normals: none given: estimated from 16 neighbours",
         "next: surflux solve grid.ply",
     ):
@@ -78,7 +80,7 @@ def test_a_file_of_more_points_than_solve_takes(doctor, run, monkeypatch):
     found, _ = doctor("grid.ply")
     assert found["points"] == 404
     assert 100 < found["sampled"] <= 200
-    assert found["sampled"] == found["solve"]["surfels"]
+    assert found["solve"]["surfels"] == found["sampled"] - 1  # without the isolated one
     assert found["duplicates"] is None
     assert found["finite"] is None
     assert found["next"] == "surflux solve grid.ply --points 200"
@@ -116,11 +118,11 @@ def test_normals_given_zero_and_of_a_viewpoint(doctor, run):
     found = doctor("some.ply")[0]
     assert found["normals"]["estimated"] == 5
     assert "5 are zero or not finite: estimated" in run("doctor", "some.ply")[1]
-    assert any("5 of 404 normals are zero" in note for note in found["notes"])
+    assert any("of 400 normals are zero" in note for note in found["notes"])
     write_ply("none.ply", [])
     found, _ = doctor("none.ply", "--viewpoint", "0,0,-9")
     assert found["normals"]["side"] == "towards --viewpoint"
-    assert found["next"] == "surflux solve none.ply --viewpoint 0,0,-9"
+    assert found["next"] == "surflux solve none.ply --viewpoint=0,0,-9"
 
 
 def test_colours_of_8_bits_of_16_of_none_and_of_fractions(doctor, run):

@@ -106,6 +106,27 @@ def test_the_background_is_what_is_seen(room, run, direct):
         assert (np.rint(255 * shown(path)[0, 0]) == [51, 102, 153]).all()
 
 
+@pytest.mark.parametrize("image", ["a.png", "a%d.png"])
+@pytest.mark.parametrize("direct", ["interpolated", "traced"])
+def test_lamps_that_light_nothing_are_warned_of(here, room, run, direct, image):
+    (here / "out.toml").write_text((here / "room.toml").read_text().replace("[0.5, 0.5, 0.6]", "[0.5, 0.5, 9.0]"))
+    status, _, err = run("relight", "out.toml", "--direct", direct, "--image", image, *SMALL)
+    assert status == 0, err
+    assert "warning: none of the lights reaches the front of a surfel" in err
+
+
+@pytest.mark.parametrize("name", ["ball.ply", "ball.obj", "two words.laz"])
+def test_files_of_another_kind_are_told_what_they_would_have_to_become(here, run, name):
+    (here / name).write_bytes(b"ply\nwhatever \xff\n")
+    status, _, err = run("relight", name)
+    assert status == 2
+    assert err.startswith(
+        f"surflux: error: {name}: wanted a scene (.toml), or what Transfer.save wrote of one (.transf"
+    )
+    assert f'file = "{name}" in a scene file makes one of points' in err
+    assert run("relight", "none.ply") == (2, "", "surflux: error: none.ply: no such file\n")
+
+
 def test_a_camera_of_the_command_line(room, run):
     look = ("--eye", "0.2,-1,0.5", "--target", "0.5,0.5,0.4", "--image", "a.exr")
     assert run("relight", "room.toml", *look, *SMALL)[0] == 0

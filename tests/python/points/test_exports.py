@@ -27,7 +27,7 @@ SIGNATURES = {
     "SpotLight": "(position, direction, intensity, cone=45.0, penumbra=5.0)",
     "AreaLight": "(corner, edge_u, edge_v, exitance)",
     "DirectionalLight": "(direction, irradiance)",
-    "Environment": "(image_or_rgb, up=(0.0, 0.0, 1.0))",
+    "Environment": "(image_or_rgb=None, up=(0.0, 0.0, 1.0))",
     "load_scene": "(path)",
     "solve": "(scene, *, tolerance=0.0001, seed=0, progress=False, threads=None)",
     "solve_meshless": "(scene, *, levels=6, radius=None, epsilon_e=0.04, epsilon_omega=0.314, rays=512, bounces=None, "

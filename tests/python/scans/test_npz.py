@@ -89,3 +89,32 @@ def test_no_array_takes_the_place_of_another(tmp_path):
         "intensity": 0.0,
         "i": 1.0,
     }
+
+
+@pytest.mark.parametrize("damage", [None, "columns", "cut off", "text"])
+def test_the_archive_is_closed_by_name_whatever_is_in_it(tmp_path, monkeypatch, damage):
+    """And not by whoever collects garbage: elsewhere than in CPython that may be never."""
+    opened = []
+
+    class Archive(zipfile.ZipFile):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            opened.append(self)
+
+    path = tmp_path / "a.npz"
+    np.savez(path, **({"other": POINTS} if damage == "columns" else {"points": POINTS}))
+    if damage == "cut off":
+        with zipfile.ZipFile(path) as archive:
+            data = archive.read("points.npy")
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("points.npy", data[:-1])
+    if damage == "text":
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("points.npy", "no array")
+    monkeypatch.setattr("surflux.scans.npz.zipfile.ZipFile", Archive)
+    if damage is None:
+        sf.read_scan(path)
+    else:
+        with pytest.raises(sf.FileError):
+            sf.read_scan(path)
+    assert [archive.fp for archive in opened] == [None]

@@ -1,5 +1,7 @@
 """Direct light against closed forms, through solve: black surfaces, so that H is what the lights send."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -250,3 +252,26 @@ def test_the_azimuth_of_an_environment_is_checked_and_shown():
         sf.Environment(half_sky(), azimuth=[1, 2])
     assert "azimuth=30" in repr(sf.Environment(half_sky(), azimuth=30))
     assert "azimuth" not in repr(sf.Environment(half_sky()))
+
+
+def test_an_environment_by_the_names_of_scene_files(tmp_path):
+    """As load_scene promises: the keys are the arguments of the light."""
+    pixels = np.arange(24.0).reshape(2, 4, 3)
+    path = sf.write_image(tmp_path / "sky.exr", pixels)
+    assert sf.Environment(radiance=[1, 2, 3], up=[0, 1, 0]) == sf.Environment([1, 2, 3], up=[0, 1, 0])
+    assert sf.Environment(image=pixels, azimuth=30) == sf.Environment(pixels, azimuth=30)
+    assert sf.Environment(image=path) == sf.Environment(image=str(path)) == sf.Environment(path)
+    light = sf.Environment(radiance=(1.0, 2.0, 3.0), up=(0.0, 1.0, 0.0))
+    assert eval(repr(light), {"Environment": sf.Environment}) == light
+    turned = dataclasses.replace(sf.Environment(image=path), azimuth=90.0)
+    assert (turned.azimuth, turned.image.tolist()) == (90.0, pixels.tolist())
+    for given, reason in (
+        ({}, "image_or_rgb: wanted radiance, an image or a path, by one of its names; got none"),
+        ({"radiance": 1, "image": pixels}, "by one of its names; got radiance and image"),
+        ({"radiance": pixels}, r"^radiance: wanted a number or RGB"),
+        ({"radiance": "sky.exr"}, "^radiance: wanted"),
+        ({"image": 1.0}, r"^image: wanted an image \(h, w, 3\) or a path"),
+        ({"image": -pixels}, "^image: wanted"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            sf.Environment(**given)
