@@ -306,7 +306,7 @@ def test_stages_tell_their_seconds_to_who_asks_for_them(caplog, monkeypatch):
     with caplog.at_level(logging.DEBUG, "surflux"):
         sf.Surfels(BALL, progress=True)
     told = [re.sub(r"[\d.]+ s$", "N s", record.message) for record in caplog.records]
-    assert told.pop(4).startswith("points: estimated normals face outwards")
+    assert told.pop(3).startswith("points: estimated normals face outwards")
     assert told == [line for label in STAGES for line in (label, f"{label}: N s")]
 
 
