@@ -228,6 +228,8 @@ def test_where_there_is_no_terminal_stages_are_logged(caplog, monkeypatch):
         sf.Surfels(BALL, progress=True)
     assert [(record.name, record.message) for record in caplog.records] == [
         ("surflux", "normals"),
+        ("surflux", "facing"),
+        ("surflux", "points: estimated normals face outwards, as of bodies seen from outside (viewpoint: elsewhere)"),
         ("surflux", "radii"),
     ]
 
@@ -254,4 +256,4 @@ def test_bars_are_those_of_tqdm_auto(monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(tqdm.auto, "tqdm", Bar)
     sf.Surfels(BALL, progress=True)
-    assert bars == ["normals", "radii"]
+    assert bars == ["normals", "facing", "radii"]
