@@ -17,7 +17,7 @@ BALL = np.random.default_rng(0).normal(size=(400, 3))
 BALL /= np.linalg.norm(BALL, axis=1, keepdims=True)
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
 WALL = [[0.3, 0, 0], [0.3, 1, 0], [0.3, 1, 1], [0.3, 0, 1]], [[0, 1, 2, 3]]
-STAGES = ["normals", "which side is seen", "radii"]  # of Surfels(points)
+STAGES = ["normals", "facing", "radii"]  # of Surfels(points)
 SIGNATURES = [
     sf.Surfels,
     sf.Surfels.from_mesh,
@@ -230,7 +230,7 @@ def test_where_there_is_no_terminal_stages_are_logged(caplog, monkeypatch):
         sf.Surfels(BALL, progress=True)
     told = [(record.name, record.message) for record in caplog.records]
     assert told.pop(2)[1].startswith("points: estimated normals face outwards")  # taken for granted, and no progress
-    assert told == [("surflux", "normals"), ("surflux", "which side is seen"), ("surflux", "radii")]
+    assert told == [("surflux", "normals"), ("surflux", "facing"), ("surflux", "radii")]
 
 
 def test_a_stage_that_comes_again_is_logged_once(caplog, monkeypatch):
