@@ -1,3 +1,6 @@
+#include <numeric>
+#include <optional>
+
 #include "convert.h"
 #include "rooms.h"
 
@@ -20,14 +23,25 @@ const std::uint8_t* to_rows(const Bytes& bits, std::size_t rows, std::size_t dir
     return bits.data();
 }
 
-py::array free_directions(const CompiledScene& scene, const Doubles& directions, const py::object& progress) {
+// Of some surfels, or of all where they are None.
+py::array free_directions(const CompiledScene& scene, const Doubles& directions, const py::object& progress,
+                          const std::optional<Indices>& surfels) {
     const std::vector<Vec3> along = to_vec3s(directions, "directions");
+    std::vector<std::uint32_t> which;
+    if (surfels) {
+        which = to_vector(*surfels);
+        for (const std::uint32_t i : which)
+            require(i < scene.scene().surfels.size(), "surfels: there is none of index ", i);
+    } else {
+        which.resize(scene.scene().surfels.size());
+        std::iota(which.begin(), which.end(), 0u);
+    }
     const Progress report = to_progress(progress);
-    FreeDirections found =
-        without_gil([&] { return find_free_directions(scene.scene().surfels, scene.tracer(report), along, report); });
-    const auto rows = static_cast<py::ssize_t>(scene.scene().surfels.size());
+    FreeDirections found = without_gil(
+        [&] { return find_free_directions(scene.scene().surfels, which, scene.tracer(report), along, report); });
     return handed_over(std::move(found.bits))
-        .reshape({rows, static_cast<py::ssize_t>(FreeDirections::row_bytes(along.size()))});
+        .reshape({static_cast<py::ssize_t>(which.size()),
+                  static_cast<py::ssize_t>(FreeDirections::row_bytes(along.size()))});
 }
 
 py::tuple direction_sums(const Doubles& normals, const Bytes& bits, const Doubles& vectors, bool cosine) {
@@ -70,7 +84,7 @@ void bind_lights(py::module_& module) {
             },
             py::arg("normals"), py::arg("bits"));
     module.def("free_directions", &free_directions, py::arg("scene"), py::arg("directions"),
-               py::arg("progress") = py::none());
+               py::arg("progress") = py::none(), py::arg("surfels") = py::none());
     module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
                py::arg("cosine"));
 }

@@ -27,6 +27,7 @@ SIGNATURES = [
     sf.build_hierarchy,
     sf.divide_patches,
     sf.effective_areas,
+    sf.facing,
     sf.form_factor_operator,
     sf.form_factors,
     sf.inward_patches,

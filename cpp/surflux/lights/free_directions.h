@@ -21,9 +21,10 @@ struct FreeDirections {
     static std::size_t row_bytes(std::size_t directions) { return (directions + 7) / 8; }
 };
 
-// A shadow ray from every surfel to every direction that it faces: of neighbours the same way, sixteen at once.
-// `directions`: unit vectors; packets are most coherent where those next to each other go nearly the same way.
-FreeDirections find_free_directions(const Surfels& surfels, const Tracer& tracer, const std::vector<Vec3>& directions,
+// A shadow ray from the place of each of the surfels `which`, by their index, to every direction that it faces; in
+// scenes with triangles those of neighbours that go the same way, sixteen at once. `directions`: unit vectors.
+FreeDirections find_free_directions(const Surfels& surfels, const std::vector<std::uint32_t>& which,
+                                    const Tracer& tracer, const std::vector<Vec3>& directions,
                                     const Progress& progress = {});
 
 // What parallel light of each direction brings to planes with some normals: the sum of max(0, n . v_j) over all of the

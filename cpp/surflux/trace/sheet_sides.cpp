@@ -22,8 +22,11 @@ constexpr double closed = 0.6;           // part of the light that reaches a clo
 constexpr double most_flat = 0.5;        // as of half a sphere: what is flatter closes around nothing
 constexpr double dark = 0.02;            // of the rays: of a sheet that is itself inside of another, fewer leave the scene
 constexpr double furnished = 0.02;       // of the rays: so many meet bodies inside of a room
+constexpr double no_crease = 0.8;        // cosine; at a crease, two leaves touch as the sides of a box do
+constexpr double few_against = 0.05;     // what is tangled, but faces the same way nearly everywhere, has two sides, too
 constexpr double doubtful = 0.25;        // of the links across the border of a patch: more, and it is none
-constexpr double most_tangled = 0.05;    // see OrientedSheet
+constexpr double least_border = 12.0;    // links, and the root of its surfels: fewer are a contact, as of two leaves
+constexpr double most_tangled = 0.002;   // see OrientedSheet
 constexpr std::size_t looks = 256;       // of a witness, all around
 constexpr double around = 0.5;           // of these meet the inside of what closes around it
 
@@ -232,15 +235,17 @@ private:
     std::vector<double> bodies_, witnessed_;
 };
 
-// Share of the links that make no surface, or one that has but one side.
+// Share of the links in a sheet that contradict the sides it has been given.
 double tangled(const Surfels& s, const NeighborGraph& graph, const std::vector<std::uint32_t>& members,
                const std::vector<Vec3>& front) {
     std::size_t all = 0, bad = 0;
     for (std::uint32_t i : members)
         for (std::uint32_t j : graph[i]) {
             const double agree = agreement(front[i], front[j], s.positions[j] - s.positions[i]);
+            const bool by_mirror = (agree < 0.0) != (dot(front[i], front[j]) < 0.0);
+            if (std::abs(agree) < continuation || by_mirror) continue;
             ++all;
-            bad += agree < continuation || dot(front[i], front[j]) < 0.0;
+            bad += agree < 0.0;
         }
     return all == 0 ? 0.0 : static_cast<double>(bad) / static_cast<double>(all);
 }
@@ -261,15 +266,20 @@ double flatness(const std::vector<double>& spacing, const std::vector<std::uint3
 // is none: the one link by which a spanning tree reached it erred.
 void drop_doubtful(const Surfels& s, SheetSides& out) {
     for (const std::vector<std::uint32_t>& patch : patches_of(s, out.graph, out.against)) {
-        std::size_t same = 0, opposite = 0;
+        const bool is_open = out.sheets[out.sheet[patch.front()]].kind == SheetKind::open;
+        std::size_t same = 0, opposite = 0, smooth = 0;
         for (std::uint32_t i : patch)
             for (std::uint32_t j : out.graph[i]) {
                 if (out.against[j] || out.two_sided[j]) continue;
                 const double agree = agreement(s.normals[i], s.normals[j], s.positions[j] - s.positions[i]);
-                const bool by_mirror = (agree < 0.0) != (dot(s.normals[i], s.normals[j]) < 0.0);
-                if (std::abs(agree) >= continuation && !by_mirror) ++(agree > 0.0 ? same : opposite);
+                const double cosine = dot(s.normals[i], s.normals[j]);
+                if (std::abs(agree) < continuation || (agree < 0.0) != (cosine < 0.0)) continue;
+                ++(agree > 0.0 ? same : opposite);
+                smooth += agree < 0.0 && cosine < -no_crease;
             }
-        if (static_cast<double>(same) > doubtful * static_cast<double>(same + opposite))
+        const double border = std::max(least_border, std::sqrt(static_cast<double>(patch.size())));
+        if (static_cast<double>(is_open ? smooth : opposite) < border || (is_open && 2 * smooth < opposite) ||
+            static_cast<double>(same) > doubtful * static_cast<double>(same + opposite))
             for (std::uint32_t i : patch) out.against[i] = false;
     }
 }
@@ -302,7 +312,7 @@ bool SheetSides::turned(std::size_t surfel) const {
     if (sheet[surfel] == none || two_sided[surfel]) return false;
     const OrientedSheet& of = sheets[sheet[surfel]];
     if (of.tangled <= most_tangled) return against[surfel] != of.backwards;
-    return of.backwards && !against[surfel] && of.against <= most_tangled;
+    return of.backwards && !against[surfel] && of.against <= few_against;
 }
 
 SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Progress& progress) {
@@ -335,8 +345,8 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
         sheet.against = static_cast<double>(few) / static_cast<double>(sheet.size);
         out.sheets.push_back(sheet);
     }
-    drop_doubtful(s, out);
     if (options.asks) Votes(s, out, front, options).ask(members, progress);
+    drop_doubtful(s, out);
     return out;
 }
 

@@ -28,9 +28,9 @@ struct OrientedSheet {
     SheetKind kind = SheetKind::open;
     bool backwards = false;  // the side that is seen is the one behind; of open sheets never
     double against = 0.0;    // share of its surfels that face the other way than most
-    // Share of the links of its surfels that do not continue a surface as its normals have it: .03 on statues that are
-    // sampled finely enough, .06 and more on leaves, trees, and walls that are thinner than the points are apart. Above
-    // .05 nothing is turned but what faces backwards as a whole.
+    // Share of its links that contradict the sides it has been given: below .001 on surfaces, .009 and more on trees,
+    // leaves, and walls that are thinner than points are apart. Above .002 nothing is turned but what faces backwards as
+    // a whole.
     double tangled = 0.0;
     double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
     double margin = 0.0;     // of the light that comes to it, in front less behind: from -1 to 1

@@ -8,14 +8,17 @@ import numpy as np
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.files import require_place
+from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
+from surflux.cli.cloud import is_cloud
 from surflux.cli.pictures import camera_of
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
 from surflux.drawing.plots import picture_path
 from surflux.drawing.value_map import SCALE, value_map
 from surflux.pictures.framing import framing
+from surflux.points.reading import warn_of_faces
+from surflux.points.scan import read_scan_with_faces
 from surflux.scans.writing import written_suffix
 
 PARTS = "beam", "diffuse", "reflected"
@@ -39,7 +42,7 @@ def run(options, limit):
         picture_path("--image", image)
     scan, scene, surfel, told, site = _input(options, weather, limit)
     camera = _camera(options, scene, site.frame)
-    if Path(options.input).suffix.lower() != ".toml":
+    if is_cloud(options.input):
         LOG.info("what lies past the edge of the points is open: low sun comes in from there")
     seconds = {"input": perf_counter() - begin}
     settings = {"seed": options.seed or 0, "bounces": None if options.bounces == "all" else options.bounces}
@@ -78,17 +81,24 @@ def _checked(options):
     for name, value in given.items():
         if value is not None:
             check.number(f"--{name.replace('_', '-')}", value, *bounds[name])
-    if Path(options.input).suffix.lower() == ".toml":
-        for name in ("casters", "receivers", "colors"):
+    require_file(options.input)
+    if not is_cloud(options.input):
+        for name in ("casters", "receivers", "colors", "points", "viewpoint", "normals", "keep_outliers"):
             if getattr(options, name):
-                raise ValueError(f"--{name}: is for a cloud; a scene file says by itself what is in it")
+                flag = f"--{name.replace('_', '-')}"
+                raise ValueError(
+                    f"{flag}: is for a cloud; scenes and patches of a mesh say by themselves what they are"
+                )
     return check_weather(options)
 
 
 def _input(options, weather, limit):
     """(Scan, Scene in the Site's frame, (n,) the surfel of each point or -1, which of them count, Site)."""
-    if Path(options.input).suffix.lower() == ".toml":
-        scene = sf.load_scene(options.input, threads=options.threads, progress=True)
+    if not is_cloud(options.input):
+        if Path(options.input).suffix.lower() == ".toml":
+            scene = sf.load_scene(options.input, threads=options.threads, progress=True)
+        else:
+            scene = sf.Scene([sf.read(options.input, progress=True)])
         surfels = scene.surfels
         site = site_of(options, surfels.points, weather)
         scan = sf.Scan(surfels.points, surfels.normals, surfels.reflectance, name=options.input)
@@ -96,7 +106,8 @@ def _input(options, weather, limit):
         everything = np.arange(len(surfels)), np.ones(len(surfels), bool)
         return scan, sf.Scene(moved, camera=_moved(scene.camera, site.frame), name=scene.name), *everything, site
     most = options.points or limit
-    scan = sf.read_scan(options.input, points=most, seed=options.seed or 0, progress=True)
+    scan, faces = read_scan_with_faces(options.input, points=most, seed=options.seed or 0, progress=True)
+    warn_of_faces(options.input, faces)
     if scan.rows[-1] >= most:
         LOG.info("%d points are taken of the file, evenly, and written (--points sets how many at most)", len(scan))
     site = site_of(options, scan.points, weather)
@@ -106,7 +117,7 @@ def _input(options, weather, limit):
 def _moved(camera, frame):
     if camera is None:
         return None
-    up = frame.points(frame.origin + camera.up)
+    up = frame.points(camera.up)
     height = None if camera.height is None else frame.horizontal * camera.height
     return sf.Camera(frame.points(camera.eye), frame.points(camera.target), up, camera.fov, height=height)
 
@@ -117,7 +128,7 @@ def _camera(options, scene, frame):
         if getattr(options, name) is not None:
             setattr(options, name, tuple(frame.points(getattr(options, name))))
     if options.up is not None:
-        options.up = tuple(frame.points(frame.origin + options.up))
+        options.up = tuple(frame.points(options.up))
     size = (1.0 - SCALE) * options.size[0], options.size[1]
     default = scene.camera
     if default is None:  # never from straight above, where facades do not show

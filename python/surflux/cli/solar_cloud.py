@@ -91,7 +91,9 @@ def scene_of_scan(options, scan, frame):
     moved = _in_frame(scan, frame)
     viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
     reflectance = None if options.colors else options.albedo
-    objects = [moved[some].surfels(reflectance, viewpoint=viewpoint, progress=True) for some in groups]
+    kept = {"viewpoint": viewpoint, "orient": options.normals in (None, "check"), "progress": True}
+    objects = [moved[some].surfels(reflectance, **kept) for some in groups]
+    objects = [one.flipped() for one in objects] if options.normals == "flip" else objects
     order = np.concatenate(groups)
     surfel = np.full(len(scan), -1)
     surfel[order] = np.arange(len(order))
@@ -100,7 +102,7 @@ def scene_of_scan(options, scan, frame):
     told = receivers[order]
     down = np.concatenate([one.normals[:, 2] for one in objects])[told] < _DOWN
     if down.mean() > _MANY_DOWN:
-        hint = "if normals were estimated the wrong way round, --viewpoint X,Y,Z turns them"
+        hint = "if they are the wrong way round, --viewpoint X,Y,Z or --normals flip turns them"
         warn(f"{100.0 * down.mean():.0f} % of the points face the ground; {hint}")
     return sf.Scene(objects, name=Path(options.input).stem), surfel, told
 

@@ -19,16 +19,15 @@ _NONE = "--place: wanted LAT,LON in degrees"
 
 @dataclass(frozen=True)
 class Frame:
-    """Metres around an origin, x to the east, y to true north, z up."""
+    """Metres, x to the east, y to true north, z up, around the origin of the file, where a scanner may have stood."""
 
-    origin: np.ndarray  # (3,) in the file's coordinates
     north: float = 0.0  # degrees clockwise from the file's +y
     horizontal: float = 1.0  # metres of the file's unit
     vertical: float = 1.0
 
     def points(self, points):
         """(n, 3) of points in the file's coordinates."""
-        return (np.asarray(points) - self.origin) * [self.horizontal, self.horizontal, self.vertical] @ self._turn().T
+        return np.asarray(points) * [self.horizontal, self.horizontal, self.vertical] @ self._turn().T
 
     def normals(self, normals):
         """(n, 3), unit, of normals in the file's coordinates."""
@@ -39,7 +38,6 @@ class Frame:
         """(4, 4), as Surfels.transformed takes it; of a frame with one unit."""
         out = np.eye(4)
         out[:3, :3] = self.horizontal * self._turn()
-        out[:3, 3] = -out[:3, :3] @ self.origin
         return out
 
     def _turn(self):
@@ -84,14 +82,13 @@ def site_of(options, points, found):
 
     found: what check_weather gave. What is taken for granted is logged.
     """
-    origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    about = _georeference(options, origin[:2])
+    about = _georeference(options, 0.5 * (points.min(axis=0) + points.max(axis=0))[:2])
     horizontal = vertical = 1.0 if options.unit is None else options.unit
     if about is not None and options.unit is None:
         horizontal = about.horizontal
         vertical = horizontal if about.vertical is None else about.vertical
     north = options.north if options.north is not None else 0.0 if about is None else about.north
-    frame = Frame(origin, north, horizontal, vertical)
+    frame = Frame(north, horizontal, vertical)
     place = options.place
     if place is None and found is not None:
         place = found.latitude, found.longitude

@@ -15,7 +15,7 @@ from surflux._base.types import Floats, Points, Progress
 _SMALLEST, _RAYS = 20, 8  # points of a sheet or patch; rays from each side of up to 2000 points of a sheet
 _LOOKED_AT = 60_000  # points, drawn at random; the others follow those beside them
 _BODY, _ROOM = 0, 1  # kinds of sheets in the core
-_TANGLED = 0.05  # links of a sheet, as in the core: more, and it is no surface with two sides
+_TANGLED, _FEW = 0.002, 0.05  # as in the core: more links contradict the sides of a sheet, and more of it faces back
 # An open sheet of a scan that is right may have less light in front by so much: walls of rooms up to .1, all that a
 # depth camera saw of an office .08. A statue that lacks its back, turned inside out, has .2 less.
 _AGAINST = -0.15
@@ -114,6 +114,6 @@ def facing_of(points, normals, places=None, seed=0):
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
     # The last entry is of points that are in no sheet.
     is_room = np.append(kind == _ROOM, False)[sheet]
-    is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | (tangled & (found["against"] > _TANGLED)), True)[sheet]
+    is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | (tangled & (found["against"] > _FEW)), True)[sheet]
     inside_out = turned & np.append(found["backwards"].astype(bool), False)[sheet]
     return Facing(turned, is_room & ~is_open, inside_out, is_open, np.append(found["margin"], 0.0)[sheet])

@@ -67,8 +67,12 @@ def load_scene(
     - two_sided (false): true adds a copy of every surfel that faces the other way; with kind "mesh" "sheets" of those
       alone that belong to open sheets, such as leaves (see Surfels.from_mesh).
 
-    file: the path of points (PLY), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others, see
-    Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment.
+    file: the path of points (PLY and others, see read), with kind = "mesh" or `points` of a mesh (PLY, OBJ and others,
+    see Surfels.from_mesh). Relative paths start at the scene file; ${NAME} comes from the environment. With it go:
+
+    - up ([0, 0, 1]): what is up in the file; it is turned to z before `scale` and `rotate`.
+    - viewpoint: of points alone, the place in the file's coordinates from which they were seen; estimated normals turn
+      towards it. Default: what the file says, see read.
 
     shape, with its keys and their defaults:
 

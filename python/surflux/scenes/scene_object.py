@@ -46,11 +46,14 @@ def open_object(table):
         table.get("scale", 1.0),
         table.get("rotate", (0.0, 0.0, 0.0)),
         table.get("translate", (0.0, 0.0, 0.0)),
+        table.get("up", (0.0, 0.0, 1.0)),
     )
     seed = table.call(check.seed, "seed", table.get("seed", 0))
     file = table.file("file")
     if (file is None) == ("shape" not in table):
         raise table.error("file", "wanted either file or shape")
+    if file is None and "up" in table:
+        raise table.error("up", "is for a file; a shape is turned by its key rotate")
     shape = None if file is not None else table.choice("shape", SHAPES)
     kind = table.choice("kind", ("surfels", "mesh"), "mesh" if shape in _MESHES else "surfels")
     orient = table.call(check.flag, "orient", table.get("orient", False))
@@ -106,8 +109,11 @@ def _created(table, transform, shape, file, kind, seed, sheets):
             lambda n: (transform.surfels(table.call(function, points=n, **arguments)), None),
         )
     mesh, side = _mesh(table, shape, file, kind)
+    viewpoint = table.get("viewpoint")
+    if mesh is not None and viewpoint is not None:
+        raise table.error("viewpoint", "is for a file of points, whose estimated normals turn towards it")
     if mesh is None:
-        surfels = transform.surfels(_read(table, file))
+        surfels = transform.surfels(_read(table, file, viewpoint))
         return len(surfels), len(surfels), len(surfels), lambda _: (surfels, None)
     polygons = mesh._replace(vertices=transform.points(mesh.vertices))
     if kind == "surfels":
@@ -154,10 +160,10 @@ def _mesh(table, shape, file, kind):
     return table.call(read_mesh, file), None
 
 
-def _read(table, file):
+def _read(table, file, viewpoint):
     if "kind" in table:  # that faces are left out is meant
-        return table.call(read_with_faces, file)[0]
-    return table.call(read, file)
+        return table.call(read_with_faces, file, viewpoint=viewpoint)[0]
+    return table.call(read, file, viewpoint=viewpoint)
 
 
 def _sampled(table, polygons, n, seed):

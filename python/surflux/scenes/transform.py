@@ -1,4 +1,4 @@
-"""Placing things in a scene: scale, then rotate about x, y and z, then translate."""
+"""Placing things in a scene: stand them up, scale, then rotate about x, y and z, then translate."""
 
 from dataclasses import dataclass
 
@@ -25,9 +25,12 @@ class Transform:
         return Surfels._from_core(moved(s._core, self.scale, self.rotation, self.translation))
 
 
-def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0)):
-    """A Transform from a scale above 0, degrees about x, then y, then z, and a translation."""
-    rotation = np.eye(3)
+def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0)):
+    """A Transform from a scale above 0, degrees about x, then y, then z, and a translation.
+
+    up: the direction that becomes z before that, by the shortest turn.
+    """
+    rotation = _to_z(check.direction("up", up))
     for axis, degrees in enumerate(check.positions("rotate", rotate)):
         rotation = _about(axis, degrees) @ rotation
     return Transform(
@@ -35,6 +38,14 @@ def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0))
         rotation,
         check.positions("translate", translate),
     )
+
+
+def _to_z(up):
+    if up[2] <= -1.0:
+        return np.diag([1.0, -1.0, -1.0])
+    axis = np.cross(up, [0.0, 0.0, 1.0])
+    cross = np.cross(axis, np.eye(3)).T  # cross @ v = axis x v
+    return np.eye(3) + cross + cross @ cross / (1.0 + up[2])
 
 
 def _about(axis, degrees):

@@ -36,11 +36,19 @@ class SightLines:
     def __len__(self):
         return len(self.normals)
 
-    def free(self, directions, label):
+    def free(self, directions, label, part=0, parts=1):
         """(n, bytes) of directions (d, 3), in bits as np.packbits has them: is nothing in the way from a surfel that
-        faces the direction? Progress is that of the stage `label`.
+        faces the direction? Progress is that of the stage `label`, of whose parts this is one.
         """
-        return _core.free_directions(self._core, directions, stage(label))
+        show = stage(label)
+        callback = show and (lambda done, total: show(part * total + done, parts * total))
+        return _core.free_directions(self._core, directions, callback)
+
+
+def unobstructed_view(normals, weighting):
+    """Sky-view factors (n,) of open planes with these normals, in closed form."""
+    tilt = np.arccos(normals[:, 2].clip(-1.0, 1.0))
+    return 0.5 * (1.0 + np.cos(tilt)) if weighting == "cosine" else 1.0 - tilt / np.pi
 
 
 def even_directions(count, seed):
@@ -103,14 +111,13 @@ def sky_view_factor(
     directions = even_directions(check.count("rays", rays, 16, 65536), check.seed("seed", seed))
     with watched(threads, progress):
         lines = SightLines(scene)
-        seen, all_of_it = np.zeros(len(lines)), np.zeros(len(lines))
-        for first in range(0, rays, _AT_ONCE):
-            some = directions[first : first + _AT_ONCE]
-            free = lines.free(some, "sky view")
+        seen, whole = np.zeros(len(lines)), np.zeros(len(lines))
+        parts = -(-rays // _AT_ONCE)
+        for part in range(parts):
+            some = directions[part * _AT_ONCE : (part + 1) * _AT_ONCE]
+            free = lines.free(some, "sky view", part, parts)
             sums = _core.direction_sums(lines.normals, free, some, weighting == "cosine")
             seen += sums[0]
-            all_of_it += sums[1]
-        normals = lines.normals
-    tilt = np.arccos(normals[:, 2].clip(-1.0, 1.0))
-    unobstructed = 0.5 * (1.0 + np.cos(tilt)) if weighting == "cosine" else 1.0 - tilt / np.pi
-    return unobstructed * np.divide(seen, all_of_it, out=np.zeros(len(lines)), where=all_of_it > 0.0)
+            whole += sums[1]
+    share = np.divide(seen, whole, out=np.zeros(len(lines)), where=whole > 0.0)
+    return unobstructed_view(lines.normals, weighting) * share

@@ -1,35 +1,19 @@
 """`surflux solar`: kWh/m2 of points, by weather, place and classes."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
 import surflux as sf
-from located_files import las_in
+from solar_clouds import FEW, NOON, PLACE, layers, plane
 from surflux.cli import solar
 from weather_files import level_sun, write_epw
-
-NOON = "2025-06-21T11:26Z"  # of 8.5 east, by mean solar time
-FEW = "--sun-step", 10, "--no-image", "--no-sky-view"
-PLACE = "--place", "47.4,8.5"
 
 
 @pytest.fixture(autouse=True)
 def extra():
     pytest.importorskip("pvlib")
-
-
-def plane(path="plane.npz", size=40.0, count=35, tilt=0.0, **columns):
-    """A square of points, level or tilted to the south by so many degrees; centres are those of a grid."""
-    at = (np.arange(count) + 0.5) / count * size - size / 2
-    x, y = (axis.ravel() for axis in np.meshgrid(at, at))
-    b = np.radians(tilt)
-    if tilt:
-        columns["normals"] = np.tile([0.0, -np.sin(b), np.cos(b)], (count**2, 1))
-    np.savez(path, points=np.stack([x, np.cos(b) * y, np.sin(b) * y], axis=1), **columns)
-    return path
 
 
 def test_a_year_on_a_level_plane(here, run):
@@ -105,18 +89,6 @@ def test_north_turns_what_faces_the_sun(here, run):
     )
     np.testing.assert_allclose(turned, south, rtol=1e-6)
     assert shade.max() < 0.6 * south.min()
-
-
-def layers(path="layers.npz", kinds=(2, 5)):
-    """A level square, and a smaller one of another class 4 above its middle: (points, whether they are its own)."""
-    low = np.load(plane("low.npz"))["points"]
-    high = np.load(plane("high.npz", size=10.0, count=12))["points"] + [0.0, 0.0, 4.0]
-    points = np.concatenate([low, high])
-    upper = np.arange(len(points)) >= len(low)
-    mixed = np.random.default_rng(0).permutation(len(points))  # as returns come: not class by class
-    points, upper = points[mixed], upper[mixed]
-    np.savez(path, points=points, classification=np.where(upper, kinds[1], kinds[0]).astype(np.uint8))
-    return points, upper
 
 
 def test_vegetation_shades_and_has_no_values(here, run):
@@ -199,48 +171,42 @@ patch_area = 1.0
     np.testing.assert_allclose(turned, np.where(southern, 0.0, beam), rtol=1e-5)
 
 
-@pytest.fixture
-def tile(here):
-    """Level ground in Oregon, 40 by 40 feet, as LAS in feet of which grid north is 1.8 degrees off."""
-    pytest.importorskip("laspy")
-    pyproj = pytest.importorskip("pyproj")
-    middle = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:2994", always_xy=True).transform(-123.07, 44.05)
-    points = np.load(plane())["points"] + [*middle, 400.0]
-    return las_in(here / "tile.las", "EPSG:2994", points)
-
-
-def test_a_file_that_says_where_it_lies(tile, run):
-    status, out, err = run("solar", "tile.las", "--time", "2025-06-21T20:13Z", "--json", "-o", "out.laz", *FEW)
+def test_patches_of_a_mesh_stay_patches(here, run):
+    """A file of two walls that face each other, of patches: as disks they would reach past each other's edges."""
+    corners = [[0, 0, 0], [8, 0, 0], [8, 0, 4], [0, 0, 4], [0, 6, 0], [8, 6, 0], [8, 6, 4], [0, 6, 4]]
+    walls = sf.Surfels.from_mesh((corners, [[3, 2, 1, 0], [4, 5, 6, 7]]), 1.0)
+    walls.save("walls.ply")
+    status, out, err = run("solar", "walls.ply", *PLACE, "--time", NOON, "-o", "w.csv", *FEW)
     assert status == 0, err
-    result = json.loads(out)
-    assert result["place"] == pytest.approx([44.05, -123.07], abs=1e-4)
-    assert result["north"] == pytest.approx(-(-123.07 + 120.5) * np.sin(np.radians(44.25)), abs=0.01)
-    assert result["area"] == pytest.approx(1600.0 * 0.3048**2, rel=0.05)
-    assert "44.050 N, 123.070 W: z is up, north is 1.79 degrees clockwise from +y, the unit is 0.3048 m (of z" in err
-    scan = sf.read_scan("out.laz")
-    np.testing.assert_allclose(scan.points, sf.read_scan("tile.las").points, rtol=0, atol=1e-9 * 1e6)
-    sky = sf.Sky(44.05, -123.07, "2025-06-21T20:13Z", altitude=400.0 * 0.3048)
-    np.testing.assert_allclose(scan.attributes["kwh"], sky.global_horizontal / 1000.0, rtol=1e-3)
+    expected = sf.solar_irradiation(walls, (47.4, 8.5), [NOON], sun_step=10)
+    found = sf.read_scan("w.csv").attributes
+    np.testing.assert_allclose(found["kwh_beam"], expected.beam, rtol=1e-5)
+    assert expected.beam.max() > 0.0
+    assert found["kwh"].mean() == pytest.approx(expected.total.mean(), rel=0.015)  # noise of rays
+    assert f"{len(walls)} points, area 64 m2" in out
+    assert "past the edge" not in err
+    status, _, err = run("solar", "walls.ply", *PLACE, "--time", NOON, "--casters", "2")
+    assert status == 2
+    assert "--casters: is for a cloud; scenes and patches of a mesh say by themselves what they are" in err
 
 
-def test_weather_of_another_place_is_told_of(tile, run, here):
-    write_epw(here / "here.epw", level_sun(47.4, 8.5, 1.0), np.zeros(8760), np.full(8760, 10.0))
-    status, _, err = run("solar", "tile.las", "--epw", "here.epw", *FEW)
-    assert status == 0
-    assert "warning: the weather is of 47.400 N, 8.500 E, 8" in err
-    assert "km from the points, and so is the sun" in err
-
-
-def test_without_pyproj_a_place_is_asked_for(tile, run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyproj", None)
-    status, _, err = run("solar", "tile.las", "--time", NOON)
-    assert status == 1
-    assert "tile.las: its place on earth needs pyproj: pip install 'surflux[solar]'" in err
-    assert "or say --place LAT,LON, --north DEGREES and --unit METRES" in err
-    status, out, err = run("solar", "tile.las", "--time", NOON, *PLACE, "--unit", 0.3048, "--json", "-o", "a.csv", *FEW)
-    assert status == 0
-    assert "warning: tile.las: its place on earth needs pyproj" in err
-    assert json.loads(out)["north"] == 0.0
+def test_colors_are_reflected_where_asked_for(here, run):
+    """Two walls of white and of black points that face each other: what the black one gets of the white one."""
+    at = (np.arange(20) + 0.5) / 20 * 4
+    u, v = (axis.ravel() for axis in np.meshgrid(at, at))
+    white = np.column_stack([u, np.zeros(400), v])
+    black = np.column_stack([u, np.full(400, 2.0), v])
+    points = np.concatenate([white, black])
+    normals = np.repeat([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 400, axis=0)
+    colors = np.repeat(np.array([[255] * 3, [10] * 3], np.uint8), 400, axis=0)
+    np.savez("walls.npz", points=points, normals=normals, colors=colors)
+    found = {}
+    for option in ((), ("--colors",)):
+        status, _, err = run("solar", "walls.npz", *PLACE, "--time", "2025-06-21T17:26Z", *option, "-o", "w.csv", *FEW)
+        assert status == 0, err
+        found[option] = sf.read_scan("w.csv").attributes["kwh_reflected"].reshape(2, 400).mean(axis=1)
+    assert found["--colors",][1] > 2.0 * found[()][1]  # of what is white instead of .2
+    assert found["--colors",][0] < found[()][0]  # of what is black instead of .2
 
 
 def test_walls_turned_inwards_are_told_of(here, run):
@@ -249,59 +215,13 @@ def test_walls_turned_inwards_are_told_of(here, run):
     np.savez("down.npz", points=points, normals=np.tile([0.0, 0.0, -1.0], (len(points), 1)))
     status, _, err = run("solar", "down.npz", *PLACE, "--time", NOON, *FEW)
     assert status == 0
-    assert "100 % of the points face the ground" in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((), "--epw: wanted one of --epw FILE, --year YEAR and --time ISO, got none"),
-        (
-            ("--year", 2025, "--time", NOON),
-            "--epw: wanted one of --epw FILE, --year YEAR and --time ISO, got --year and",
-        ),
-        (("--year", 2025), "--place: wanted LAT,LON in degrees, for plane.npz has no coordinate reference system"),
-        (("--year", 2025, "--place", "95,8"), "--place: latitude: wanted"),
-        (("--year", 2025, "--place", "5,188"), "--place: longitude: wanted"),
-        (("--year", 1800, *PLACE), "--year: wanted"),
-        (("--time", "2025-06-21T12:00", *PLACE), "--time: wanted a time with its time zone"),
-        (("--time", "noon", *PLACE), "--time: wanted text such as 2025-06-21T12:00+02:00, got 'noon'"),
-        (("--epw", "none.epw"), "none.epw: No such file or directory"),
-        (("--epw", "none.epw", *PLACE), "--place: goes with --year or --time"),
-        (("--year", 2025, *PLACE, "--casters", "2"), "--casters: plane.npz has no classes"),
-        (("--year", 2025, *PLACE, "--albedo", 1), "--albedo: wanted"),
-        (("--year", 2025, *PLACE, "--unit", 0), "--unit: wanted"),
-        (("--year", 2025, *PLACE, "--north", 720), "--north: wanted"),
-        (("--year", 2025, *PLACE, "--sun-step", 90), "--sun-step: wanted"),
-        (("--year", 2025, *PLACE, "-o", "a.tif"), "-o: wanted a name ending in .ply"),
-        (("--year", 2025, *PLACE, "-o", "no/a.ply"), "no/a.ply: cannot be written: there is no folder no"),
-        (("--year", 2025, *PLACE, "--image", "a.exr"), "--image: wanted a name ending in .png or .jpg"),
-        (("--year", 2025, *PLACE, "--no-image", "--image", "a.png"), "--no-image: does not go with --image"),
-    ],
-)
-def test_refusals(here, run, arguments, message):
-    plane()
-    status, out, err = run("solar", "plane.npz", *arguments)
-    assert status == 2
-    assert out == ""
-    assert f"surflux: error: {message}" in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--casters", "2", "--receivers", "5"), "--receivers: class 5 is not among --casters"),
-        (("--casters", "6"), "--casters: no points are of these classes; layers.npz has 2, 5"),
-        (("--receivers", "9"), "--receivers: no points are of these classes; layers.npz has 2, 5"),
-        (("--casters", "trees"), "--casters: wanted numbers from 0 to 255 or of unclassified, ground"),
-        (("--casters", "2,300"), "--casters: wanted numbers from 0 to 255"),
-    ],
-)
-def test_refusals_of_classes(here, run, arguments, message):
-    layers()
-    status, _, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *arguments)
-    assert status == 2
-    assert f"surflux: error: {message}" in err
+    assert "100 % of the points face the ground; if they are the wrong way round, --viewpoint X,Y,Z or --normals" in err
+    down = sf.read_scan("down_solar.ply").attributes["kwh"]
+    status, _, err = run("solar", "down.npz", *PLACE, "--time", NOON, "--normals", "flip", *FEW)
+    up = sf.read_scan("down_solar.ply").attributes["kwh"]
+    np.testing.assert_allclose(up, sf.Sky(47.4, 8.5, NOON).global_horizontal / 1000.0, rtol=1e-3)
+    assert down.max() < 0.25 * up.min()
+    assert "face the ground" not in err
 
 
 def test_places_are_read_by_hemisphere_too(here, run):
@@ -310,14 +230,6 @@ def test_places_are_read_by_hemisphere_too(here, run):
     assert json.loads(out)["place"] == [-33.9, 18.4]
     a, b = (sf.read_scan(name).attributes["kwh"] for name in ("a.csv", "b.csv"))
     np.testing.assert_array_equal(a, b)
-
-
-def test_without_pvlib_the_line_that_installs_it_is_told(here, run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pvlib", None)
-    status, _, err = run("solar", plane(), *PLACE, "--year", 2025)
-    assert status == 1
-    assert "pip install 'surflux[solar]'" in err
-    assert "reading" not in err  # before any work
 
 
 def test_figures_by_hand():
@@ -330,6 +242,22 @@ def test_figures_by_hand():
     assert found["mean"]["kwh"] == 750.0
     assert found["best_tenth"] == found["most"] == 1000.0
     assert [(t["area"], t["kwh"]) for t in found["tilts"][:3:2]] == [(2.0, 1000.0), (2.0, 500.0)]
+
+
+@pytest.mark.scans
+def test_the_typical_year_of_amsterdam(scans, here, run):
+    """A level plane has what the file itself says of a level plane, measured apart from its beam and its sky.
+
+    Both know an hour as one number; where in it the sun stands makes up to (pi / 24)^2 / 6, .29 %.
+    """
+    import pvlib
+
+    file = scans / "weather" / "NLD_Amsterdam062400_IWEC.epw"
+    status, _, err = run("solar", plane(), "--epw", file, *FEW)
+    assert status == 0, err
+    expected = pvlib.iotools.read_epw(file)[0]["ghi"].sum() / 1000.0
+    np.testing.assert_allclose(sf.read_scan("plane_solar.ply").attributes["kwh"], expected, rtol=0.0029)
+    assert "52.300 N, 4.770 E" in err
 
 
 @pytest.mark.scans

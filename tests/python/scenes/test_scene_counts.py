@@ -113,6 +113,27 @@ def test_orient_turns_what_points_inwards(load, tmp_path):
     assert np.array_equal(again.radii, same.radii)
 
 
+def test_points_of_a_file_stand_up_and_face_their_viewpoint(load, tmp_path):
+    """The front half of a ball, seen along its y axis, which is up."""
+    ball = shapes.sphere(4000).points
+    np.savetxt(tmp_path / "cap.xyz", ball[ball[:, 1] > 0.3])
+    entry = '[[object]]\nfile = "cap.xyz"\n'
+    for y, side in ((50, 1), (-50, -1)):
+        found = load(f"{entry}up = [0, 2, 0]\nviewpoint = [0, {y}, 0]\nscale = 2\ntranslate = [0, 0, 1]").objects[0]
+        assert np.all(found.points[:, 2] > 1 + 2 * 0.3)
+        assert np.all(side * np.sum((found.points - [0, 0, 1]) * found.normals, axis=1) > 0)
+    # By the shortest turn: of y a quarter about x, of z none, of -z half a turn, of x a quarter about y.
+    as_it_is = load(entry).objects[0].points
+    x, y, z = as_it_is.T
+    for up, turned in (
+        ("0, 1, 0", (x, -z, y)),
+        ("0, 0, 1", (x, y, z)),
+        ("0, 0, -1", (x, -y, -z)),
+        ("1, 0, 0", (-z, y, x)),
+    ):
+        assert np.array_equal(load(f"{entry}up = [{up}]").objects[0].points, np.transpose(turned))
+
+
 @pytest.mark.scans
 @pytest.mark.slow
 def test_the_gallery(scans):

@@ -141,7 +141,7 @@ def test_camera_and_solve(load):
 def test_files_come_from_the_environment_and_beside_the_scene(tmp_path, monkeypatch, load):
     seen = []
     monkeypatch.setattr(
-        "surflux.scenes.scene_object.read", lambda path: seen.append(Path(path)) or shapes.sphere(42), raising=True
+        "surflux.scenes.scene_object.read", lambda path, **_: seen.append(Path(path)) or shapes.sphere(42), raising=True
     )
     (tmp_path / "a").mkdir()
     for name in ("cloud.ply", "a/cloud.ply"):
@@ -198,6 +198,9 @@ WRONG = [
     (FLOOR + "rooms = 1", r"\(object 1, rooms\): wanted True or False, got 1"),
     (FLOOR + "rooms = true", r"\(object 1, rooms\): says how orient = true turns surfels, which is not there"),
     (FLOOR + "orient = 1", r"\(object 1, orient\): wanted True or False, got 1"),
+    (FLOOR + "up = [0, 1, 0]", r"\(object 1, up\): is for a file; a shape is turned by its key rotate"),
+    (FLOOR + "up = [0, 0, 0]", r"\(object 1, up\): wanted vectors of non-zero length"),
+    (FLOOR + "viewpoint = [0, 0, 1]", r"\(object 1, viewpoint\): is for a file of points, whose estimated normals"),
     (FLOOR + "thin = 0", r"\(object 1, thin\): wanted a whole number from 2"),
     (FLOOR + "thin = 17", r"\(object 1, thin\): wanted at most 16, for there are only 16 surfels; got 17"),
     (FLOOR + 'reflectance = {pattern = "plaid"}', r'\(object 1, reflectance, pattern\): wanted one of "marble"'),
