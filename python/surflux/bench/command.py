@@ -22,36 +22,16 @@ from surflux._base.files import require_place
 from surflux.bench import cases, factors, scenes
 
 
-def main(arguments=None):
+def main(arguments=None, epilog=None):
     """Measures what is asked for, prints the table, and returns the exit status."""
     parser = argparse.ArgumentParser(
         prog="surflux bench",
         description="Seconds and errors on this machine: of every pass, one case after another; or, with one of the "
         "options below, one thing in detail.",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
-    parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
-    parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
-    parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
-    parser.add_argument("--areas", action="store_true", help="effective areas alone")
-    parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
-    parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
-    parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
-    parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
-    parser.add_argument(
-        "--paths",
-        type=int,
-        metavar="N",
-        help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
-        "(default: 8192), --full (default: 65536) and --scale (default: 16384)",
-    )
-    parser.add_argument("--cache", metavar="FOLDER", help="with --scale: keep reference values there")
-    parser.add_argument("--list", action="store_true", help="print the names of the cases, or of the scenes")
-    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each, or seeds (default: 3)")
-    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
-    parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
-    parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
-    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full, --scale or --areas: the curves")
+    add_options(parser)
     loudness = parser.add_mutually_exclusive_group()
     loudness.add_argument("-q", "--quiet", action="store_true", help="no progress; warnings stay")
     loudness.add_argument("-v", "--verbose", action="store_true", help="tell the seconds of every stage, too")
@@ -84,6 +64,33 @@ def main(arguments=None):
         found = {"machine": dict(sf.info()), "rows": [asdict(row) for row in rows]}
         Path(options.json).write_text(json.dumps(found, indent=2) + "\n")
     return 0 if all(getattr(row, "passes", True) for row in rows) else 1
+
+
+def add_options(parser):
+    """What `surflux bench` takes, but for -q and -v."""
+    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
+    parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
+    parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
+    parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
+    parser.add_argument("--areas", action="store_true", help="effective areas alone")
+    parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
+    parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
+    parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
+    parser.add_argument(
+        "--paths",
+        type=int,
+        metavar="N",
+        help="of the path tracer: at each point with --reference (default: 4096), at most at each surfel with --quick "
+        "(default: 8192), --full (default: 65536) and --scale (default: 16384)",
+    )
+    parser.add_argument("--cache", metavar="FOLDER", help="with --scale: keep reference values there")
+    parser.add_argument("--list", action="store_true", help="print the names of the cases, or of the scenes")
+    parser.add_argument("--repeats", type=int, default=3, metavar="N", help="timed runs of each, or seeds (default: 3)")
+    parser.add_argument("--threads", type=int, metavar="N", help="at most N threads (default: all)")
+    parser.add_argument("--markdown", metavar="OUT.md", help="write the table there too")
+    parser.add_argument("--json", metavar="OUT.json", help="write the rows there, for programs")
+    parser.add_argument("--plot", metavar="OUT.png", help="with --quick, --full, --scale or --areas: the curves")
 
 
 def _kind(options):

@@ -15,6 +15,8 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking
 from surflux.cli.cloud import BEHIND, CLOUD_LIMIT, Cloud, is_cloud, lights_of_cloud, output_of, patches_of_file
+from surflux.cli.completion import script
+from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.options import command_line
 from surflux.cli.pictures import animations, camera_of, check_gaussians, check_images, write_gaussians, write_images
@@ -327,7 +329,7 @@ def _view(options):
 def _bench(options):
     from surflux.bench import command
 
-    return command.main(options.arguments)
+    return command.main(options.arguments, epilog("bench"))
 
 
 def _info(options):
@@ -335,6 +337,16 @@ def _info(options):
     if options.json:
         return print_json(found)
     print(found)
+    return 0
+
+
+def _completion(options):
+    from surflux.bench.command import add_options
+
+    parser = command_line(RUNS, CLOUD_LIMIT)
+    commands = next(action for action in parser._actions if action.dest == "command").choices
+    add_options(commands["bench"])  # which reads its own otherwise
+    print(script(options.shell, parser), end="")
     return 0
 
 
@@ -357,6 +369,7 @@ RUNS = {
     "view": _view,
     "bench": _bench,
     "info": _info,
+    "completion": _completion,
 }
 
 if __name__ == "__main__":

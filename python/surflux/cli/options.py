@@ -3,6 +3,8 @@
 import argparse
 
 import surflux as sf
+from surflux.cli.completion import SHELLS
+from surflux.cli.examples import epilog
 from surflux.cli.solar_options import add_solar_options
 
 
@@ -13,7 +15,8 @@ def command_line(runs, cloud_limit):
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     def command(name, text):
-        sub = commands.add_parser(name, help=text, description=text)
+        more = {"epilog": epilog(name), "formatter_class": argparse.RawDescriptionHelpFormatter}
+        sub = commands.add_parser(name, help=text, description=text, **more)
         sub.set_defaults(run=runs[name])
         _loudness_options(sub)
         return sub
@@ -63,8 +66,15 @@ def command_line(runs, cloud_limit):
     area = command("area", "Effective areas of a point cloud.")
     area.add_argument("input", metavar="CLOUD")
     area.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with their areas")
-    area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9')
-    area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"')
+    area.add_argument("--method", default="curved", help='"curved" (default) or "paper": D04 eq. 9').completed_by = (
+        "curved",
+        "paper",
+    )
+    area.add_argument("--backend", default="auto", help='"auto" (default), "cpu" or "gl"').completed_by = (
+        "auto",
+        "cpu",
+        "gl",
+    )
     area.add_argument("--kappa", type=float, help="how fast a surfel's share falls with distance (default: 3)")
     area.add_argument("--resolution", type=int, metavar="N", help="samples across a disk (default: 32)")
     area.add_argument("--epsilon", type=float, help="cosine between normals of one surface (default: 0.8)")
@@ -146,7 +156,11 @@ def command_line(runs, cloud_limit):
         help="radiosity, irradiance, direct, indirect, emission, reflectance, normal, radius, area, "
         "coverage, level, object, parent, group, cut: those that there are; c goes on",
     )
-    view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on")
+    view.add_argument("--style", default="disks", help="disks (default), splats or points; s goes on").completed_by = (
+        "disks",
+        "splats",
+        "points",
+    )
     view.add_argument("--light", default="all", help="of radiosity and irradiance: all (default), direct or indirect")
     view.add_argument("--stops", type=float, default=0.0, metavar="N", help="0 shows the brightest percent white")
     view.add_argument("--level", type=int, default=0, help="of the hierarchy, for --color group: 0 is the finest")
@@ -165,6 +179,9 @@ def command_line(runs, cloud_limit):
 
     info = command("info", "What this installation is made of.")
     info.add_argument("--json", action="store_true", help="print results for programs")
+
+    completion = command("completion", "Print a script by which a shell completes commands and options.")
+    completion.add_argument("shell", choices=SHELLS)
     return parser
 
 

@@ -32,6 +32,7 @@ class SightLines:
     def __init__(self, scene: Scene):
         self._core = scene._to_core()
         self.normals = Surfels._from_core(self._core.surfels).normals
+        self.free(np.empty((0, 3)), "trace")  # builds what rays are traced in
 
     def __len__(self):
         return len(self.normals)

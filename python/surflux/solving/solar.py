@@ -65,12 +65,15 @@ def solar_irradiation(
     - beam: the sun, by a shadow ray from each surfel's place to each of the directions in which it stands: its
       positions, `steps` in an hour, in cells `sun_step` degrees wide, finer than the patches of the sky. The cosine is
       that of every position; the shadow that of the cell. Shadows end sharply: the sun is a point in its cell.
-    - diffuse: the sky, by daylight coefficients of its patches (`precompute_transfer(scene, "sky")`), without a bounce.
+    - diffuse: the sky, by shadow rays from each surfel's place into all of its patches, 577 at least. What an open patch
+      brings is integrated.
     - reflected: all that arrives by way of surfaces, after up to `bounces` reflections, of sky and sun, whose light is
-      spread over its patch for that; and what the ground around reflects straight onto the surfel.
+      spread over its patch for that (`precompute_transfer(scene, "sky")`, interpolated between places); and what the
+      ground around reflects straight onto the surfel, by rays.
 
-    Daylight coefficients are interpolated, by the size of the scene: in a street a hundredth as wide as the scene is
-    long diffuse light is off by 3 to 4 % in the mean, and by a tenth of the sky's at single surfels.
+    What of the sky surfels see has an RMS error of .5 % of the whole sky with 577 patches, in streets, too, at each
+    surfel; in the mean over many it is far below that. A year of an aerial LiDAR tile at 50 of its points, against path
+    tracing of the same light: RMS .5 % for each of three seeds. FIGURES
 
     A year costs one product more than a single hour: irradiation is linear in the patches.
 
@@ -86,7 +89,7 @@ def solar_irradiation(
         hours: that each of times or skies stands for.
         steps: positions of the sun in each hour, around its middle; None for 4 in years and files, and 1 for times.
         sun_step: degrees, 0.25 to 30.
-        transfer: what precompute_transfer(scene, "sky") found, to be used again; None finds it.
+        transfer: what precompute_transfer(scene, "sky") found, for what is reflected, to be used again; None finds it.
         bounces: of light; None for all.
         patches: of the sky: 145, 577, 1297, 2305, ... .
         seed, threads, progress: see `solve`.
