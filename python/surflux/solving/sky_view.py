@@ -80,8 +80,9 @@ def sky_view_factor(
       by b has 1 - b / pi. What fisheye photographs and morphology take.
 
     The open plane's share, in closed form, is multiplied by what rays find free of it, so that what is open is exact.
-    The directions are the same for all surfels. On an aerial LiDAR tile the RMS error is 1.6, .9, .6 and .35 % of the
-    whole sky for 64, 128, 256 and 512 rays.
+    The directions are the same for all surfels. On an aerial LiDAR tile of 110 000 points the RMS error of 256 rays is
+    .7 % of the whole sky, .9 % of the RMS of what is seen; on a part of it that of 64, 128, 256 and 512 rays is 1.6,
+    .9, .6 and .35 %.
 
     Args:
         scene: Scene, whose lights do not matter, or Surfels.
