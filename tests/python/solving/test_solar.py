@@ -61,7 +61,7 @@ def test_a_level_plane_has_what_was_given():
 @pytest.mark.parametrize("length", quick(400.0, of=[40.0, 400.0]))
 @pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
 def test_a_canyon_under_an_even_sky(length, seed):
-    """Black, so that walls reflect nothing: what strips see of the sky, in the mean within 1 %, however long the street.
+    """Black, so that walls reflect nothing: what strips see of the sky, in the mean within 1 %, in any long street.
 
     At single strips 577 rays have an RMS error of .5 % of the sky (`solar_irradiation`)."""
     surfels, at = canyon(8, 41, reflectance=0.0, length=length)
