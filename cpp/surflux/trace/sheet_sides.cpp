@@ -20,15 +20,15 @@ constexpr std::size_t witnesses = 2000;  // at most, of a sheet
 constexpr double flattest = 0.3;         // cosine of a ray; nearer the disk it meets the rims of others
 constexpr double closed = 0.6;           // part of the light that reaches a closed sheet from one side alone
 constexpr double most_flat = 0.5;        // as of half a sphere: what is flatter closes around nothing
-constexpr double dark = 0.02;            // of the rays: of a sheet that is itself inside of another, fewer leave the scene
-constexpr double furnished = 0.02;       // of the rays: so many meet bodies inside of a room
-constexpr double no_crease = 0.8;        // cosine; at a crease, two leaves touch as the sides of a box do
-constexpr double few_against = 0.05;     // what is tangled, but faces the same way nearly everywhere, has two sides, too
-constexpr double doubtful = 0.25;        // of the links across the border of a patch: more, and it is none
-constexpr double least_border = 12.0;    // links, and the root of its surfels: fewer are a contact, as of two leaves
-constexpr double most_tangled = 0.002;   // see OrientedSheet
-constexpr std::size_t looks = 256;       // of a witness, all around
-constexpr double around = 0.5;           // of these meet the inside of what closes around it
+constexpr double dark = 0.02;         // of the rays: of a sheet that is itself inside of another, fewer leave the scene
+constexpr double furnished = 0.02;    // of the rays: so many meet bodies inside of a room
+constexpr double no_crease = 0.8;     // cosine; at a crease, two leaves touch as the sides of a box do
+constexpr double few_against = 0.05;  // what is tangled, but faces the same way nearly everywhere, has two sides, too
+constexpr double doubtful = 0.25;     // of the links across the border of a patch: more, and it is none
+constexpr double least_border = 12.0;   // links, and the root of its surfels: fewer are a contact, as of two leaves
+constexpr double most_tangled = 0.002;  // see OrientedSheet
+constexpr std::size_t looks = 256;      // of a witness, all around
+constexpr double around = 0.5;          // of these meet the inside of what closes around it
 
 Scene as_scene(const Surfels& surfels, std::vector<Vec3> normals, bool turned) {
     Scene out;
@@ -152,8 +152,7 @@ private:
     template <class Body>  // (sheet, what was met)
     void each(bool behind, const Body& body) {
         const auto rays = static_cast<std::size_t>(options_.rays);
-        for (std::size_t k = 0; k < met_[behind].size(); ++k)
-            body(out_.sheet[asked_[k / rays]], met_[behind][k]);
+        for (std::size_t k = 0; k < met_[behind].size(); ++k) body(out_.sheet[asked_[k / rays]], met_[behind][k]);
     }
 
     void count(bool behind) {
@@ -325,9 +324,9 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
     std::vector<Vec3> front = s.normals;
     std::vector<std::vector<std::uint32_t>> members =
         groups_of(orient_sheets(s.positions, spacing, out.graph, continuation, front, progress));
-    members.erase(std::remove_if(members.begin(), members.end(),
-                                 [&](const auto& m) { return m.size() < options.smallest; }),
-                  members.end());
+    members.erase(
+        std::remove_if(members.begin(), members.end(), [&](const auto& m) { return m.size() < options.smallest; }),
+        members.end());
     for (std::size_t k = 0; k < members.size(); ++k) {
         const auto faces_back = [&](std::uint32_t i) { return dot(front[i], s.normals[i]) < 0.0; };
         const auto against = std::count_if(members[k].begin(), members[k].end(), faces_back);

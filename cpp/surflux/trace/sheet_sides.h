@@ -14,12 +14,13 @@ struct SheetOptions {
     std::size_t smallest = 20;  // surfels of a sheet; fewer are noise
     int rays = 8;               // from each side of a surfel that is asked
     std::uint64_t seed = 0;
-    bool asks = true;           // false: no rays
+    bool asks = true;             // false: no rays
     std::vector<Vec3> witnesses;  // places in the air, such as of a scanner: what closes around one is a room
 };
 
 // Which side of a sheet is seen. `body`: it closes around something, and is seen from outside; `room`: it closes around
-// what has bodies in it, or a witness, and is seen from inside; `open`: it is seen from both sides, so that rays do not tell.
+// what has bodies in it, or a witness, and is seen from inside; `open`: it is seen from both sides, so that rays do not
+// tell.
 enum class SheetKind : std::uint8_t { body, room, open };
 
 // Surfels that continue each other, whichever way their normals point. In front of it is what most of them face.
@@ -29,11 +30,11 @@ struct OrientedSheet {
     bool backwards = false;  // the side that is seen is the one behind; of open sheets never
     double against = 0.0;    // share of its surfels that face the other way than most
     // Share of its links that contradict the sides it has been given: below .001 on surfaces, .009 and more on trees,
-    // leaves, and walls that are thinner than points are apart. Above .002 nothing is turned but what faces backwards as
-    // a whole.
+    // leaves, and walls that are thinner than points are apart. Above .002 nothing is turned but what faces backwards
+    // as a whole.
     double tangled = 0.0;
     double flat = 0.0;    // length of its mean normal: 0 of what closes, 1 of a plane
-    double margin = 0.0;     // of the light that comes to it, in front less behind: from -1 to 1
+    double margin = 0.0;  // of the light that comes to it, in front less behind: from -1 to 1
 };
 
 struct SheetSides {

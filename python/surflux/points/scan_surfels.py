@@ -16,7 +16,7 @@ from surflux.points.seen_from import seen_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
 
-_SAID, _MOST = 0.0005, 0.5  # of the points
+_SAID, _MANY, _MOST = 0.0005, 0.05, 0.5  # of the points
 _KEEP = "`--normals keep`, or orient=False, leaves them as they are"
 
 
@@ -150,6 +150,14 @@ def _turned_over(path, points, normals, places):
     if turned > _SAID:
         room = " (a room seen from inside stays, if a viewpoint is in it)" if inside_out > _SAID else ""
         LOG.info("%s: %s of the points faced inwards and are turned over%s; %s", name, percent(turned), room, _KEEP)
+    by_most = np.mean(found.turned & found.open)
+    if by_most > _MANY:
+        LOG.info(
+            "%s: %s of the points are turned to the side that most of their open surface faces, which may be wrong: "
+            "`--normals keep` leaves them, `--normals flip` turns all points over",
+            name,
+            percent(by_most),
+        )
     if against > _MOST:
         LOG.info(
             "%s: the open surfaces of %s of the points face the side that is seen less, which is right in a room, and "

@@ -58,6 +58,14 @@ def test_what_is_right_is_left_in_silence(solved, blob):
     assert "turned" not in said
 
 
+def test_what_most_of_an_open_scan_says_is_named_as_that(solved):
+    x, y = np.random.default_rng(0).uniform(-1, 1, (2, 2000))
+    points, up = np.stack([x, y, 0.1 * x * y], axis=1), np.tile([0.0, 0.0, 1.0], (2000, 1))
+    said, surfels = solved(points, np.where(x[:, None] > 0.4, -up, up))
+    assert np.mean(surfels.normals[:, 2] > 0) > 0.99
+    assert "30 % of the points are turned to the side that most of their open surface faces, which may be wrong" in said
+
+
 def test_normals_keep_and_flip(solved, blob):
     said, surfels = solved(blob.points, -blob.normals, "--normals", "keep", "--light", "sky")
     assert outwards(surfels, blob) == 0.0
