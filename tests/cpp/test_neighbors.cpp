@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <string>
@@ -9,6 +10,7 @@
 #include "shapes.h"
 #include "surflux/core/error.h"
 #include "surflux/core/random.h"
+#include "surflux/core/sampling.h"
 #include "surflux/neighbors/disk_index.h"
 #include "surflux/neighbors/distinct_places.h"
 #include "surflux/neighbors/normals.h"
@@ -152,6 +154,18 @@ TEST(Estimates, DoNotSeeAnOutlier) {
         EXPECT_NEAR(with_outlier[i], radii[i], 1e-6 * radii[i]);
     }
     EXPECT_NEAR(length(normals[2000]), 1.0, 1e-12);
+}
+
+TEST(Normals, AreExactOnPlaneGridsHoweverTheyTilt) {
+    // On a straight border two neighbours stand opposite each other: what is between them is decided by rounding.
+    for (const double degrees : {0.0, 10.0, 30.0, 45.0, 73.0}) {
+        const double c = std::cos(degrees * pi / 180.0), s = std::sin(degrees * pi / 180.0);
+        std::vector<Vec3> points;
+        for (int i = 0; i < 35; ++i)
+            for (int k = 0; k < 35; ++k) points.push_back({1.0 * i, c * k, s * k});
+        const std::vector<Vec3> normals = estimate_normals(points, {});
+        for (const Vec3& n : normals) EXPECT_NEAR(std::abs(dot(n, {0.0, -s, c})), 1.0, 1e-12);
+    }
 }
 
 TEST(Normals, PointOutOfASphereAndTowardsAViewpoint) {

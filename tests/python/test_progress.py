@@ -17,6 +17,7 @@ BALL = np.random.default_rng(0).normal(size=(400, 3))
 BALL /= np.linalg.norm(BALL, axis=1, keepdims=True)
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]
 WALL = [[0.3, 0, 0], [0.3, 1, 0], [0.3, 1, 1], [0.3, 0, 1]], [[0, 1, 2, 3]]
+STAGES = ["normals", "facing", "radii"]  # of Surfels(points)
 SIGNATURES = [
     sf.Surfels,
     sf.Surfels.from_mesh,
@@ -227,10 +228,9 @@ def test_where_there_is_no_terminal_stages_are_logged(caplog, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: False)
     with caplog.at_level(logging.INFO, "surflux"):
         sf.Surfels(BALL, progress=True)
-    assert [(record.name, record.message) for record in caplog.records] == [
-        ("surflux", "normals"),
-        ("surflux", "radii"),
-    ]
+    told = [(record.name, record.message) for record in caplog.records]
+    assert told.pop(2)[1].startswith("points: estimated normals face outwards")  # taken for granted, and no progress
+    assert told == [("surflux", "normals"), ("surflux", "facing"), ("surflux", "radii")]
 
 
 def test_a_stage_that_comes_again_is_logged_once(caplog, monkeypatch):
@@ -306,7 +306,8 @@ def test_stages_tell_their_seconds_to_who_asks_for_them(caplog, monkeypatch):
     with caplog.at_level(logging.DEBUG, "surflux"):
         sf.Surfels(BALL, progress=True)
     told = [re.sub(r"[\d.]+ s$", "N s", record.message) for record in caplog.records]
-    assert told == ["normals", "normals: N s", "radii", "radii: N s"]
+    assert told.pop(3).startswith("points: estimated normals face outwards")
+    assert told == [line for label in STAGES for line in (label, f"{label}: N s")]
 
 
 @pytest.mark.parametrize("terminal", [True, False])
@@ -316,7 +317,7 @@ def test_nothing_is_shown_where_no_progress_is_wanted(caplog, monkeypatch, capfd
         sf.Surfels(BALL, progress=True)
         told = []
         sf.Surfels(BALL, progress=lambda *at: told.append(at))  # a callback is asked all the same
-    assert caplog.records == []
+    assert [record for record in caplog.records if "estimated normals face" not in record.message] == []
     assert capfd.readouterr().err == ""
     assert told
 
@@ -335,4 +336,4 @@ def test_bars_are_those_of_tqdm_auto(monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(tqdm.auto, "tqdm", Bar)
     sf.Surfels(BALL, progress=True)
-    assert bars == ["normals", "radii"]
+    assert bars == STAGES

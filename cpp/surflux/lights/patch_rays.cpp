@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/random.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/free_directions.h"
 
@@ -13,16 +14,34 @@ namespace {
 
 constexpr std::size_t rays_of_ground = 128;
 constexpr std::size_t across = 4;  // parts of a patch, each way, by which it is integrated
+constexpr double golden_ratio = 0.61803398874989485;
+
+// Van der Corput's sequence, of base 2.
+double radical_inverse(std::size_t k) {
+    double out = 0.0;
+    for (double half = 0.5; k > 0; k /= 2, half *= 0.5) out += k % 2 == 1 ? half : 0.0;
+    return out;
+}
 
 }  // namespace
 
 PatchRays::PatchRays(const SkyPatches& patches, std::size_t of_patch, std::uint64_t seed) {
     EvenPoints even(2, seed, 0);
+    Random random(seed, 1);
+    const double turn = random.uniform(), rise = random.uniform();
+    std::size_t column = 0;
     for (std::size_t p = 0; p < patches.size(); ++p) {
         Patch patch{patches.solid_angles()[p], patches.directions()[p], {}, 1.0, directions_.size()};
-        for (std::size_t r = 0; r < (p == 0 ? rays_of_ground : of_patch); ++r) {
+        for (std::size_t r = 0; p == 0 && r < rays_of_ground; ++r) {
             const double* u = even.next();
             directions_.push_back(patches.place_in(p, u[0], u[1]));
+        }
+        if (p > 0) column = p > 1 && patches.row_of(p) == patches.row_of(p - 1) ? column + 1 : 0;
+        for (std::size_t r = 0; p > 0 && r < of_patch; ++r) {
+            const auto part = static_cast<double>(r);
+            const double u = radical_inverse(patches.row_of(p)) + turn + part / static_cast<double>(of_patch);
+            const double v = (static_cast<double>(column) + part) * golden_ratio + rise;
+            directions_.push_back(patches.place_in(p, u - std::floor(u), v - std::floor(v)));
         }
         for (std::size_t i = 0; p > 0 && i < across * across; ++i) {
             const auto part = [](std::size_t k) { return (static_cast<double>(k) + 0.5) / across; };

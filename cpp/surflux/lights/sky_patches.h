@@ -24,9 +24,10 @@ public:
     // The direction at (u, v) of the unit square, which is mapped onto the patch in proportion to solid angle.
     Vec3 place_in(std::size_t patch, double u, double v) const;
 
-private:
+    // From the horizon up, of a patch of the sky; the zenith's cap has one of its own.
     std::size_t row_of(std::size_t patch) const;
 
+private:
     double height_;                   // of a row, in radians
     std::vector<std::size_t> first_;  // patch of each row, the zenith's last
     std::vector<Vec3> directions_;

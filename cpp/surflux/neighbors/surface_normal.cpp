@@ -117,7 +117,8 @@ Vec3 SurfaceNormal::star(const std::vector<Neighbor>& group, const Vec3& n) {
     Vec3 sum;
     for (std::size_t k = 0; k + 1 < hull_.size(); ++k) {
         const Spoke &a = hull_[k], &b = hull_[k + 1];
-        if (!(a.u * b.v > a.v * b.u)) continue;  // the far side of an open border
+        // The far side of an open border, also where it is straight: opposite spokes have no plane but by rounding.
+        if (!(a.u * b.v - a.v * b.u > 1e-6 * std::hypot(a.u, a.v) * std::hypot(b.u, b.v))) continue;
         const Vec3 c = cross(a.d, b.d);
         const double size = length(c);
         if (size > 0.0) sum += std::atan2(size, dot(a.d, b.d)) / size * c;

@@ -11,7 +11,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t followed = 6;  // points looked at that one beside them follows
-constexpr double alike = 0.5;        // cosine between its normal and theirs
+constexpr double alike = 0.5;        // cosine between its normal and theirs; else, any that faces its way
 constexpr std::size_t reached = 5;   // neighbours that a disk reaches
 constexpr double widest = 4.0;       // medians of the radii: wider disks are of isolated points
 
@@ -78,12 +78,16 @@ Facing facing_of(const std::vector<Vec3>& points, const std::vector<Vec3>& norma
             std::vector<Neighbor> near;
             for (std::size_t i = begin; i < end; ++i) {
                 index.nearest(points[i], followed, near);
-                for (const Neighbor& n : near) {
-                    if (dot(normals[i], some.normals[n.index]) < alike) continue;
-                    out.sheet[i] = sides.sheet[n.index];
-                    out.turned[i] = turned[n.index];
-                    break;
-                }
+                const auto one_that_faces = [&](double least) {
+                    return std::find_if(near.begin(), near.end(), [&](const Neighbor& n) {
+                        return dot(normals[i], some.normals[n.index]) > least;
+                    });
+                };
+                auto leader = one_that_faces(alike);
+                if (leader == near.end()) leader = one_that_faces(0.0);
+                if (leader == near.end()) continue;
+                out.sheet[i] = sides.sheet[leader->index];
+                out.turned[i] = turned[leader->index];
             }
         },
         progress);

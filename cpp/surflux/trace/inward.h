@@ -16,11 +16,8 @@ struct InwardOptions {
 };
 
 // Patches of surfels whose normals point inwards: for each surfel 0, or the number of its patch, 1 for the largest.
-// Surfels that continue each other, whichever way their normals point, make a sheet (neighbors/orientation.h), and in a
-// sheet two of them either face the same side or do not. Ambient visibility, the share of rays that leave the scene,
-// tells which side of a closed sheet is out. An open scan is seen from both sides; there the side that most of its
-// surfels face is right. So is a sheet that is its own only witness. Nothing tells a room from a body turned inside
-// out: with `rooms` most of the surfels of any sheet are right.
+// Sheets, and which side of them is seen, are those of sheet_sides. In an open sheet the side that most of its surfels
+// face is right; so it is in any sheet with `rooms`, for nothing tells an empty room from a body turned inside out.
 std::vector<std::uint32_t> inward_patches(const Surfels& surfels, const InwardOptions& options,
                                           const Progress& progress = {});
 

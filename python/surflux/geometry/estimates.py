@@ -9,7 +9,7 @@ from surflux.geometry.facing import facing_of
 
 # Neighbours that a normal is fitted to.
 NORMAL_NEIGHBORS = 16
-_SAID = 0.05  # of the points on open surfaces: less is noise
+_SAID = 0.05  # of the points in rooms, or on open surfaces: less is noise
 
 
 def estimated_normals(points, viewpoint):
@@ -30,8 +30,9 @@ def outward_normals(points, name="points", places=None):
     found = facing_of(points, normals, places)
     normals[found.turned] *= -1.0
     unsure = np.mean(found.open)
-    if np.any(found.room):
-        where = "inwards, as of a room" if np.mean(found.room) > 0.5 else "outwards, in rooms inwards"
+    rooms = np.mean(found.room)
+    if rooms > _SAID:
+        where = "inwards, as of a room" if rooms > 0.5 else "outwards, in rooms inwards"
     else:
         where = "outwards, as of bodies seen from outside"
     if unsure > _SAID:

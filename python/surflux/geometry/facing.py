@@ -107,9 +107,7 @@ def checked_places(name, value):
 def facing_of(points, normals, places=None, seed=0):
     """The Facing of checked points with unit normals."""
     places = np.zeros((0, 3)) if places is None else places
-    found = _core.facing(
-        points, normals, places, _SMALLEST, _RAYS, _LOOKED_AT, seed, progress=stage("which side is seen")
-    )
+    found = _core.facing(points, normals, places, _SMALLEST, _RAYS, _LOOKED_AT, seed, progress=stage("facing"))
     sheet, turned = found["sheet"], found["turned"].astype(bool)
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
     # The last entry is of points that are in no sheet.

@@ -25,12 +25,14 @@ def inward_patches(
 
     Neighbours that continue each other, whichever way their normals point, make a sheet; in a sheet two surfels face
     the same side or do not (Hoppe et al. 1992, with normals mirrored as by Xie et al. 2003). Where the sheet closes
-    around a body, rays tell which side is out: there they leave the scene. An open scan is seen from both sides; in it
-    the side that most surfels of the sheet face counts as right. Nothing is changed:
-    `s.flipped(sf.inward_patches(s) > 0)` gives surfels that are turned round.
+    around a body, rays tell which side is out: there they leave the scene (see `facing`). An open scan is seen from
+    both sides; in it the side that most surfels of the sheet face counts as right. A patch is one where the normals on
+    its border say so with one voice. Nothing is changed: `s.flipped(sf.inward_patches(s) > 0)` gives surfels that are
+    turned round.
 
-    A room that is closed and looked at from inside faces inwards as a whole, as a body does that is turned inside out:
-    points do not tell them apart. It is reported, unless `rooms` says that it is one.
+    A sheet that closes around bodies is a room, and right where it is seen from inside. An empty one that faces
+    inwards as a whole, as a body does that is turned inside out, is reported, for points do not tell them apart,
+    unless `rooms` says that it is a room.
 
     Args:
         s: Surfels.

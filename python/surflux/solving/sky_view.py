@@ -14,6 +14,7 @@ from surflux.points.surfels import Surfels
 from surflux.scenes.scene import Scene
 
 WEIGHTINGS = "cosine", "solid_angle"
+_GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)
 _AT_ONCE = 1024  # directions, of which each surfel keeps a bit
 
 
@@ -32,6 +33,7 @@ class SightLines:
     def __init__(self, scene: Scene):
         self._core = scene._to_core()
         self.normals = Surfels._from_core(self._core.surfels).normals
+        self.free(np.empty((0, 3)), "trace")  # builds what rays are traced in
 
     def __len__(self):
         return len(self.normals)
@@ -52,13 +54,9 @@ def unobstructed_view(normals, weighting):
 
 
 def even_directions(count, seed):
-    """(count, 3) over the upper hemisphere, of equal solid angles: van der Corput's sequence, turned by the seed."""
-    around = (np.arange(count) + 0.5) / count
-    up, rest, half = np.zeros(count), np.arange(count), 0.5
-    while rest.any():
-        up, rest, half = up + half * (rest & 1), rest >> 1, 0.5 * half
-    shift = np.random.default_rng(seed).random(2)
-    z, phi = (up + shift[0]) % 1.0, 2.0 * np.pi * (around + shift[1])
+    """(count, 3) over the upper hemisphere, of equal solid angles: a Fibonacci lattice, shifted by the seed."""
+    k, (rise, turn) = np.arange(count), np.random.default_rng(seed).random(2)
+    z, phi = (k + rise) / count, 2.0 * np.pi * (_GOLDEN_RATIO * k + turn)
     level = np.sqrt(1.0 - z**2)
     return np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=-1)
 
@@ -82,8 +80,9 @@ def sky_view_factor(
       by b has 1 - b / pi. What fisheye photographs and morphology take.
 
     The open plane's share, in closed form, is multiplied by what rays find free of it, so that what is open is exact.
-    The directions are the same for all surfels. On rough terrain the RMS error is 2.5 %, 0.9 % and 0.6 % for 64, 256
-    and 512 rays.
+    The directions are the same for all surfels. On an aerial LiDAR tile of 110 000 points the RMS error of 256 rays is
+    .7 % of the whole sky, .9 % of the RMS of what is seen; on a part of it that of 64, 128, 256 and 512 rays is 1.6,
+    .9, .6 and .35 %.
 
     Args:
         scene: Scene, whose lights do not matter, or Surfels.

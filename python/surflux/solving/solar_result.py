@@ -82,7 +82,7 @@ class SolarIrradiation:
         threads: int | None = None,
         progress: Progress = False,
     ) -> SolarHours:
-        """W/m2 of each hour, apart: daylight coefficients of some surfels, times the skies of all hours.
+        """W/m2 of each hour, apart: daylight coefficients of some surfels, by rays, times the skies of all hours.
 
         Its sums over the hours are `beam`, `diffuse` and `reflected`, to about a thousandth.
 

@@ -52,7 +52,7 @@ def test_weather_of_another_place_is_told_of(tile, run, here):
 def test_without_pyproj_a_place_is_asked_for(tile, run, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyproj", None)
     status, _, err = run("solar", "tile.las", "--time", NOON)
-    assert status == 1
+    assert status == 2
     assert "tile.las: its place on earth needs pyproj: pip install 'surflux[solar]'" in err
     assert "or say --place LAT,LON, --north DEGREES and --unit METRES" in err
     status, out, err = run("solar", "tile.las", "--time", NOON, *PLACE, "--unit", 0.3048, "--json", "-o", "a.csv", *FEW)
@@ -116,6 +116,6 @@ def test_refusals_of_classes(here, run, arguments, message):
 def test_without_pvlib_the_line_that_installs_it_is_told(here, run, monkeypatch):
     monkeypatch.setitem(sys.modules, "pvlib", None)
     status, _, err = run("solar", plane(), *PLACE, "--year", 2025)
-    assert status == 1
+    assert status == 2
     assert "pip install 'surflux[solar]'" in err
     assert "reading" not in err  # before any work

@@ -71,6 +71,31 @@ def test_bodies_and_rooms_were_seen_from_nowhere(points):
     assert seen_from("x", points) is None
 
 
+def scanned_room(seed=0):
+    """What a scanner at the origin sees of a room from (-4, -3, -1.5) to (8, 5, 2), by even angles; and its normals."""
+    azimuth, elevation = np.meshgrid(np.radians(np.arange(0, 360, 1.5)), np.radians(np.arange(-60, 61, 1.5)))
+    cosine = np.cos(elevation)
+    rays = np.stack([cosine * np.cos(azimuth), cosine * np.sin(azimuth), np.sin(elevation)], axis=-1).reshape(-1, 3)
+    with np.errstate(divide="ignore"):
+        walls = np.where(rays > 0, [8, 5, 2], [4, 3, 1.5]) / np.abs(rays)
+    wall = np.argmin(walls, axis=1)
+    noise = 1 + 1e-4 * np.random.default_rng(seed).normal(size=(len(rays), 1))
+    return rays * np.min(walls, axis=1)[:, None] * noise, -np.sign(rays) * np.eye(3)[wall]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_scanner_turned_at_the_origin(tmp_path, seed, caplog):
+    points, truth = scanned_room(seed)
+    np.savez(tmp_path / "room.npz", points=points)
+    with caplog.at_level(logging.INFO, "surflux"):
+        read = sf.read(tmp_path / "room.npz")
+    edge = np.sort(np.abs(points - np.clip(points, [-3.7, -2.7, -1.2], [7.7, 4.7, 1.7])), axis=1)[:, 1] > 0
+    assert np.all(np.sum(read.normals * truth, axis=1)[~edge] > 0)
+    assert any("as if a scanner had turned there" in record.message for record in caplog.records)
+    assert seen_from("elsewhere", points + np.array([3, 0, 0])) is None
+    assert seen_from("evenly sampled", sf.Surfels(points, truth).thinned(1500).points) is None
+
+
 def test_a_plane_through_the_origin_is_a_terrain():
     """No depth is 0 for a camera there, and nothing is divided by it."""
     plane = np.random.default_rng(0).uniform(-1, 1, (3000, 3)) * [1, 1, 0]

@@ -35,41 +35,56 @@ def steps(rho=0.5, area=0.004):
 
 @pytest.mark.parametrize("angle", [0.0, 30.0, 60.0, 90.0])
 def test_open_planes_under_an_even_sky(angle):
-    """(1 + cos b) / 2 of the sky, (1 - cos b) / 2 of the ground, which reflects .3 of it: within 1 %."""
+    """(1 + cos b) / 2 of the sky, (1 - cos b) / 2 of the ground, which reflects .3 of it.
+
+    The patches that the plane's horizon runs through are integrated by parts 1.5 degrees wide, to 1e-3 of the whole
+    (test_free_directions.cpp)."""
     found = sf.solar_irradiation(tilted(angle), skies=EVEN, hours=10.0)
     cosine = np.cos(np.radians(angle))
-    np.testing.assert_allclose(found.diffuse, 0.5 * (1.0 + cosine), rtol=0.01)
-    np.testing.assert_allclose(found.reflected, 0.3 * 0.5 * (1.0 - cosine), rtol=0.01, atol=1e-6)
+    np.testing.assert_allclose(found.diffuse, 0.5 * (1.0 + cosine), atol=1e-3)
+    np.testing.assert_allclose(found.reflected, 0.3 * 0.5 * (1.0 - cosine), rtol=1e-9, atol=1e-9)
     assert found.beam.max() == 0.0
     np.testing.assert_allclose(found.mean, 100.0 * found.total, rtol=1e-12)
 
 
 def test_a_level_plane_has_what_was_given():
-    """Sum over the day of direct sin(altitude), exactly, and of what is diffuse, to what coefficients are right to."""
+    """Sum over the day of direct sin(altitude), and of what is diffuse: both exactly."""
     found = sf.solar_irradiation(tilted(0.0), skies=DAY)
     beam = sum(sky.direct_normal * sky.sun_direction[2] for sky in DAY) / 1000.0
     np.testing.assert_allclose(found.beam, beam, rtol=1e-6)
-    np.testing.assert_allclose(found.diffuse, sum(sky.diffuse for sky in DAY) / 1000.0, rtol=1e-3)
+    np.testing.assert_allclose(found.diffuse, sum(sky.diffuse for sky in DAY) / 1000.0, rtol=1e-9)
     assert found.reflected.max() < 1e-6
     assert found.hours == 4.0
     assert found.times is None
 
 
-@pytest.mark.slow
-def test_a_canyon_under_an_even_sky():
-    """Black, so that walls reflect nothing: what strips see of the sky, in a street 40 times as long as wide.
+@pytest.mark.parametrize("length", quick(400.0, of=[40.0, 400.0]))
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+def test_a_canyon_under_an_even_sky(length, seed):
+    """Black, so that walls reflect nothing: what strips see of the sky, in the mean within 1 %, in any long street.
 
-    Coefficients are interpolated over what the scene's size makes near: .05 at single strips, where rays from their
-    places (test_sky_view.py) are within .004."""
-    surfels, at = canyon(8, 41, reflectance=0.0, length=40.0)
-    found = sf.solar_irradiation(surfels, skies=EVEN, hours=10.0)
-    assert found.diffuse[:8].mean() == pytest.approx(np.sqrt(2.0) - 1.0, rel=0.02)
-    assert found.diffuse[8:24].mean() == pytest.approx(1.0 - np.sqrt(0.5), rel=0.02)
-    np.testing.assert_allclose(found.diffuse[:8], floor_view(at), atol=0.05)
-    np.testing.assert_allclose(found.diffuse[8:16], wall_view(at), atol=0.05)
+    At single strips 577 rays have an RMS error of .5 % of the sky (`solar_irradiation`)."""
+    surfels, at = canyon(8, 41, reflectance=0.0, length=length)
+    found = sf.solar_irradiation(surfels, skies=EVEN, hours=10.0, seed=seed)
+    assert found.diffuse[:8].mean() == pytest.approx(np.sqrt(2.0) - 1.0, rel=0.01)
+    assert found.diffuse[8:24].mean() == pytest.approx(1.0 - np.sqrt(0.5), rel=0.01)
+    off = np.concatenate([found.diffuse[:8] - floor_view(at), found.diffuse[8:16] - wall_view(at)])
+    assert np.sqrt(np.mean(off**2)) < 0.01
     assert found.reflected[:8].max() < 1e-6
+
+
+@pytest.mark.slow
+def test_walls_of_a_canyon_reflect():
     lit = sf.solar_irradiation(canyon(8, 41, 0.6, 40.0)[0], skies=EVEN, hours=10.0, bounces=None)
     assert lit.reflected[:8].min() > 0.05
+
+
+def test_threads_do_not_change_bits():
+    surfels = canyon(4, 5, length=10.0)[0]
+    one, two = (sf.solar_irradiation(surfels, skies=DAY, threads=threads, patches=145) for threads in (1, 2))
+    for part in ("beam", "diffuse", "reflected"):
+        np.testing.assert_array_equal(getattr(one, part), getattr(two, part))
+    assert one.diffuse.max() > 0.0
 
 
 @pytest.mark.slow
