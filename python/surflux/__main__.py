@@ -1,7 +1,17 @@
-"""`python -m surflux` is the command line."""
+"""The command line: `surflux`, and `python -m surflux`."""
 
 import sys
 
-from surflux.cli.commands import main
 
-sys.exit(main())
+def main():
+    """Runs one command and returns its exit status, 130 where Ctrl-C comes while libraries are loaded, too."""
+    try:
+        from surflux.cli import commands
+    except KeyboardInterrupt:
+        print("surflux: error: interrupted", file=sys.stderr)
+        return 130
+    return commands.main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -134,3 +134,14 @@ def test_every_stage_of_a_scan_of_110_000_points_ends_at_once(scans, here, stage
     assert left <= {"autzen_trim_solved.ply"}  # which is whole before the picture is begun
     assert not left or stage == "picture"
     print(f"{stage}: {seconds:.2f} s")
+
+
+def test_ctrl_c_while_libraries_are_loaded_is_told_as_always(here):
+    (here / "late").mkdir()
+    (here / "late" / "numpy.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+    # surflux itself loads numpy: what it loads of it is there, the command line asks anew.
+    program = "import sys, surflux, surflux.__main__; sys.path.insert(0, 'late'); "
+    program += "[sys.modules.pop(name) for name in [*sys.modules] if name.partition('.')[0] == 'numpy']; "
+    process = start("-c", program + "sys.exit(surflux.__main__.main())")
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "surflux: error: interrupted\n")
