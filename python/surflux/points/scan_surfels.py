@@ -12,11 +12,12 @@ from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals, outward_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
 from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
-from surflux.points.seen_from import seen_from
+from surflux.points.seen_from import seen_from, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
 
 _SAID, _MANY, _MOST = 0.0005, 0.05, 0.5  # of the points
+_BACKWARDS = 0.8  # of the points that face away from where all were seen: the file has its normals the other way round
 _KEEP = "`--normals keep`, or orient=False, leaves them as they are"
 
 
@@ -144,8 +145,15 @@ def _complete_normals(path, arrays, viewpoint, orient):
 def _turned_over(path, points, normals, places):
     """The normals of a file, with those turned over that face inwards; what is done, and what is open, is logged."""
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    found = facing_of(points, normals, places)
     name = os.fsdecode(path)
+    place, how = viewed_from(points)
+    if place is not None:
+        away = np.mean(np.sum((place - points) * normals, axis=1) < 0.0)
+        if away > _BACKWARDS:
+            LOG.info("%s: its normals face away and are turned over, all of them, to face %s; %s", name, how, _KEEP)
+            normals = -normals
+        places = np.vstack([places, place])
+    found = facing_of(points, normals, places)
     turned, inside_out, against = np.mean([found.turned, found.inside_out, found.against], axis=1)
     if turned > _SAID:
         room = " (a room seen from inside stays, if a viewpoint is in it)" if inside_out > _SAID else ""

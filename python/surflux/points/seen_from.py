@@ -27,19 +27,25 @@ def seen_from(path, points):
     as far as they are from the origin, but for a factor, were seen by a scanner there, which turns by even angles.
     Bodies and rooms otherwise are none of these: their columns go through more than one wall.
     """
+    place, how = viewed_from(points)
+    if place is not None:
+        LOG.info("%s: estimated normals face %s (viewpoint: elsewhere)", path, how)
+    return place
+
+
+def viewed_from(points):
+    """(the place that seen_from finds, or None; in words what faces it, and why)."""
     if len(points) < _FEW:
-        return None
+        return None, ""
     if _faces_origin(points):
-        LOG.info("%s: estimated normals face the origin, as if a depth camera were there (viewpoint: elsewhere)", path)
-        return np.zeros(3)
+        return np.zeros(3), "the origin, as if a depth camera were there"
     if is_terrain(points):
-        LOG.info("%s: estimated normals face upwards, as of a terrain seen from above (viewpoint: elsewhere)", path)
         low, high = points.min(axis=0), points.max(axis=0)
-        return 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
+        above = 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
+        return above, "upwards, as of a terrain seen from above"
     if _thin_out_from_origin(points):
-        LOG.info("%s: estimated normals face the origin, as if a scanner had turned there (viewpoint: elsewhere)", path)
-        return np.zeros(3)
-    return None
+        return np.zeros(3), "the origin, as if a scanner had turned there"
+    return None, ""
 
 
 def is_terrain(points):

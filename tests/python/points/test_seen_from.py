@@ -123,3 +123,15 @@ def test_scans(scans, file, front):
     found = seen_from(file, sf.read_scan(scans / file).points)
     kind = None if found is None else "above" if np.any(found) else "origin"
     assert kind == front
+
+
+@pytest.mark.parametrize("points", [hills(), depth_image(1.0)], ids=["terrain", "frame"])
+def test_a_layer_with_normals_the_other_way_round_is_turned(tmp_path, points, caplog):
+    np.savez(tmp_path / "layer.npz", points=points)
+    right = sf.read(tmp_path / "layer.npz").normals
+    np.savez(tmp_path / "layer.npz", points=points, normals=-right)
+    assert np.array_equal(sf.read(tmp_path / "layer.npz").normals, -right)  # asked for nothing
+    with caplog.at_level(logging.INFO, "surflux"):
+        turned = sf.read(tmp_path / "layer.npz", orient=True).normals
+    assert np.mean(np.sum(turned * right, axis=1) > 0.0) > 0.999
+    assert any("its normals face away and are turned over, all of them, to face" in r.message for r in caplog.records)
