@@ -39,28 +39,42 @@ def require_place(path, place=None):
         raise file_error(path, f"cannot be written: no permission to write {'there' if device else f'in {folder}'}")
 
 
+UNFINISHED = set()
+"""Paths of files that this process has not written to their end."""
+
+
 @contextmanager
-def whole_file(path):
-    """A binary file beside `path`, renamed when the block ends: a file that is there is replaced whole or not at all,
-    and keeps its mode.
+def unfinished(path):
+    """A Path beside `path` to write to, renamed when the block ends: a file that is there is replaced whole or not at
+    all, and keeps its mode. What the block leaves behind when it fails is removed.
 
     Raises FileError.
     """
     real = Path(os.path.realpath(path))
     require_place(path, real)
     beside = real.with_name(unfinished_name(real))
+    UNFINISHED.add(beside)
     try:
-        with open(beside, "xb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())  # some file systems say only here that there is no room
+        yield beside
         if real.exists():
             os.chmod(beside, real.stat().st_mode & 0o7777)
         os.replace(beside, real)
     except OSError as error:
-        raise FileError(f"{path}: cannot be written: {error.strerror}") from error
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         beside.unlink(missing_ok=True)
+        UNFINISHED.discard(beside)
+
+
+@contextmanager
+def whole_file(path):
+    """A binary file beside `path`, as of `unfinished`. Raises FileError."""
+    with unfinished(path) as beside, open(beside, "xb") as file:
+        yield file
+        file.flush()
+        os.fsync(file.fileno())  # some file systems say only here that there is no room
 
 
 def write_whole(path, data):

@@ -99,12 +99,13 @@ class Cloud:
         columns = {name: _spread(values, lit, count) for name, values in found.items()}
         normals = _spread(self._normals[source], lit, count)
         colors = None if albedo else self._colors(found["radiosity"], lit)
-        if np.any(self.alone):
+        if np.any(self.alone) or "left_out" in self.scan.attributes:
             columns["left_out"] = self.alone.astype(np.uint8)
+        if not albedo:  # colours that are light are no reflectance to whoever reads them
+            columns["reflectance"] = _spread(self._whole.reflectance[source], lit, count)
         comments = ()
         if written_suffix(path) == ".ply":
-            s = self.surfels if solution.surfels.areas is None else solution.surfels
-            areas = np.bincount(solution.parents, s.areas)[: len(self.surfels)]
+            areas = np.bincount(solution.parents, solution.surfels.areas)[: len(self.surfels)]
             columns |= {
                 "reflectance": _spread(self._whole.reflectance[source], lit, count),
                 "emission": _spread(self._whole.emission[source], lit, count),
@@ -151,22 +152,26 @@ def patches_of_file(options):
 
 
 def exposed(surfels):
-    """Surfels whose mean reflectance is plausible: colours of a scan are as bright as its light and exposure were."""
+    """Surfels whose mean reflectance is plausible: colours of a scan are as bright as its light and exposure were.
+
+    The mean is that of all that are not black, and hardly any of them become white.
+    """
     rho = surfels.reflectance
-    mean = float(rho.mean())
-    if _DIMMEST <= mean <= _BRIGHTEST or mean <= 0.0:
+    seen = rho[rho.any(axis=1)]
+    mean = float(seen.mean()) if len(seen) else 0.0
+    if mean == 0.0 or _DIMMEST <= mean <= _BRIGHTEST:
         return surfels
-    wanted = min(max(mean, _DIMMEST), _BRIGHTEST)
-    factor = wanted / mean
-    for _ in range(8):  # what becomes white loses some of it
-        factor *= wanted / max(float(np.minimum(factor * rho, _WHITE).mean()), 1e-12)
+    factor = min(max(mean, _DIMMEST), _BRIGHTEST) / mean
+    if factor > 1.0:
+        factor = max(1.0, min(factor, _WHITE / float(np.percentile(seen.max(axis=1), 99))))
+    found = np.minimum(factor * rho, np.maximum(rho, _WHITE))
     LOG.info(
         "colours of the scan have a mean reflectance of %.2f, made %.2f (--raw-colors keeps them); "
         "shading in them is not taken off",
         mean,
-        float(np.minimum(factor * rho, _WHITE).mean()),
+        factor * mean,
     )
-    return surfels.replace(reflectance=np.minimum(factor * rho, _WHITE))
+    return surfels.replace(reflectance=found)
 
 
 def lights_of_cloud(options, surfels, camera):

@@ -36,17 +36,11 @@ def main(arguments=None):
     """
     if arguments is not None:
         return _run(list(arguments))
-    with ended_by_ctrl_c(_folders(sys.argv[1:])):
+    with ended_by_ctrl_c():
         status = _run(sys.argv[1:])
     if status == INTERRUPTED:  # said already; threads that go on are not waited for
-        leave(_folders(sys.argv[1:]), said=True)
+        leave(said=True)
     return status
-
-
-def _folders(arguments):
-    """Where a command may write."""
-    parts = (part for argument in arguments for part in (argument, argument.partition("=")[2]) if part)
-    return {Path(), *(Path(part).parent for part in parts if not part.startswith("-"))}
 
 
 def _run(arguments):
@@ -117,7 +111,7 @@ def _check_options(options):
         check.count("--size", side, 1, 16384)
     if "output" in given:
         output = Path(given["output"])
-        if options.command == "solve" and not _is_scene(options.input):
+        if options.command == "solve" and is_cloud(options.input):
             written_suffix(output, "-o")
         elif output.suffix.lower() != ".ply":
             raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
@@ -207,8 +201,10 @@ def _draw(solution, camera, options, images, **settings):
 
 def _scene_to_solve(options):
     """(Scene, Cloud or None of a scene file)."""
-    if _is_scene(options.input):
-        for name in ("thin", "light", "normals", "ground", "albedo", "strict", "keep_outliers", "raw_colors"):
+    scene, points = _is_scene(options.input), is_cloud(options.input)
+    if not points:
+        alone = ("albedo", "strict", "keep_outliers", "raw_colors")
+        for name in ("thin", "light", "normals", "ground", *alone) if scene else alone:
             if getattr(options, name):
                 flag = name.replace("_", "-")
                 more = {
@@ -217,12 +213,13 @@ def _scene_to_solve(options):
                     "normals": "; a scene file turns an object by its key orient",
                 }
                 raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
+    if scene:
         return _load_scene(options), None
     if Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
         )
-    if is_cloud(options.input):
+    if points:
         cloud = Cloud(options)
         surfels = cloud.surfels
     else:

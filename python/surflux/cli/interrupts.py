@@ -8,19 +8,18 @@ import sys
 import threading
 from pathlib import Path
 
+from surflux._base.files import UNFINISHED
+
 INTERRUPTED = 130  # status of what Ctrl-C ended, as shells have it
 _PATIENCE = 0.5  # seconds in which passes may end by themselves, which they do where they tell how far they are
-_UNFINISHED = re.compile(r"\.part\d+$|-\d+\.part[^/]*$")  # names that the core and unfinished_name give
+_OF_THE_CORE = re.compile(r"\.part\d+$")  # names of files that the core has not written to their end
 
 
 @contextlib.contextmanager
-def ended_by_ctrl_c(folders=()):
+def ended_by_ctrl_c():
     """Ends the process, with status 130, soon after Ctrl-C, even if a library that cannot be asked is at work.
 
     For the main thread of a program of its own: nothing behind the block is reached then.
-
-    Args:
-        folders: where the program writes through others, whose files are removed as well.
     """
     if (
         threading.current_thread() is not threading.main_thread()
@@ -31,7 +30,7 @@ def ended_by_ctrl_c(folders=()):
     read, write = os.pipe()
     os.set_blocking(write, False)
     before = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
-    threading.Thread(target=_watch, args=(read, folders), daemon=True).start()
+    threading.Thread(target=_watch, args=(read,), daemon=True).start()
     try:
         yield
     finally:
@@ -39,32 +38,28 @@ def ended_by_ctrl_c(folders=()):
         os.close(write)  # which ends the thread
 
 
-def _watch(read, folders):
+def _watch(read):
     while pressed := os.read(read, 1):
         if pressed[0] == signal.SIGINT:
             threading.Event().wait(_PATIENCE)
-            leave(folders)
+            leave()
 
 
-def leave(folders=(), *, said=False):
+def leave(*, said=False):
     """Ends the process as Ctrl-C does, without what is half written, and without waiting for any thread.
 
     said: whether the user has been told.
     """
-    _remove_unfinished(folders)
+    _remove_unfinished()
     with contextlib.suppress(OSError, ValueError):
         sys.stderr.write("" if said else "surflux: error: interrupted\n")
         sys.stderr.flush()
     os._exit(INTERRUPTED)
 
 
-def _remove_unfinished(folders):
-    """Removes what this process is writing under the name of an unfinished file, and those of its number in folders."""
-    unfinished = [path for path in _written() if _UNFINISHED.search(path.name)]
-    for folder in folders:
-        with contextlib.suppress(OSError):
-            unfinished += [path for path in Path(folder).iterdir() if f"-{os.getpid()}.part" in path.name]
-    for path in unfinished:
+def _remove_unfinished():
+    """Removes what this process, or a library in it, has begun to write and not renamed yet."""
+    for path in [*UNFINISHED, *(path for path in _written() if _OF_THE_CORE.search(path.name))]:
         with contextlib.suppress(OSError):
             path.unlink()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surflux._base import check
-from surflux._base.files import file_error, require_place, unfinished_name
+from surflux._base.files import file_error, require_place, unfinished
 from surflux._base.passes import progress_callback, report
 from surflux.geometry.rotation import rotation_about
 from surflux.pictures.camera import Camera
@@ -182,19 +181,18 @@ def check_target(path, argument="path"):
 @contextmanager
 def _film(path, fps):
     """What takes frames one by one into a file, which appears whole at the end, or not at all."""
-    target = Path(path)
-    unfinished, suffix = target.with_name(unfinished_name(target)), target.suffix.lower()
+    suffix = Path(path).suffix.lower()
     imageio = _imageio(suffix)
 
     def refused(error):
         return file_error(path, f"cannot be written: {error}")
 
-    try:
+    with unfinished(path) as beside:
         try:
             if suffix == ".gif":
-                writer = GifWriter(unfinished, fps)
+                writer = GifWriter(beside, fps)
             else:
-                writer = imageio.get_writer(unfinished, mode="I", fps=fps, **MP4)
+                writer = imageio.get_writer(beside, mode="I", fps=fps, **MP4)
         except (OSError, RuntimeError) as error:
             raise refused(error) from error
 
@@ -212,11 +210,8 @@ def _film(path, fps):
             raise
         try:
             writer.close()
-            os.replace(unfinished, target)
         except (OSError, RuntimeError) as error:
             raise refused(error) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 # What every player shows: H.264 with colours at half the resolution.

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from surflux._base import check
-from surflux._base.color import WHITE, display_bytes, reflectance_of_colors, white_of_colors
+from surflux._base.color import WHITE, linear_to_srgb, reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.properties import unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
 from surflux.points.surfels import Surfels
+from surflux.scans.las import FLAGS
 from surflux.scans.reading import read_columns
 from surflux.scans.writing import write_points, written_suffix
 
@@ -52,7 +53,7 @@ class Scan:
     """(k, 3): where each of k scans was taken from, rows of NaN where the file does not say. With more than one,
     attributes["scan"] says of each point which is its own."""
     rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    """(n,): the row of the file that each point stands in, ascending; some are missing where points were left out."""
+    """(n,): the row of the file that each point stands in; some are missing where points were left out."""
     name: str = "scan"
     """Of messages: the path."""
     frame: Mapping[str, Any] | None = None
@@ -132,16 +133,17 @@ class Scan:
     ) -> Path:
         """Writes the points in their order, with all that is known of each, and what was found for them.
 
-        PLY and CSV have all; `red`, `green` and `blue` in bytes; of (n, 3) columns by channel, name_r, name_g and
-        name_b. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field for stands in extra dimensions;
-        coordinates of a LAS file come back bit by bit, with its coordinate reference system. NPZ has arrays by name,
-        VTP is for ParaView, glTF (.glb, .gltf) for viewers, which have y up: z becomes y.
+        PLY and CSV have all (PLY whole numbers up to 2^53); `red`, `green` and `blue` in bytes; (n, 3) columns by
+        channel, as name_r, name_g and name_b; a name that another column has gets a number. LAS and LAZ take `pip
+        install 'surflux[scans]'`; what they have no field for stands in extra dimensions; coordinates of a LAS file
+        come back bit by bit, with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF
+        (.glb, .gltf) for viewers, which have y up: z becomes y.
 
         Args:
             path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole
                 or not at all.
-            columns: more of each point by name, (n,) or (n, k); in place of an attribute of the same name. NaN: not
-                known.
+            columns: more of each point by name, (n,) or (n, k); in place of attributes of the same name, or of its
+                channels. NaN: not known.
             normals: (n, 3) in place of the scan's.
             colors: (n, 3), bytes of what is to be seen; None for the reflectance, .98 being white.
             comments: lines of text, which PLY files hold.
@@ -160,8 +162,9 @@ class Scan:
         >>> again.attributes["kwh"].tolist(), again.attributes["classification"].tolist()
         ([1100.0, 950.5], [2, 6])
         """
-        written_suffix(check.path("path", path))
-        n = len(self)
+        suffix, n = written_suffix(check.path("path", path)), len(self)
+        if n == 0:
+            raise ValueError("path: wanted points to write, and there are none")
         out = {"points": check.finite_array("points", self.points, (n, 3))}
         given = self.normals if normals is None else check.rows("normals", normals, n, 3)
         if given is not None:
@@ -169,20 +172,25 @@ class Scan:
         if colors is not None:
             out["colors"] = check.rows("colors", colors, n, 3).astype(np.uint8)
         elif self.reflectance is not None:
-            out["colors"] = self.display_colors()
-        for name, values in (dict(self.attributes) | dict(columns or {})).items():
-            out[str(name)] = check.rows(f"columns: {name}", values, n)
-        if 0 < len(self.rows) == n and self.rows[-1] >= n:
-            out.setdefault("row", self.rows)
+            out["colors"] = self.display_colors(16 if suffix in (".las", ".laz") else 8)
+        given = {str(name): check.rows(f"columns: {name}", values, n) for name, values in (columns or {}).items()}
+        replaced = {f"{name}_{c}" for name, values in given.items() if values.ndim == 2 for c in "rgb"}
+        for name, values in self.attributes.items():
+            if name not in replaced:
+                out[str(name)] = check.rows(f"attributes: {name}", values, n)
+        out |= given
+        if len(self.rows) == n and not np.array_equal(self.rows, np.arange(n)):
+            out["row"] = self.rows
         path = Path(os.fsdecode(path))
         write_points(path, out, self.frame, comments)
         return path
 
-    def display_colors(self) -> NDArray[np.uint8]:
-        """(n, 3): the reflectance as sRGB, .98 being white; grey where the scan has none."""
+    def display_colors(self, bits: Literal[8, 16] = 8) -> NDArray[np.uint8] | NDArray[np.uint16]:
+        """(n, 3): the reflectance as sRGB in so many bits, .98 being white; grey where the scan has none."""
+        kind = np.uint8 if bits == 8 else np.uint16
         if self.reflectance is None:
-            return np.full((len(self), 3), 128, dtype=np.uint8)
-        return display_bytes(self.reflectance / WHITE).astype(np.uint8)
+            return np.full((len(self), 3), 128, dtype=kind) * kind(1 if bits == 8 else 257)
+        return np.rint((2**bits - 1) * linear_to_srgb(self.reflectance / WHITE)).astype(kind)
 
 
 def read_scan(
@@ -235,7 +243,7 @@ def read_scan_with_faces(path, format=None, *, points=None, seed=0, strict=False
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
 def scan_of_columns(path, read):
     """The Scan of what read_columns read of a path."""
-    columns = dict(read.columns)
+    columns = {name: values for name, values in read.columns.items() if name not in FLAGS or np.any(values)}
     points, normals, colors = (columns.pop(name, None) for name in ("points", "normals", "colors"))
     places = [[np.nan] * 3 if place is None else place for place in read.viewpoints]
     return Scan(

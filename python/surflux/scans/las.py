@@ -10,6 +10,8 @@ from surflux.scans.las_writing import frame_of
 from surflux.scans.outside import outside
 
 _ATTRIBUTES = ("intensity", "classification", "return_number", "number_of_returns", "point_source_id", "gps_time")
+FLAGS = ("synthetic", "key_point", "withheld", "overlap", "scanner_channel", "scan_direction_flag")
+FLAGS += ("edge_of_flight_line", "user_data")
 _ANGLE_STEP = 0.006  # degrees, of formats from 6 on
 
 
@@ -17,7 +19,7 @@ def open_las(path):
     """A PointFile.
 
     Scale and offset are applied in float64. Attributes: intensity, classification, return_number, number_of_returns,
-    point_source_id, gps_time, nir, scan_angle in degrees, and the extra dimensions of the file by their names.
+    point_source_id, gps_time, nir, scan_angle in degrees, FLAGS, and the extra dimensions of the file by their names.
     """
     _check_records(path)
     with outside(path, "laspy"):
@@ -54,7 +56,7 @@ def _chunks(path, reader):
             with outside(path, "laspy"):
                 record = reader.read_points(min(CHUNK, header.point_count - count))
                 columns = {axis: np.asarray(record[axis], dtype=np.float64) for axis in "xyz"}
-                for name in (*_ATTRIBUTES, "nir", *extra):
+                for name in (*_ATTRIBUTES, "nir", *FLAGS, *extra):
                     if name in there:
                         columns[name] = np.array(record[name])
                 if "scan_angle" in there:

@@ -1,16 +1,32 @@
 """LAS and LAZ, written by laspy: the extra surflux[scans]."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 
-from surflux._base.files import file_error, unfinished_name
+from surflux._base.files import unfinished
+from surflux._base.warn import warn
+from surflux.scans.names import scalars
 from surflux.scans.outside import outside
 
 _ANGLE_STEP = 0.006  # degrees
-_OWN = ("classification", "intensity", "return_number", "number_of_returns", "point_source_id", "gps_time", "nir")
+# What a point has a field for: the largest number in it, of formats up to 5 and from 6 on; None where there is none.
+_FIELDS = {
+    "intensity": (65535, 65535),
+    "classification": (31, 255),
+    "return_number": (7, 15),
+    "number_of_returns": (7, 15),
+    "point_source_id": (65535, 65535),
+    "user_data": (255, 255),
+    "synthetic": (1, 1),
+    "key_point": (1, 1),
+    "withheld": (1, 1),
+    "overlap": (None, 1),
+    "scanner_channel": (None, 3),
+    "scan_direction_flag": (1, 1),
+    "edge_of_flight_line": (1, 1),
+    "nir": (None, 65535),
+}
 _FINE = 1e-4  # of the spacing of points: steps of coordinates of what was no LAS file
+_NAME = 32  # bytes of an extra dimension's
 
 
 def write_las(path, columns, frame=None):
@@ -18,48 +34,71 @@ def write_las(path, columns, frame=None):
 
     Coordinates have the steps of the LAS file that they come from, so that they come back bit by bit; others are
     rounded to 1e-4 of their spacing or finer. The file's coordinate reference system is kept, which formats of points
-    up to 5 say by keys of GeoTIFF and later ones by WKT: so points keep the generation of their format, too.
+    up to 5 say by keys of GeoTIFF and later ones by WKT: so points keep the generation of their format, too. What a
+    field cannot hold, as fractions of an intensity, is an extra dimension of another name, and a warning says so.
     """
-    with outside(path, "laspy"):
+    with outside(path, "laspy", "write"):
         import laspy
 
         points = columns["points"]
         frame = _frame_of(points) if frame is None else frame
         kind = 3 if frame["point_format"] < 6 else 8 if "nir" in columns else 7
-        header = laspy.LasHeader(version=frame["version"] if kind == 3 else "1.4", point_format=kind)
+        header = laspy.LasHeader(version=max(frame["version"], "1.2") if kind == 3 else "1.4", point_format=kind)
         header.offsets, header.scales = frame["offsets"], frame["scales"]
         header.vlrs.extend(frame["reference"])
         header.global_encoding.wkt = frame["wkt"]
         header.global_encoding.gps_time_type = frame["gps_time_type"]
-        extra = {}
-        for name, values in columns.items():
-            if name in ("points", "colors", "scan_angle", *_OWN):
-                continue
-            extra |= _dimensions(name, values)
+        fields, others = _sorted_out(path, columns, kind > 5)
+        taken = {*header.point_format.dimension_names, "x", "y", "z"}
+        extra = scalars(others, most=_NAME, taken=taken)
+        extra = {name: np.ascontiguousarray(values, _kind(values)) for name, values in extra.items()}
         header.add_extra_dims([laspy.ExtraBytesParams(name, values.dtype) for name, values in extra.items()])
         record = laspy.LasData(header)
-        whole = [_whole(path, points[:, k], header.offsets[k], header.scales[k]) for k in range(3)]
+        whole = [_whole(points[:, k], header.offsets[k], header.scales[k]) for k in range(3)]
         record.points = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
         record.X, record.Y, record.Z = whole
-        for name in _OWN:
-            if name in columns:
-                record[name] = _fitting(path, name, columns[name], record[name].dtype)
-        if "scan_angle" in columns:
-            name, step, room = ("scan_angle", _ANGLE_STEP, np.int16) if kind > 5 else ("scan_angle_rank", 1.0, np.int8)
-            steps = np.rint(np.asarray(columns["scan_angle"], np.float64) / step)
-            record[name] = _fitting(path, "scan_angle", steps, np.dtype(room))
-        if "colors" in columns:
-            for k, name in enumerate(("red", "green", "blue")):
-                record[name] = columns["colors"][:, k].astype(np.uint16) * 257
-        for name, values in extra.items():
+        for name, values in (fields | extra).items():
             record[name] = values
-        real = Path(os.path.realpath(path))
-        beside = real.with_name(unfinished_name(real))
-        try:
+        if "colors" in columns:
+            colors = columns["colors"]
+            colors = colors.astype(np.uint16) * (257 if colors.dtype == np.uint8 else 1)
+            record.red, record.green, record.blue = colors.T
+        with unfinished(path) as beside:
             record.write(beside)
-            os.replace(beside, real)
-        finally:
-            beside.unlink(missing_ok=True)
+
+
+def _sorted_out(path, columns, late):
+    """(what fields of a point hold, by their names, all other columns); late: of formats from 6 on."""
+    fields, others, moved = {}, {}, []
+    for name, values in columns.items():
+        if name in ("points", "colors"):
+            continue
+        if name == "gps_time" and values.ndim == 1:
+            fields[name] = values.astype(np.float64)
+            continue
+        if name == "scan_angle" and values.ndim == 1:
+            own, step, most = ("scan_angle", _ANGLE_STEP, 30000) if late else ("scan_angle_rank", 1.0, 90)
+            steps = np.rint(values.astype(np.float64) / step)
+            if np.all(np.abs(steps) <= most):  # NaN is not
+                fields[own] = steps.astype(np.int16 if late else np.int8)
+                continue
+        most = _FIELDS.get(name, (None, None))[1 if late else 0]
+        if most is not None and values.ndim == 1 and np.all((values >= 0) & (values <= most) & (values == values // 1)):
+            fields[name] = values.astype(np.uint16)
+            continue
+        others[name] = values
+        if most is not None or name == "scan_angle":
+            moved.append(name)
+    if moved:
+        warn(f"{path}: LAS has no room for values of {', '.join(moved)}: they stand in extra dimensions")
+    return fields, others
+
+
+def _kind(values):
+    """The type of an extra dimension."""
+    return {"b": np.uint8, "f": np.float32 if values.dtype.itemsize < 8 else np.float64}.get(
+        values.dtype.kind, values.dtype
+    )
 
 
 def frame_of(header):
@@ -69,7 +108,7 @@ def frame_of(header):
         "scales": np.array(header.scales),
         "point_format": header.point_format.id,
         "version": str(header.version),
-        "reference": [vlr for vlr in header.vlrs if vlr.user_id == "LASF_Projection"],
+        "reference": [vlr for vlr in (*header.vlrs, *(header.evlrs or ())) if vlr.user_id == "LASF_Projection"],
         "wkt": header.global_encoding.wkt,
         "gps_time_type": header.global_encoding.gps_time_type,
     }
@@ -83,37 +122,12 @@ def _frame_of(points):
     scale = 10.0 ** np.floor(np.log10(max(wanted, size / 2.0**31)))
     if size / scale > 2.0**31 - 1:
         scale *= 10.0
-    found = {"offsets": np.floor(low), "scales": np.full(3, scale), "point_format": 7, "version": "1.4"}
+    found = {"offsets": scale * np.floor(low / scale), "scales": np.full(3, scale), "point_format": 7, "version": "1.4"}
     return found | {"reference": [], "wkt": True, "gps_time_type": 0}
 
 
-def _whole(path, values, offset, scale):
+def _whole(values, offset, scale):
     steps = np.rint((values - offset) / scale)
     if len(steps) and (steps.min() < -(2**31) or steps.max() >= 2**31):
-        raise file_error(path, "its coordinates do not fit the 32 bits that LAS has for them")
+        raise ValueError("its coordinates do not fit the 32 bits that LAS has for them")
     return steps.astype(np.int32)
-
-
-def _fitting(path, name, values, dtype):
-    """values as LAS holds them, where it does."""
-    values = np.asarray(values)
-    if dtype.kind == "f":
-        return values.astype(dtype)
-    limits = np.iinfo(dtype)
-    with np.errstate(invalid="ignore"):
-        fits = (values >= limits.min) & (values <= limits.max)
-    if not np.all(fits):
-        worst = values[~fits][0]
-        raise file_error(path, f"{name}: LAS has room from {limits.min} to {limits.max}, got {worst:g}")
-    return np.rint(values).astype(dtype) if values.dtype.kind == "f" else values.astype(dtype)
-
-
-def _dimensions(name, values):
-    """Extra dimensions of an attribute, whose names have up to 32 bytes."""
-    values = values.astype(np.uint8) if values.dtype == bool else values
-    if values.ndim == 2:
-        channels = {"normals": ("nx", "ny", "nz")}.get(name)
-        wide = values.shape[1]
-        channels = channels or [f"{name[:28]}_{c}" for c in ("rgb" if wide == 3 else range(wide))]
-        return {one: np.ascontiguousarray(values[:, k], np.float32) for k, one in enumerate(channels)}
-    return {str(name)[:32]: np.ascontiguousarray(values)}

@@ -1,17 +1,18 @@
 """Files of points, written: the formats that are read, and those of viewers."""
 
 import os
+import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from surflux._base.color import srgb_to_linear
-from surflux._base.files import file_error, unfinished_name, whole_file
+from surflux._base.files import unfinished, whole_file
 from surflux.scans.gltf import write_gltf_points
 from surflux.scans.las_writing import write_las
+from surflux.scans.names import OWN, scalars
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
-_AXES, _NORMAL, _RGB = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
 _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
 _PLY_TYPES |= {"f4": "float", "f8": "double"}
 _TURNED = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)  # z up becomes y up
@@ -50,25 +51,9 @@ def written_suffix(path, name="path"):
     return suffix
 
 
-def scalars(columns):
-    """{name: (n,)} of columns: colours and what has three channels by channel, other rows by number."""
-    out = {}
-    for name, values in columns.items():
-        names = {"points": _AXES, "normals": _NORMAL, "colors": _RGB}.get(name)
-        if values.ndim == 1:
-            out[name] = values
-            continue
-        if names is None:
-            wide = values.shape[1]
-            names = [f"{name}_{c}" for c in ("rgb" if wide == 3 else range(wide))]
-        for k, one in enumerate(names):
-            out[one] = values[:, k]
-    return out
-
-
 def _write_ply(path, columns, comments):
     """Binary little-endian PLY. Coordinates are doubles where floats do not hold them."""
-    parts = scalars(columns)
+    parts = scalars(columns, _tidy)
     types = {name: _ply_type(name, values) for name, values in parts.items()}
     row = np.dtype([(name, "<" + kind) for name, kind in types.items()])
     count = len(columns["points"])
@@ -97,25 +82,26 @@ def _ply_type(name, values):
             if len(values) == 0 or (values.min() >= limits.min and values.max() <= limits.max):
                 return small
         return "f8"
-    if name in _AXES:
+    if name in OWN["points"]:
         with np.errstate(over="ignore"):
             exact = np.array_equal(values.astype(np.float32).astype(np.float64), values)
         return "f4" if exact else "f8"
-    return "f8" if name not in _NORMAL else "f4"
+    return "f8" if name not in OWN["normals"] else "f4"
 
 
 def _write_csv(path, columns):
     """Lines of numbers between commas, behind one with the names; of floats as many digits as bring them back."""
-    parts = scalars(columns)
+    parts = scalars(columns, _tidy)
     with whole_file(path) as file:
-        file.write((",".join(map(_csv_name, parts)) + "\n").encode())
+        file.write((",".join(parts) + "\n").encode())
         for begin in range(0, len(columns["points"]), _BLOCK):
             texts = [_texts(values[begin : begin + _BLOCK]) for values in parts.values()]
             file.write(("\n".join(map(",".join, zip(*texts, strict=True))) + "\n").encode())
 
 
-def _csv_name(name):
-    return "".join("_" if c in ',;"\n\r\t ' else c for c in str(name))
+def _tidy(name):
+    """A name without what ends one in a line."""
+    return "".join("_" if c in ',;"' or c.isspace() else c for c in name) or "_"
 
 
 def _texts(values):
@@ -128,8 +114,10 @@ def _texts(values):
 
 def _write_npz(path, columns):
     """Arrays by their names."""
-    with whole_file(path) as file:
-        np.savez(file, **columns)
+    with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+        for name, values in columns.items():  # np.savez takes no array of the name "file"
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.ascontiguousarray(values), allow_pickle=False)
 
 
 def _write_vtp(path, columns):
@@ -141,15 +129,8 @@ def _write_vtp(path, columns):
     for name, values in columns.items():
         if name != "points":
             data.point_data[names.get(name, name)] = values
-    real = Path(os.path.realpath(path))
-    beside = real.with_name(unfinished_name(real))
-    try:
+    with unfinished(path) as beside:
         data.save(beside)
-        os.replace(beside, real)
-    except OSError as error:
-        raise file_error(path, f"cannot be written: {error.strerror or error}") from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _write_gltf(path, columns):
@@ -157,8 +138,9 @@ def _write_gltf(path, columns):
     points = columns["points"]
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     arrays = {"POSITION": points - middle}
-    if "normals" in columns:
-        arrays["NORMAL"] = columns["normals"]
+    if "normals" in columns:  # which glTF wants of length 1: up, where none is known
+        known = np.isfinite(columns["normals"]).all(axis=1, keepdims=True)
+        arrays["NORMAL"] = np.where(known, columns["normals"], [0.0, 0.0, 1.0])
     if "colors" in columns:
         arrays["COLOR_0"] = srgb_to_linear(columns["colors"] / 255.0)
     for name, values in columns.items():

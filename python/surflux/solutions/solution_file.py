@@ -70,7 +70,7 @@ def load_solution(path: FilePath) -> Solution:
     columns = arrays["columns"]
     n = len(arrays["points"])  # each surfel and each object of the scene has at least one of them
     if about.get("points") == 1:  # of a cloud, by the rows of its file
-        columns |= {"parent": np.arange(n), "object": np.zeros(n)}
+        columns = {"parent": np.arange(n), "object": np.zeros(n)}  # others of these names are the cloud's
     return Solution(
         Surfels._from_core(core),
         parents=_indices(path, columns, "parent", "a surfel", n),

@@ -132,3 +132,39 @@ def test_terrain_lies_in_the_sun(here, run):
     assert status == 0
     assert "sun" not in err
     assert len(sf.read_scan("ground.npz")) == 4000
+
+
+def test_colours_of_few_points_do_not_turn_white(here):
+    """Nine tenths are black: the others are exposed by their own mean, and keep their hue."""
+    rho = np.zeros((1000, 3))
+    rho[:100] = [0.3, 0.1, 0.05]
+    found = exposed(shapes.sphere(1000, 1.0).replace(reflectance=rho)).reflectance
+    assert not found[100:].any()
+    assert found[:100].mean() == pytest.approx(0.3)
+    assert found[0] / found[0, 0] == pytest.approx([1, 1 / 3, 1 / 6])
+
+
+def test_what_is_lit_can_be_lit_again(survey, run):
+    """Its colours are light, and its reflectance stands beside them."""
+    assert run("solve", "survey.npz", "-o", "once.csv", "--no-image", "--light", "sky")[0] == 0
+    assert run("solve", "once.csv", "-o", "twice.csv", "--no-image", "--light", "sky")[0] == 0
+    once, twice = (sf.read_scan(name).attributes for name in ("once.csv", "twice.csv"))
+    assert np.array_equal(twice["reflectance_r"], once["reflectance_r"], equal_nan=True)
+    assert twice["irradiance_r"][:3100] == pytest.approx(once["irradiance_r"][:3100], rel=0.02)
+    assert np.array_equal(twice["left_out"], once["left_out"])
+
+
+def test_columns_of_the_cloud_are_none_of_the_solution(here, run):
+    ball = shapes.sphere(500, 1.0)
+    sf.Scan(ball.points, attributes={"level": np.full(500, np.nan), "cut": np.full(500, -3)}).save("ball.npz")
+    assert run("solve", "ball.npz", "--no-image")[0] == 0
+    assert len(sf.load_solution("ball_solved.ply").surfels) == 500
+
+
+def test_patches_are_no_cloud(here, run):
+    sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1).save("floor.ply")
+    status, _, err = run("solve", "floor.ply", "-o", "out.las")
+    assert (status, "-o: wanted a name ending in .ply, got 'out.las'" in err) == (2, True)
+    status, _, err = run("solve", "floor.ply", "--albedo")
+    assert (status, "--albedo: is for a cloud" in err) == (2, True)
+    assert run("solve", "floor.ply", "--no-image", "--light", "sky")[0] == 0

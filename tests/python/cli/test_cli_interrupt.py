@@ -25,15 +25,19 @@ sys.argv = ["surflux", "info"]
 sys.exit(commands.main())
 """
 STUBBORN = """
-    for path in (f".scan-{os.getpid()}.part.ply", "scan.ply.part0", "whole.ply"):
+    from surflux._base.files import unfinished
+    open(f"tile-{os.getpid()}.part1.laz", "w").close()
+    for path in ("scan.ply.part0", "whole.ply"):
         globals()[path] = open(path, "w")
     kept = open("mine.ply.part1")
-    print("ready", flush=True)
-    while True:
-        try:
-            time.sleep(60)
-        except KeyboardInterrupt:
-            pass
+    with unfinished("out.las") as beside:
+        beside.write_text("begun")  # and closed, as libraries do that open it again
+        print("ready", flush=True)
+        while True:
+            try:
+                time.sleep(60)
+            except KeyboardInterrupt:
+                pass
 """
 
 
@@ -63,8 +67,8 @@ def test_what_cannot_be_asked_is_ended_and_what_it_was_writing_is_removed(here):
     _, err = pressed(process)
     assert process.returncode == 130
     assert err == "surflux: error: interrupted\n"
-    # Only unfinished names that were open for writing; whole.ply is no such name.
-    assert sorted(os.listdir()) == ["mine.ply.part1", "room.toml", "whole.ply"]
+    # Only what this process had not written to its end: names alone say nothing, and whole.ply is no such name.
+    assert sorted(os.listdir()) == ["mine.ply.part1", "room.toml", f"tile-{process.pid}.part1.laz", "whole.ply"]
 
 
 def test_threads_that_go_on_are_not_waited_for(here):

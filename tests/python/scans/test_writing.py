@@ -129,8 +129,8 @@ def test_what_does_not_fit_is_refused(here, scan):
         scan.save("out.ply", colors=np.zeros(N))
     with pytest.raises(ValueError, match="comments: wanted lines of text, got one with a line break"):
         scan.save("out.ply", comments=["two\nlines"])
-    with pytest.raises(sf.FileError, match="classification: LAS has room from 0 to 255, got 256"):
-        scan.save("out.las", {"classification": np.full(N, 256)})
+    with pytest.raises(ValueError, match="path: wanted points to write, and there are none"):
+        scan[[]].save("out.ply")
     far = sf.Scan(np.array([[0.0, 0, 0], [1e12, 0, 0]]), frame=sf.read_scan(scan.save("a.las")).frame)
     with pytest.raises(sf.FileError, match="its coordinates do not fit the 32 bits"):
         far.save("far.las")
@@ -145,3 +145,87 @@ def test_rows_that_reading_left_out_are_told(here):
     assert sf.read_scan(scan.save("out.ply")).attributes["row"].tolist() == [0, 2]
     with pytest.raises(sf.FileError, match=r"holes\.csv: point 1: is at \(nan, 0, 0\); wanted finite coordinates"):
         sf.read_scan("holes.csv", strict=True)
+
+
+def test_what_las_has_no_room_for_stands_in_extra_dimensions(here, scan):
+    """Fractions of an intensity, classes above 255, and return numbers of an old format above 7."""
+    fractions = np.linspace(0, 1, N)
+    with pytest.warns(UserWarning, match="LAS has no room for values of classification, intensity"):
+        again = sf.read_scan(scan.save("out.las", {"intensity": fractions, "classification": np.full(N, 256)}))
+    assert again.attributes["intensity_2"] == pytest.approx(fractions, abs=0)
+    assert (again.attributes["classification_2"] == 256).all()
+    assert not again.attributes["intensity"].any()
+    old = sf.Scan(scan.points, attributes={"return_number": np.full(N, 9)}, frame={**FRAME, "point_format": 1})
+    with pytest.warns(UserWarning, match="LAS has no room for values of return_number"):
+        assert (sf.read_scan(old.save("old.las")).attributes["return_number_2"] == 9).all()
+
+
+FRAME = {"offsets": np.array([635000.0, 848000, 400]), "scales": np.full(3, 1e-3), "version": "1.1"}
+FRAME |= {"reference": [], "wkt": False, "gps_time_type": 0}
+
+
+def test_no_column_takes_the_place_of_another(here, scan):
+    """Names with blanks, of axes, of channels, and alike in the first 32 bytes, in every format."""
+    long = "a very long name of more than thirty-two bytes"
+    more = {"x": 1.0, "red": 2.0, "Height above ground": 3.0, f"{long} 1": 4.0, f"{long} 2": 5.0, "k_r": 6.0}
+    more = {name: np.full(N, value) for name, value in more.items()} | {"k": np.full((N, 3), 7.0)}
+    for suffix in (".ply", ".csv", ".las"):
+        again = sf.read_scan(scan.save(f"out{suffix}", more))
+        assert np.abs(again.points - scan.points).max() < 1e-4
+        found = [float(values[0]) for values in again.attributes.values() if np.ptp(values) == 0 and values[0] != 0]
+        assert sorted(found) == [1, 2, 3, 4, 5, 6, 7, 7, 7]
+    saved = sf.read_scan(scan.save("out.npz", {"file": np.arange(N)}))
+    assert np.array_equal(saved.attributes["file"], np.arange(N))
+
+
+def test_flags_and_reference_systems_behind_the_points_are_kept(here, scan):
+    laspy = pytest.importorskip("laspy")
+    whole = laspy.read(scan.save("first.las"))
+    flags = {"withheld": 1, "overlap": 1, "synthetic": 1, "scanner_channel": 3, "user_data": 255}
+    for name, most in flags.items():
+        whole[name] = np.arange(N) % (most + 1)
+    whole.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.vlrs.known.WktCoordinateSystemVlr('PROJCS["far"]')])
+    whole.red = np.arange(N) * 131 % 65536
+    whole.write("with.las")
+    scan = sf.read_scan("with.las")
+    assert "key_point" not in scan.attributes  # all of them 0
+    scan.save("again.las")
+    again = laspy.read("again.las")
+    for name, most in flags.items():
+        assert np.array_equal(again[name], np.arange(N) % (most + 1)), name
+    assert np.array_equal(again.red, whole.red)  # all 16 bits
+    assert [v.string for v in (*again.header.vlrs, *(again.evlrs or ())) if v.record_id == 2112] == ['PROJCS["far"]']
+
+
+def test_small_clouds_far_off_fit(here):
+    points = np.random.default_rng(0).random((1000, 3)) * 1e-4 + 0.5
+    again = sf.read_scan(sf.Scan(points).save("small.las")).points
+    assert np.abs(again - points).max() < 1e-4 * 1e-4 / np.sqrt(1000)
+
+
+def test_rows_that_are_sorted_anew_are_told(here):
+    np.savez("some.npz", points=np.random.default_rng(0).random((50, 3)))
+    scan = sf.read_scan("some.npz")
+    assert "row" not in sf.read_scan(scan.save("same.ply")).attributes
+    back = sf.read_scan(scan[::-1].save("back.ply"))
+    assert back.attributes["row"].tolist() == list(range(49, -1, -1))
+
+
+@pytest.mark.parametrize("suffix", WRITTEN)
+def test_a_file_that_is_replaced_keeps_its_mode(here, scan, suffix):
+    path = scan.save(f"out{suffix}")
+    path.chmod(0o600)
+    scan.save(path)
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert [p.name for p in here.iterdir()] == [path.name]
+
+
+def test_normals_of_gltf_have_a_length(here, scan):
+    normals = scan.normals.copy()
+    normals[3] = np.nan
+    from surflux.splats.gltf_container import Container
+
+    path = scan.save("out.glb", normals=normals)
+    header = Container(path)
+    accessor = header.header["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]
+    assert np.linalg.norm(header.array(accessor, "VEC3"), axis=1) == pytest.approx(np.ones(N), abs=1e-6)
