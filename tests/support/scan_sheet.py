@@ -1,4 +1,4 @@
-"""Pictures of `surflux solve FILE` for all shared scans, statues and hard clouds, on one sheet with seconds.
+"""Pictures of `surflux solve FILE` for all shared scans, statues and hard clouds, on one sheet; seconds are printed.
 
     SURFLUX_DATA=FOLDER python tests/support/scan_sheet.py sheet.png [NAME ...]
 
@@ -57,7 +57,7 @@ def draw(out, found, columns=4):
         axes.axis("off")
         if found:
             name, seconds, picture = found.pop(0)
-            axes.set_title(f"{name}: {seconds:.0f} s", fontsize=8)
+            axes.set_title(name, fontsize=8)
             if picture is not None:
                 axes.imshow(image.imread(picture))
     figure.savefig(out)

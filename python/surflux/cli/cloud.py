@@ -25,6 +25,7 @@ from surflux.solutions.fields import light_between
 CLOUD_LIMIT = 1_000_000
 # Colours of scans were lit when they were taken: a mean reflectance outside of this is their exposure's.
 _DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
+_HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is exposed as far as it goes
 
 # What is seen behind a cloud, by its light.
 BEHIND = {"studio": BACKDROP, "sun": CLEAR_SKY, "sky": 0.0}
@@ -164,6 +165,8 @@ def exposed(surfels):
     factor = min(max(mean, _DIMMEST), _BRIGHTEST) / mean
     if factor > 1.0:
         factor = max(1.0, min(factor, _WHITE / float(np.percentile(seen.max(axis=1), 99))))
+    if abs(factor - 1.0) < _HARDLY:
+        return surfels
     found = np.minimum(factor * rho, np.maximum(rho, _WHITE))
     LOG.info(
         "colours of the scan have a mean reflectance of %.2f, made %.2f (--raw-colors keeps them); "
