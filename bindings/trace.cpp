@@ -70,8 +70,8 @@ py::tuple seen_fronts(const CompiledScene& scene, const Doubles& points, const D
     return py::make_tuple(to_array(met), to_array(distance));
 }
 
-// Sheet of each point or -1, whether it is turned, and of each sheet its size, kind, whether it is backwards, the share
-// of surfels against that and the margin.
+// Sheet of each point or -1, whether it is turned, and of each sheet its kind, whether it is backwards, the shares of
+// surfels against that and of tangled links, and the margin.
 py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesses, std::size_t smallest, int rays,
                 std::size_t most, std::uint64_t seed, const py::object& progress) {
     const std::vector<Vec3> points = to_vec3s(at, "points"), normals = to_vec3s(along, "normals");
@@ -84,27 +84,22 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     std::vector<std::int64_t> sheet(found.sheet.size());
     for (std::size_t i = 0; i < sheet.size(); ++i)
         sheet[i] = found.sheet[i] == SheetSides::none ? -1 : std::int64_t{found.sheet[i]};
-    std::vector<std::int64_t> size;
     std::vector<char> kind, backwards;
-    std::vector<double> against, margin, tangled, flat;
+    std::vector<double> against, margin, tangled;
     for (const OrientedSheet& s : found.sheets) {
-        size.push_back(static_cast<std::int64_t>(s.size));
         kind.push_back(static_cast<char>(s.kind));
         backwards.push_back(s.backwards);
         against.push_back(s.against);
         margin.push_back(s.margin);
         tangled.push_back(s.tangled);
-        flat.push_back(s.flat);
     }
     py::dict out;
     out["sheet"] = to_array(sheet);
     out["turned"] = to_array(found.turned);
-    out["size"] = to_array(size);
     out["kind"] = to_array(kind);
     out["backwards"] = to_array(backwards);
     out["against"] = to_array(against);
     out["tangled"] = to_array(tangled);
-    out["flat"] = to_array(flat);
     out["margin"] = to_array(margin);
     return out;
 }

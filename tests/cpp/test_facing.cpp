@@ -90,6 +90,53 @@ TEST(Facing, IsTheSameForAnyNumberOfThreadsAndPointsFollowThoseLookedAt) {
     EXPECT_EQ(again.sheets[0].margin, all.sheets[0].margin);
 }
 
+// Where few places are looked at, most backs follow points elsewhere, and stay all the same.
+TEST(Facing, LeavesBothSidesOfASheetHoweverManyAreLookedAt) {
+    for (const std::size_t most : {500u, 1000u, 5000u}) {
+        for (const std::uint64_t seed : {0u, 1u, 2u}) {
+            Cloud ball;
+            const Surfels s = shapes::sphere(5000, 1.0, 1.0, 0.5, 0.0);
+            ball.add(s, 1.0);
+            ball.add(s, -1.0);
+            ball.add(s, 1.0);  // a third one at each place
+            FacingOptions options;
+            options.most = most;
+            options.sheets.seed = seed;
+            const Facing found = facing_of(ball.points, ball.normals, options);
+            EXPECT_EQ(turned(found), 0u);
+            EXPECT_FALSE(found.sheets.empty());
+        }
+    }
+}
+
+// Of a ball that faces inwards one point in ten has a back at the same place: both stay, and the others are turned.
+TEST(Facing, TurnsWhatHasNoBackAmongPairs) {
+    const Surfels s = shapes::sphere(5000, 1.0, 1.0, 0.5, 0.0);
+    Cloud ball;
+    ball.add(s, -1.0);
+    for (std::size_t i = 0; i < s.size(); i += 10)
+        ball.points.push_back(s.positions[i]), ball.normals.push_back(s.normals[i]);
+    for (const std::size_t most : {1000u, 5000u}) {
+        for (const std::uint64_t seed : {0u, 1u, 2u}) {
+            FacingOptions options;
+            options.most = most;
+            options.sheets.seed = seed;
+            const Facing found = facing_of(ball.points, ball.normals, options);
+            for (std::size_t i = 0; i < ball.points.size(); ++i)
+                EXPECT_EQ(found.turned[i], i < s.size() && i % 10 != 0 ? 1 : 0);
+        }
+    }
+}
+
+TEST(Facing, OfPointsAtFewPlacesIsNone) {
+    Cloud pile;
+    pile.points.assign(100, {1, 2, 3});
+    pile.normals.assign(100, {0, 0, 1});
+    const Facing found = facing_of(pile.points, pile.normals, {});
+    EXPECT_EQ(turned(found), 0u);
+    EXPECT_TRUE(found.sheets.empty());
+}
+
 TEST(Facing, StopsWhenTold) {
     Cloud ball;
     ball.add(shapes::sphere(500, 1.0, 1.0, 0.5, 0.0), 1.0);

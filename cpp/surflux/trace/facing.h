@@ -11,10 +11,11 @@ namespace surflux {
 
 struct FacingOptions {
     SheetOptions sheets;
-    std::size_t most = 60'000;  // points that are looked at, drawn at random; the others follow those beside them
+    std::size_t most = 60'000;  // places that are looked at, drawn at random; the other points follow those beside them
 };
 
-// Which points face the side of their sheet from which it is not seen, and what the sheets are.
+// Which points face the side of their sheet from which it is not seen, and what the sheets are. Points at one place
+// that face away from each other are two sides of a sheet, and right.
 struct Facing {
     std::vector<std::uint32_t> sheet;   // per point: index into sheets, or SheetSides::none
     std::vector<char> turned;           // per point: in a patch of at least `smallest` of those looked at

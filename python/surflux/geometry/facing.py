@@ -13,7 +13,7 @@ from surflux._base.passes import stage, watched
 from surflux._base.types import Floats, Points, Progress
 
 _SMALLEST, _RAYS = 20, 8  # points of a sheet or patch; rays from each side of up to 2000 points of a sheet
-_LOOKED_AT = 60_000  # points, drawn at random; the others follow those beside them
+_LOOKED_AT = 60_000  # places, drawn at random; the other points follow those beside them
 _BODY, _ROOM = 0, 1  # kinds of sheets in the core
 _TANGLED, _FEW = 0.002, 0.05  # as in the core: more links contradict the sides of a sheet, and more of it faces back
 # An open sheet of a scan that is right may have less light in front by so much: walls of rooms up to .1, all that a
@@ -64,13 +64,14 @@ def facing(
     the normals on their borders say so with one voice.
 
     A closed room with nothing in it, and no place in seen_from, is taken for a body. Of open sheets nothing is
-    turned but such patches; of sheets that are no surface, as leaves, or walls thinner than points are apart, nothing.
+    turned but such patches; of sheets that are no surface, as leaves, or walls thinner than points are apart, nothing;
+    nor points at one place that face away from each other, as of two-sided sheets.
 
     Args:
         points: (n, 3).
         normals: (n, 3), of any length but 0.
         seen_from: (3,) or (k, 3), places in the air, as of a scanner or a camera: what closes around one is a room.
-        seed: of the rays, and of the 60 000 points that are looked at of more.
+        seed: of the rays, and of the 60 000 places that are looked at of more.
         threads: at most this many; None for all.
         progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
 

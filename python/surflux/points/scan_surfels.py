@@ -128,18 +128,19 @@ def _complete_normals(path, arrays, viewpoint, orient):
         normals = np.array(estimated_normals(arrays["points"], guess))
         found = facing_of(arrays["points"], normals, guess[None])
         return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
-    if not np.any(bad):
-        patches = len(arrays.get("triangles", ())) > 0
-        if orient is None or patches:
-            return normals
-        places = orient if viewpoint is None else np.vstack([orient, viewpoint])
-        return _turned_over(path, arrays["points"], normals, places)
-    estimated = np.array(estimated_normals(arrays["points"], viewpoint))
-    if viewpoint is None:
+    out = normals
+    if np.any(bad):
+        estimated = np.array(estimated_normals(arrays["points"], viewpoint))
         nearest = _nearest(arrays["points"][~bad], arrays["points"][bad])
         flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
-        estimated[np.flatnonzero(bad)[flipped]] *= -1.0
-    return np.where(bad[:, None], estimated, normals)
+        out = normals.copy()
+        out[bad] = np.where(flipped[:, None], -estimated[bad], estimated[bad])
+    if orient is not None and not len(arrays.get("triangles", ())):
+        places = orient if viewpoint is None else np.vstack([orient, viewpoint])
+        out = _turned_over(path, arrays["points"], out, places)
+    if np.any(bad) and viewpoint is not None:
+        out[bad] = estimated[bad]
+    return out
 
 
 def _turned_over(path, points, normals, places):

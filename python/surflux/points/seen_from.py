@@ -60,9 +60,9 @@ def _is_low(points):
 
 
 def _thin_out_from_origin(points):
+    if len(points) > _ASKED:
+        points = points[np.random.default_rng(0).choice(len(points), _ASKED, replace=False)]
     some = np.unique(points, axis=0)
-    rng = np.random.default_rng(0)
-    some = rng.permutation(some)[:_ASKED]
     if len(some) < _FEW:
         return False
     apart = np.linalg.norm(some[_core.nearest_points(some, _NEAR + 1)[:, _NEAR]] - some, axis=1)

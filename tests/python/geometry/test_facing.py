@@ -66,6 +66,18 @@ def test_points_beyond_those_looked_at_follow_them():
     assert sf.facing(d, -d).inside_out.all()
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_both_sides_of_a_sheet_stay(seed):
+    """Also where half of its places, or fewer, are looked at; what faces inwards and has no back is turned."""
+    d = np.random.default_rng(seed).normal(size=(130_000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    assert not sf.facing(np.vstack([d, d]), np.vstack([d, -d]), seed=seed).turned.any()
+    some = d[::20]
+    turned = sf.facing(np.vstack([d, some]), np.vstack([-d, some]), seed=seed).turned
+    alone = np.arange(len(d)) % 20 > 0
+    assert np.array_equal(turned, np.append(alone, np.zeros(len(some), bool)))
+
+
 def test_a_closed_room_is_one_where_somebody_stands_in_it():
     walls = box(4000, inward=True)
     alone = sf.facing(walls.points, walls.normals)

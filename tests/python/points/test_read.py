@@ -87,6 +87,38 @@ def test_bad_normals_are_estimated_and_turn_like_their_neighbours(tmp_path):
     assert np.all(np.sum(s.normals * truth, axis=1) > 0.9)
 
 
+def ball_with_bad_normals(path, given, bad):
+    """The file of 3000 points on a ball; given makes normals of them, of which one in a hundred is bad."""
+    points = np.random.default_rng(0).normal(size=(3000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    normals = given(points).copy()
+    normals[::100] = bad
+    return cloud_file(path, points, normals)
+
+
+@pytest.mark.parametrize("bad", [0.0, np.nan])
+def test_a_bad_normal_keeps_no_other_from_being_turned_over(tmp_path, bad):
+    path = ball_with_bad_normals(tmp_path / "a.ply", lambda d: np.where(d[:, 2:] > 0.5, -d, d), bad)
+    with pytest.warns(UserWarning, match="30 of 3000 normals"):
+        s = sf.read(path, orient=True)
+    border = np.abs(s.points[:, 2] - 0.5) < 0.13  # of the cap that faced inwards: points lie .065 apart
+    assert np.all(np.sum(s.normals * s.points, axis=1)[~border] > 0.9)
+
+
+def test_bad_normals_face_the_viewpoint_and_the_others_the_side_that_is_seen(tmp_path):
+    path = ball_with_bad_normals(tmp_path / "a.ply", np.negative, np.nan)
+    outside, inside = np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 0.5])
+    with pytest.warns(UserWarning, match="30 of 3000 normals"):
+        body = sf.read(path, orient=True, viewpoint=outside)
+    assert np.all(np.sum(body.normals * (outside - body.points), axis=1)[::100] > 0.0)
+    others = np.arange(3000) % 100 > 0
+    assert np.all(np.sum(body.normals * body.points, axis=1)[others] > 0.9)
+    path = ball_with_bad_normals(tmp_path / "b.ply", np.positive, np.nan)
+    with pytest.warns(UserWarning, match="30 of 3000 normals"):
+        room = sf.read(path, orient=True, viewpoint=inside)
+    assert np.all(np.sum(room.normals * room.points, axis=1) < -0.9)
+
+
 def test_normals_that_are_all_zero_count_as_missing(tmp_path):
     _, points = sphere(200)
     path = cloud_file(tmp_path / "a.ply", points, np.zeros((200, 3)))

@@ -1,13 +1,14 @@
 """From where points without normals were seen: depth cameras, terrain, and what is neither."""
 
 import logging
+import tracemalloc
 import warnings
 
 import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.seen_from import seen_from
+from surflux.points.seen_from import _thin_out_from_origin, seen_from
 
 
 def hills(count=20_000, seed=0):
@@ -94,6 +95,24 @@ def test_a_scanner_turned_at_the_origin(tmp_path, seed, caplog):
     assert any("as if a scanner had turned there" in record.message for record in caplog.records)
     assert seen_from("elsewhere", points + np.array([3, 0, 0])) is None
     assert seen_from("evenly sampled", sf.Surfels(points, truth).thinned(1500).points) is None
+
+
+def test_a_scanner_at_the_origin_is_found_among_dropped_returns():
+    points, _ = scanned_room()
+    assert not np.any(seen_from("dropped", np.vstack([points, np.zeros((len(points), 3))])))
+    assert seen_from("nothing else", np.zeros((2000, 3))) is None
+    assert seen_from("hardly anything else", np.vstack([points[:900], np.zeros((2000, 3))])) is None
+
+
+def test_of_many_points_few_are_looked_at_for_their_spacing():
+    """30 000 of 600 000: 5 % of their memory, and some copies."""
+    points = ball(600_000)
+    tracemalloc.start()
+    try:
+        assert not _thin_out_from_origin(points)
+        assert tracemalloc.get_traced_memory()[1] < 0.5 * points.nbytes
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_plane_through_the_origin_is_a_terrain():
