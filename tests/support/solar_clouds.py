@@ -40,8 +40,8 @@ def town(seed):
     ground = rng.uniform(-60.0, 60.0, (12_000, 2))
     ground = ground[np.abs(ground[:, None] - middles).max(axis=2).min(axis=1) > 5.0]
     parts = [np.column_stack([ground, np.zeros(len(ground))])]
-    for x, y in middles:
-        parts.append(np.column_stack([rng.uniform(-5.0, 5.0, (900, 2)) + [x, y], np.full(900, rng.uniform(4.0, 30.0))]))
+    for middle in middles:
+        parts.append(np.column_stack([middle + rng.uniform(-5.0, 5.0, (900, 2)), np.full(900, rng.uniform(4.0, 30.0))]))
     points = np.concatenate(parts)
     points[:, 2] += rng.normal(0.0, 0.03, len(points))
     mixed = rng.permutation(len(points))

@@ -106,7 +106,8 @@ def _normals(scan, viewpoint, checked):
     bad = len(scan) if scan.normals is None else int(np.count_nonzero(np.isnan(scan.normals[:, 0])))
     places = int(np.count_nonzero(np.isfinite(scan.viewpoints).all(axis=1)))
     if bad == 0:
-        side = "as the file has them" + ("; those that face inwards are turned over (--normals keep)" if checked else "")
+        side = "as the file has them"
+        side += "; solve turns over what faces inwards (--normals keep leaves it)" if checked else ""
     elif viewpoint is not None:
         side = "towards --viewpoint"
     elif scan.viewpoint is not None:
