@@ -55,7 +55,7 @@ def facts_of_points(options, limit, solve_options):
         "normals": _normals(scan, options.viewpoint, is_cloud(path)),
         "colors": _colors(read.columns.get("colors")),
         "intensity": _intensity(scan.attributes.get("intensity")),
-        "classes": _classes(scan.attributes.get("classification")),
+        "classes": _classes(scan.name, scan.attributes.get("classification")),
         "returns": _returns(scan.attributes),
         "scanners": scan.viewpoints,
         "attributes": list(scan.attributes),
@@ -136,10 +136,10 @@ def _intensity(values):
     return {"least": float(np.min(values)), "largest": float(np.max(values)), "mean": float(np.mean(values))}
 
 
-def _classes(values):
+def _classes(path, values):
     if values is None or values.ndim != 1:
         return None
-    codes, counts = np.unique(known_classes(values), return_counts=True)
+    codes, counts = np.unique(known_classes(path, values), return_counts=True)
     return [{"class": int(c), "name": class_name(int(c)), "points": int(n)} for c, n in zip(codes, counts, strict=True)]
 
 

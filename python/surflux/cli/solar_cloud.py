@@ -42,7 +42,7 @@ def parts_of(options, scan):
             if getattr(options, name) is not None:
                 raise ValueError(f"--{name}: {options.input} has no classes")
         return everything, everything
-    classes = known_classes(classes)
+    classes = known_classes(scan.name, classes)
     there = {int(value) for value in np.unique(classes)}
     casting = there - {*CLASSES["noise"]} if options.casters is None else classes_of("--casters", options.casters)
     casters = np.isin(classes, [*casting])

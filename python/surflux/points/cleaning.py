@@ -31,7 +31,7 @@ def cleaned(scan, keep_outliers=False, say=True):
     return np.flatnonzero(own & ~alone), first, alone
 
 
-def known_classes(classes):
+def known_classes(path, classes):
     """(n,) int64 of a column of classes; what is no whole number, such as NaN, counts as 0, never classified, and is
     logged.
     """
@@ -42,8 +42,8 @@ def known_classes(classes):
     if not np.all(known):
         many = check.counted(int(np.count_nonzero(~known)), "point")
         row = int(np.argmin(known))
-        text = "classification: %s of %d without a class (at index %d: %g) count as class 0, never classified"
-        LOG.info(text, many, len(values), row, values[row])
+        text = "%s: %s of %d without a class (at index %d: %g) count as class 0, never classified"
+        LOG.info(text, path, many, len(values), row, values[row])
     return np.where(known, values, 0).astype(np.int64)
 
 

@@ -181,7 +181,7 @@ def test_points_without_a_class(doctor, run):
     found, status = doctor("a.npz")
     assert status == 0
     assert [(one["class"], one["points"]) for one in found["classes"]] == [(0, 1), (2, 403)]
-    text = "classification: 1 point of 404 without a class (at index 5: nan) count as class 0, never classified"
+    text = "a.npz: 1 point of 404 without a class (at index 5: nan) count as class 0, never classified"
     assert text in found["notes"]
     assert found["notes"].count("counted once, for another one stands at their place: 3 points") == 1
 

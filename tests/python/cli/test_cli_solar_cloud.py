@@ -65,7 +65,7 @@ def test_points_without_a_class_count_as_never_classified(here, run):
     arguments = ("solar", "some.npz", *PLACE, "--time", NOON, "--receivers", "unclassified", "-o", "a.npz", *FEW)
     status, out, err = run(*arguments, "--json")
     assert status == 0, err
-    assert "classification: 2 points of 1225 without a class (at index 7: nan) count as class 0, never class" in err
+    assert "some.npz: 2 points of 1225 without a class (at index 7: nan) count as class 0, never class" in err
     assert json.loads(out)["points"] == 2
     assert np.flatnonzero(np.isfinite(sf.read_scan("a.npz").attributes["kwh"])).tolist() == [7, 9]
 

@@ -81,9 +81,11 @@ def test_a_scan_is_cleaned_in_one_way(caplog):
 
 def test_what_is_no_whole_number_is_no_class(caplog):
     with caplog.at_level("INFO"):
-        assert known_classes(np.array([2.0, np.nan, 6.0, np.inf, 1e300, 2.5])).tolist() == [2, 0, 6, 0, 0, 0]
-        assert "4 points of 6 without a class (at index 1: nan) count as class 0, never classified" in caplog.text
+        assert known_classes("a.csv", np.array([2.0, np.nan, 6.0, np.inf, 1e300, 2.5])).tolist() == [2, 0, 6, 0, 0, 0]
+        assert (
+            "a.csv: 4 points of 6 without a class (at index 1: nan) count as class 0, never classified" in caplog.text
+        )
         caplog.clear()
-        assert known_classes(np.array([2, 255], np.uint8)).tolist() == [2, 255]
-        assert known_classes(np.array([3.0, 4.0])).tolist() == [3, 4]
+        assert known_classes("a.csv", np.array([2, 255], np.uint8)).tolist() == [2, 255]
+        assert known_classes("a.csv", np.array([3.0, 4.0])).tolist() == [3, 4]
     assert not caplog.records
