@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import surflux as sf
+
 NOON = "2025-06-21T11:26Z"  # of 8.5 east, by mean solar time
 FEW = "--sun-step", 10, "--no-image", "--no-sky-view"
 PLACE = "--place", "47.4,8.5"
@@ -28,3 +30,20 @@ def layers(path="layers.npz", kinds=(2, 5)):
     points, upper = points[mixed], upper[mixed]
     np.savez(path, points=points, classification=np.where(upper, kinds[1], kinds[0]).astype(np.uint8))
     return points, upper
+
+
+def town(seed):
+    """Sixteen flat roofs of 900 points, 4 to 30 high, on level ground, both rough by .03: (Scan, which are roofs)."""
+    rng = np.random.default_rng(seed)
+    at = np.arange(4) * 14.0 - 21.0
+    middles = np.stack(np.meshgrid(at, at), axis=-1).reshape(16, 2)
+    ground = rng.uniform(-60.0, 60.0, (12_000, 2))
+    ground = ground[np.abs(ground[:, None] - middles).max(axis=2).min(axis=1) > 5.0]
+    parts = [np.column_stack([ground, np.zeros(len(ground))])]
+    for middle in middles:
+        parts.append(np.column_stack([middle + rng.uniform(-5.0, 5.0, (900, 2)), np.full(900, rng.uniform(4.0, 30.0))]))
+    points = np.concatenate(parts)
+    points[:, 2] += rng.normal(0.0, 0.03, len(points))
+    mixed = rng.permutation(len(points))
+    roof = mixed >= len(ground)
+    return sf.Scan(points[mixed], attributes={"classification": np.where(roof, 6, 2)}), roof

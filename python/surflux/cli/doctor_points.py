@@ -12,7 +12,7 @@ from surflux._base.passes import watched
 from surflux._base.summary import box_text
 from surflux.cli.cloud import Cloud, is_cloud, lights_of_cloud, patches_of_file
 from surflux.cli.pictures import camera_of
-from surflux.points.cleaning import first_of_each, isolated
+from surflux.points.cleaning import cleaned, known_classes
 from surflux.points.scan import scan_of_columns
 from surflux.points.scan_surfels import grey_of_intensity
 from surflux.scans.formats import format_of
@@ -52,10 +52,10 @@ def facts_of_points(options, limit, solve_options):
         "faces": read.faces,
         **_places(scan, sampled),
         "unit": _unit(options.input, form, scan.points),
-        "normals": _normals(scan, options.viewpoint),
+        "normals": _normals(scan, options.viewpoint, is_cloud(path)),
         "colors": _colors(read.columns.get("colors")),
         "intensity": _intensity(scan.attributes.get("intensity")),
-        "classes": _classes(scan.attributes.get("classification")),
+        "classes": _classes(scan.name, scan.attributes.get("classification")),
         "returns": _returns(scan.attributes),
         "scanners": scan.viewpoints,
         "attributes": list(scan.attributes),
@@ -81,14 +81,14 @@ def _places(scan, sampled):
     points = scan.points
     low, high = points.min(axis=0), points.max(axis=0)
     extent = float(np.linalg.norm(high - low))
-    first = first_of_each(points, scan.normals) == np.arange(len(points))
-    alone = points[first]
+    _, first, isolated = cleaned(scan, say=False)  # solve says so
+    alone = points[first == np.arange(len(points))]
     found = {
         "bounds": np.array([low, high]),
         "extent": extent,
         "offset": float(np.linalg.norm(0.5 * (low + high))),
         "duplicates": None if sampled else len(points) - len(alone),
-        "isolated": None if sampled else int(np.count_nonzero(isolated(points))),
+        "isolated": None if sampled else int(np.count_nonzero(isolated)),
         "spacing": None,
         "steps": None,
     }
@@ -102,11 +102,12 @@ def _places(scan, sampled):
     return found
 
 
-def _normals(scan, viewpoint):
+def _normals(scan, viewpoint, checked):
     bad = len(scan) if scan.normals is None else int(np.count_nonzero(np.isnan(scan.normals[:, 0])))
     places = int(np.count_nonzero(np.isfinite(scan.viewpoints).all(axis=1)))
     if bad == 0:
-        side = "as the file has them; which side they face is believed"
+        side = "as the file has them"
+        side += "; solve turns over what faces inwards (--normals keep leaves it)" if checked else ""
     elif viewpoint is not None:
         side = "towards --viewpoint"
     elif scan.viewpoint is not None:
@@ -135,10 +136,10 @@ def _intensity(values):
     return {"least": float(np.min(values)), "largest": float(np.max(values)), "mean": float(np.mean(values))}
 
 
-def _classes(values):
+def _classes(path, values):
     if values is None or values.ndim != 1:
         return None
-    codes, counts = np.unique(values, return_counts=True)
+    codes, counts = np.unique(known_classes(path, values), return_counts=True)
     return [{"class": int(c), "name": class_name(int(c)), "points": int(n)} for c, n in zip(codes, counts, strict=True)]
 
 

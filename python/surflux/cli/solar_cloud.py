@@ -9,7 +9,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
-from surflux.points.cleaning import first_of_each, isolated
+from surflux.points.cleaning import cleaned, known_classes
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
@@ -42,7 +42,7 @@ def parts_of(options, scan):
             if getattr(options, name) is not None:
                 raise ValueError(f"--{name}: {options.input} has no classes")
         return everything, everything
-    classes = np.asarray(classes)
+    classes = known_classes(scan.name, classes)
     there = {int(value) for value in np.unique(classes)}
     casting = there - {*CLASSES["noise"]} if options.casters is None else classes_of("--casters", options.casters)
     casters = np.isin(classes, [*casting])
@@ -72,29 +72,33 @@ def parts_of(options, scan):
 def scene_of_scan(options, scan, frame):
     """(Scene in a Frame, (n,) the surfel of each point of the scan, -1 of none, (m,) which surfels are receivers).
 
-    Receivers, and what only shades, are an object each: normals and areas of the one do not go by points of the other.
+    Normals are those of all points together. Receivers, and what only shades, then are an object each: radii and areas
+    of the one do not go by points of the other.
     """
     casters, receivers = parts_of(options, scan)
     rows = np.flatnonzero(casters)
-    first = rows[first_of_each(scan.points[rows], None if scan.normals is None else scan.normals[rows])]
-    repeated = rows[first != rows]
-    if len(repeated):
-        LOG.info("%s stand where another one does, and count once", check.counted(len(repeated), "point"))
-    used = rows[first == rows]
-    alone = np.zeros(len(used), bool) if options.keep_outliers else isolated(scan.points[used])
-    if alone.any():
-        LOG.info("%s stand alone and are left out (--keep-outliers)", check.counted(int(alone.sum()), "point"))
-    used = used[~alone]
-    groups = [used[receivers[used]], used[~receivers[used]]]
-    if min(map(len, groups)) < _FEW:
-        groups = [used]
-    moved = _in_frame(scan, frame)
+    used, first, _ = cleaned(scan[rows], options.keep_outliers)
+    used, first = rows[used], rows[first]
+    told = receivers[used]
+    if not told.any():
+        many = check.counted(int(receivers.sum()), "point") + (" of --receivers" if options.receivers else "")
+        raise ValueError(
+            f"{options.input}: none of its {many} has a value, for all stand alone (--keep-outliers takes them), "
+            "or where one of another class does"
+        )
+    moved = _in_frame(scan, frame)[used]
     viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
     reflectance = None if options.colors else options.albedo
-    kept = {"viewpoint": viewpoint, "orient": options.normals in (None, "check"), "progress": True}
-    objects = [moved[some].surfels(reflectance, **kept) for some in groups]
+    orient = options.normals in (None, "check")
+    whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
+    groups, objects = [np.flatnonzero(told), np.flatnonzero(~told)], [whole]
+    if min(map(len, groups)) < _FEW:
+        groups = [np.arange(len(used))]
+    else:
+        moved = replace(moved, normals=whole.normals)
+        objects = [moved[some].surfels(whole.reflectance[some], progress=True) for some in groups]
     objects = [one.flipped() for one in objects] if options.normals == "flip" else objects
-    order = np.concatenate(groups)
+    order = used[np.concatenate(groups)]
     surfel = np.full(len(scan), -1)
     surfel[order] = np.arange(len(order))
     surfel[rows] = surfel[first]

@@ -52,4 +52,8 @@ def _place(text):
     if found is None or north not in ("", "N", "S") or east not in ("", "E", "W"):
         what = "wanted LAT,LON in degrees, such as 47.4,8.5 or 33.9S,18.4E"
         raise argparse.ArgumentTypeError(f"{what}, got {text!r}")
+    for letter, value in ((north, latitude), (east, longitude)):
+        if letter and value.startswith("-"):
+            what = f"wanted a sign or a letter, not both, as in {value} or {value[1:]}{'S' if letter in 'NS' else 'W'}"
+            raise argparse.ArgumentTypeError(f"{what}, got {text!r}")
     return (-found[0] if north == "S" else found[0], -found[1] if east == "W" else found[1])

@@ -3,11 +3,48 @@
 import numpy as np
 
 from surflux import _core
+from surflux._base import check
+from surflux._base.passes import LOG
 
 _NEIGHBORS = 8
 _ALONE = 4.0  # times the distance that is usual around
 _MOST = 0.01  # of all points: where more stand alone, the sampling is uneven, and none of them strays
 _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], dtype=np.uint64)
+
+
+def cleaned(scan, keep_outliers=False, say=True):
+    """(rows of a Scan to be used, (n,) the first at each point's place, (n,) booleans: points that stand alone).
+
+    Rows are ascending, one for each place that first_of_each tells apart; what is isolated is not among them, but with
+    keep_outliers, where none counts as alone. What is left out is logged, if `say`.
+    """
+    count = len(scan)
+    first = first_of_each(scan.points, scan.normals)
+    alone = np.zeros(count, dtype=bool) if keep_outliers else isolated(scan.points)
+    own = first == np.arange(count)
+    if say and not np.all(own):
+        repeats = check.counted(int(np.count_nonzero(~own)), "point")
+        LOG.info("counted once, for another one stands at their place: %s", repeats)
+    if say and np.any(alone):
+        many = check.counted(int(np.count_nonzero(alone)), "point")
+        LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
+    return np.flatnonzero(own & ~alone), first, alone
+
+
+def known_classes(path, classes):
+    """(n,) int64 of a column of classes; what is no whole number, such as NaN, counts as 0, never classified, and is
+    logged.
+    """
+    values = np.asarray(classes)
+    if values.dtype.kind in "biu":
+        return values.astype(np.int64)
+    known = (np.abs(values) < 2.0**53) & (values == np.floor(values))
+    if not np.all(known):
+        many = check.counted(int(np.count_nonzero(~known)), "point")
+        row = int(np.argmin(known))
+        text = "%s: %s of %d without a class (at index %d: %g) count as class 0, never classified"
+        LOG.info(text, path, many, len(values), row, values[row])
+    return np.where(known, values, 0).astype(np.int64)
 
 
 def first_of_each(points, normals=None):

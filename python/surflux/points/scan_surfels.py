@@ -22,13 +22,20 @@ _KEEP = "`--normals keep`, or orient=False, leaves them as they are"
 
 
 def arrays_of_scan(scan):
-    """What a Scan says about surfels, as load_arrays has it, with its viewpoints, and the scan of each point."""
+    """What a Scan says about surfels, as load_arrays has it, with its viewpoints, and the scan of each point.
+
+    NaN is not known, as in what `surflux solve` writes of points that it leaves out.
+    """
     columns = dict(scan.attributes)
+    _drop_unknown(scan.name, columns)
     out = {"points": scan.points, "normals": scan.normals, "radii": take_radii(scan.name, columns)}
     out["areas"] = columns.pop("area", None)
     check_rows(scan.name, "area", out["areas"], 0.0)
     for name in LINEAR:
         out[name] = take(scan.name, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
+        if out[name] is not None:
+            usual = 0.0 if name == "emission" else 0.5 if scan.reflectance is None else scan.reflectance
+            out[name] = _known(scan.name, name, out[name], usual)
         check_rows(scan.name, name, out[name], 0.0)
     if out["reflectance"] is None:
         out["reflectance"] = scan.reflectance
@@ -38,6 +45,28 @@ def arrays_of_scan(scan):
     out["columns"] = columns
     out["viewpoints"], out["scan"] = scan.viewpoints, columns.get("scan")
     return out
+
+
+def _drop_unknown(path, columns):
+    """Takes radii and areas out that are NaN of some points: those of the others covered a surface without them."""
+    unknown = {name: np.isnan(columns[name]) for name in ("radius", "area") if name in columns}
+    unknown = {name: bad for name, bad in unknown.items() if np.any(bad)}
+    if unknown:
+        columns.pop("radius", None)
+        columns.pop("area", None)
+        some, bad = " and ".join(unknown), next(iter(unknown.values()))
+        LOG.info(
+            "%s: %s not known (NaN) of %d of %d points: estimated of all", path, some, np.count_nonzero(bad), len(bad)
+        )
+
+
+def _known(path, name, values, usual):
+    """RGB (n, 3) with what is usual, (n, 3) or one number, in rows that hold NaN."""
+    unknown = np.any(np.isnan(values), axis=1)
+    if not np.any(unknown):
+        return values
+    LOG.info("%s: %s not known (NaN) of %d of %d points", path, name, np.count_nonzero(unknown), len(values))
+    return np.where(unknown[:, None], usual, values)
 
 
 def grey_of_intensity(intensity):

@@ -125,6 +125,16 @@ def test_normals_given_zero_and_of_a_viewpoint(doctor, run):
     assert found["next"] == "surflux solve none.ply --viewpoint=0,0,-9"
 
 
+def test_given_normals_are_said_to_be_checked_as_solve_does(doctor, run):
+    ball = shapes.sphere(1000)
+    sf.Scan(ball.points, -ball.normals).save("inwards.ply")
+    out = run("doctor", "inwards.ply")[1]
+    assert "normals: given, as the file has them; solve turns over what faces inwards (--normals keep leaves it)" in out
+    assert "note: inwards.ply: 100 % of the points faced inwards and are turned over" in out
+    sf.Surfels.from_mesh(shapes.box(patches=6)[:2]).save("box.ply")
+    assert doctor("box.ply")[0]["normals"]["side"] == "as the file has them"  # patches stay
+
+
 def test_colours_of_8_bits_of_16_of_none_and_of_fractions(doctor, run):
     def written(name, kind, values):
         write_ply(name, [(channel, kind, np.full(404, values)) for channel in ("red", "green", "blue")])
@@ -162,6 +172,18 @@ def test_classes_returns_and_intensity(doctor, run):
     out = run("doctor", "a.npz")[1]
     assert "classes: 202 ground (2), 202 building (6)" in out
     assert "grey by the intensity, .5 at its mean" in out
+
+
+def test_points_without_a_class(doctor, run):
+    classes = np.full(404, 2.0)
+    classes[5] = np.nan
+    np.savez("a.npz", points=POINTS, classification=classes)
+    found, status = doctor("a.npz")
+    assert status == 0
+    assert [(one["class"], one["points"]) for one in found["classes"]] == [(0, 1), (2, 403)]
+    text = "a.npz: 1 point of 404 without a class (at index 5: nan) count as class 0, never classified"
+    assert text in found["notes"]
+    assert found["notes"].count("counted once, for another one stands at their place: 3 points") == 1
 
 
 def test_classes_have_the_names_of_the_standard():

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from surflux.points.cleaning import first_of_each, isolated
+import surflux as sf
+from surflux.points.cleaning import cleaned, first_of_each, isolated, known_classes
 
 
 def square(n, seed):
@@ -50,3 +51,41 @@ def test_uneven_sampling_is_not_cleaned():
     points[2000:, 2] = np.linspace(1, 9, 60)
     assert not isolated(points).any()
     assert not isolated(points[:10]).any()
+
+
+def cluttered():
+    """A square, its first five points again at the end, and one that stands alone."""
+    points = np.concatenate([square(1000, 2), [[0.5, 0.5, 9.0]], square(1000, 2)[:5]])
+    return sf.Scan(points)
+
+
+def test_a_scan_is_cleaned_in_one_way(caplog):
+    scan = cluttered()
+    with caplog.at_level("INFO"):
+        used, first, alone = cleaned(scan)
+    assert used.tolist() == list(range(1000))
+    assert first.tolist() == [*range(1001), 0, 1, 2, 3, 4]
+    assert np.flatnonzero(alone).tolist() == [1000]
+    said = [record.getMessage() for record in caplog.records]
+    assert said == [
+        "counted once, for another one stands at their place: 5 points",
+        "isolated, left out of light and picture: 1 point of 1006 (--keep-outliers keeps them)",
+    ]
+    caplog.clear()
+    with caplog.at_level("INFO"):
+        used, _, alone = cleaned(scan, keep_outliers=True, say=False)
+    assert used.tolist() == list(range(1001))
+    assert not alone.any()
+    assert not caplog.records
+
+
+def test_what_is_no_whole_number_is_no_class(caplog):
+    with caplog.at_level("INFO"):
+        assert known_classes("a.csv", np.array([2.0, np.nan, 6.0, np.inf, 1e300, 2.5])).tolist() == [2, 0, 6, 0, 0, 0]
+        assert (
+            "a.csv: 4 points of 6 without a class (at index 1: nan) count as class 0, never classified" in caplog.text
+        )
+        caplog.clear()
+        assert known_classes("a.csv", np.array([2, 255], np.uint8)).tolist() == [2, 255]
+        assert known_classes("a.csv", np.array([3.0, 4.0])).tolist() == [3, 4]
+    assert not caplog.records

@@ -1,0 +1,58 @@
+"""Surfels of scans some of whose columns are NaN, as in what `surflux solve` writes of points that it leaves out."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+
+GRID = np.stack(np.meshgrid(np.arange(20.0), np.arange(20.0), [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+UP = np.tile([0.0, 0.0, 1.0], (400, 1))
+
+
+def of(name, values, unknown=3):
+    """Columns of one value each, NaN of some points."""
+    columns = {f"{name}_{channel}": np.full(400, value) for channel, value in zip("rgb", values, strict=True)}
+    columns[f"{name}_g"][unknown] = np.nan
+    return columns
+
+
+@pytest.mark.parametrize("name", ["radius", "area"])
+def test_radii_and_areas_that_some_lack_are_estimated_of_all(caplog, name):
+    columns = {"radius": np.full(400, 7.0), "area": np.full(400, 9.0)}
+    columns[name][[3, 5]] = np.nan
+    with caplog.at_level("INFO"):
+        found = sf.Scan(GRID, UP, attributes=columns, name="a.ply").surfels()
+    assert len(found) == 400
+    assert np.array_equal(found.radii, sf.Surfels(GRID, UP).radii)
+    assert found.areas is None
+    assert f"a.ply: {name} not known (NaN) of 2 of 400 points: estimated of all" in caplog.text
+    columns[name][[3, 5]] = 7.0
+    known = sf.Scan(GRID, UP, attributes=columns).surfels()
+    assert known.radii.tolist() == [7.0] * 400
+    assert known.areas is not None
+
+
+def test_reflectance_that_some_lack_is_that_of_their_colours(caplog):
+    columns = of("reflectance", (0.1, 0.2, 0.3))
+    with caplog.at_level("INFO"):
+        grey = sf.Scan(GRID, UP, attributes=columns, name="a.ply").surfels().reflectance
+    assert "a.ply: reflectance not known (NaN) of 1 of 400 points" in caplog.text
+    colored = sf.Scan(GRID, UP, np.tile([0.6, 0.7, 0.8], (400, 1)), columns).surfels().reflectance
+    assert grey[3] == pytest.approx([0.5] * 3)
+    assert colored[3] == pytest.approx([0.6, 0.7, 0.8])
+    for found in (grey, colored):
+        assert np.delete(found, 3, axis=0) == pytest.approx(np.tile([0.1, 0.2, 0.3], (399, 1)))
+
+
+def test_emission_that_some_lack_is_none():
+    found = sf.Scan(GRID, UP, attributes=of("emission", (1.0, 2.0, 3.0))).surfels().emission
+    assert found[3].tolist() == [0.0] * 3
+    assert found[4] == pytest.approx([1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("value", [np.inf, -1.0])
+def test_what_is_wrong_is_still_refused(value):
+    for name, columns in (("radius", {"radius": np.ones(400)}), ("emission", of("emission", (1.0, 1.0, 1.0), []))):
+        columns[next(iter(columns))][3] = value
+        with pytest.raises(sf.FileError, match=f"a.ply: vertex 3: {name} is {value:g}; wanted"):
+            sf.Scan(GRID, UP, attributes=columns, name="a.ply").surfels()
