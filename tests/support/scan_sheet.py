@@ -34,7 +34,7 @@ def main():
 
 
 def solved(path, folder):
-    """(name, seconds, picture or None)."""
+    """(name, picture or None)."""
     more = next((options for name, options in OPTIONS.items() if path.name.startswith(name)), [])
     image = folder / f"{path.stem}.png"
     command = [sys.executable, "-m", "surflux", "solve", str(path), "-o", str(folder / f"{path.stem}_lit.ply")]
@@ -44,7 +44,7 @@ def solved(path, folder):
     print(f"{path.name}: {seconds:.0f} s {' '.join(more)}", flush=True)
     notes = [line for line in found.stderr.splitlines() if " " in line.removeprefix("surflux: ")]
     print("  " + "\n  ".join(notes), flush=True)
-    return f"{path.name} {' '.join(more)}", seconds, image if image.exists() else None
+    return f"{path.name} {' '.join(more)}", image if image.exists() else None
 
 
 def draw(out, found, columns=4):
@@ -56,7 +56,7 @@ def draw(out, found, columns=4):
     for axes in figure.subplots(rows, columns, squeeze=False).flat:
         axes.axis("off")
         if found:
-            name, seconds, picture = found.pop(0)
+            name, picture = found.pop(0)
             axes.set_title(name, fontsize=8)
             if picture is not None:
                 axes.imshow(image.imread(picture))

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _core
-from surflux._base import check
 from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, stage, watched
 from surflux.points.arranging import thinned_with_rows
-from surflux.points.cleaning import first_of_each, isolated
+from surflux.points.cleaning import cleaned
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import is_terrain
@@ -57,15 +56,8 @@ class Cloud:
         warn_of_faces(options.input, faces)
         self.scan, self._seed = scan, seed
         count = len(scan)
-        first = first_of_each(scan.points, scan.normals)
+        used, first, self.alone = cleaned(scan, options.keep_outliers)
         repeats = np.flatnonzero(first != np.arange(count))
-        self.alone = np.zeros(count, dtype=bool) if options.keep_outliers else isolated(scan.points)
-        used = np.flatnonzero((first == np.arange(count)) & ~self.alone)
-        if len(repeats):
-            LOG.info("counted once, for another one stands at their place: %s", check.counted(len(repeats), "point"))
-        if np.any(self.alone):
-            many = check.counted(np.count_nonzero(self.alone), "point")
-            LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
         whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
         whole = whole.flipped() if options.normals == "flip" else whole

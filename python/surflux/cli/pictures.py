@@ -93,7 +93,7 @@ def write_gaussians(solution, options):
 
 def camera_of(options, surfels, default):
     """The camera of the command line; what it leaves open comes from the scene, or frames the surfels."""
-    default = own_or_framing(default, surfels, options.size, (0.0, 0.0, 1.0) if options.up is None else options.up)
+    default = own_or_framing(default, surfels, options.size, options.up)
     chosen = {name: getattr(options, name) for name in ("eye", "target", "up", "fov")}
     height = default.height if options.fov is None else None
     found = {name: getattr(default, name) if value is None else value for name, value in chosen.items()}

@@ -67,9 +67,14 @@ def _bounds(surfels):
     return np.concatenate([points - reach[:, None], points + reach[:, None]])
 
 
-def own_or_framing(camera, surfels, size, up=(0, 0, 1)):
-    """The Camera to begin with: the one that comes with a scene or solution, or None and one that has all in view."""
-    return framing(surfels, size, up) if camera is None else camera
+def own_or_framing(camera, surfels, size, up=None):
+    """The Camera to begin with: the one that comes with a scene or solution, or None and one that has all in view.
+
+    up: what whoever asks says is up; nothing is looked at along it then.
+    """
+    if camera is not None:
+        return camera
+    return framing(surfels, size, (0, 0, 1) if up is None else up, along=up is None)
 
 
 def _around(up, elevations):

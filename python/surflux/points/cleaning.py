@@ -13,10 +13,10 @@ _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], 
 
 
 def cleaned(scan, keep_outliers=False, say=True):
-    """(rows of a Scan to be used, (n,) the first at each point's place, (n,) booleans: points that stand alone).
+    """(rows of a Scan to be used, (n,) the first at each point's place, (n,) booleans: points that are left out).
 
-    Rows are ascending, one for each place that first_of_each tells apart; what is isolated is not among them, but with
-    keep_outliers, where none counts as alone. What is left out is logged, if `say`.
+    Rows are ascending, one for each place that first_of_each tells apart; what is isolated is not among them, nor what
+    a LAS file withholds, but with keep_outliers, where nothing is left out. What is left out is logged, if `say`.
     """
     count = len(scan)
     first = first_of_each(scan.points, scan.normals)
@@ -28,6 +28,12 @@ def cleaned(scan, keep_outliers=False, say=True):
     if say and np.any(alone):
         many = check.counted(int(np.count_nonzero(alone)), "point")
         LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
+    withheld = np.asarray(scan.attributes.get("withheld", np.zeros(count))) == 1
+    if np.any(withheld) and not keep_outliers:
+        if say:
+            many = check.counted(int(np.count_nonzero(withheld)), "point")
+            LOG.info("withheld by their file, left out: %s of %d (--keep-outliers keeps them)", many, count)
+        alone = alone | withheld
     return np.flatnonzero(own & ~alone), first, alone
 
 

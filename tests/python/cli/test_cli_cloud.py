@@ -168,3 +168,25 @@ def test_patches_are_no_cloud(here, run):
     status, _, err = run("solve", "floor.ply", "--albedo")
     assert (status, "--albedo: is for a cloud" in err) == (2, True)
     assert run("solve", "floor.ply", "--no-image", "--light", "sky")[0] == 0
+
+
+def test_what_a_file_withholds_is_left_out(here, run):
+    points = shapes.sphere(800, 1.0).points
+    sf.Scan(points, attributes={"withheld": (np.arange(800) % 100 == 7).astype(np.uint8)}).save("ball.las")
+    status, _, err = run("solve", "ball.las", "-o", "lit.las", "--no-image")
+    assert status == 0
+    assert "withheld by their file, left out: 8 points of 800 (--keep-outliers keeps them)" in err
+    dark = np.isnan(sf.read_scan("lit.las").attributes["irradiance_r"])
+    assert np.flatnonzero(dark).tolist() == list(range(7, 800, 100))
+
+
+def test_up_is_up(here, run):
+    """A statue that shows most along what is up, where a camera cannot have it up, is looked at from the side."""
+    rng = np.random.default_rng(0)
+    disk = rng.normal(size=(4000, 3)) * [1, 0.02, 1]
+    sf.Scan(disk, np.tile([0.0, 1.0, 0.0], (4000, 1))).save("disk.ply")
+    assert run("solve", "disk.ply", "--up", "0,1,0", "--size", "40x30")[0] == 0
+    camera = sf.load_solution("disk_solved.ply").camera
+    ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
+    assert abs(ahead[1]) < 0.8
+    assert camera.up.tolist() == [0, 1, 0]
