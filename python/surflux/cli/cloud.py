@@ -8,11 +8,12 @@ import numpy as np
 from surflux import _core
 from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, stage, watched
+from surflux.cli.pictures import camera_of
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
-from surflux.points.seen_from import is_terrain
+from surflux.points.seen_from import layer_of, up_of_frame
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
@@ -56,6 +57,8 @@ class Cloud:
         warn_of_faces(options.input, faces)
         self.scan, self._seed = scan, seed
         count = len(scan)
+        if options.points is not None and count > 0 and scan.rows[-1] >= options.points:
+            LOG.info("%d points are taken of the file, evenly, and written (--points; --thin writes all)", count)
         used, first, self.alone = cleaned(scan, options.keep_outliers)
         repeats = np.flatnonzero(first != np.arange(count))
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
@@ -78,7 +81,7 @@ class Cloud:
         self._whole_of_row[used] = np.arange(len(used))
         self._whole_of_row[repeats] = self._whole_of_row[first[repeats]]
 
-    def save(self, path, solution, albedo=False):
+    def save(self, path, solution, albedo=False, up=None):
         """Writes all points of the file in their order, with the light that was found.
 
         Points that were left out have NaN, and 1 as `left_out`; those that were thinned away what surfels around them
@@ -106,7 +109,9 @@ class Cloud:
                 "area": _spread(areas, self._row, count, np.float64),
             }
             comments = pack_comments(about_solution(solution) | {"points": 1})
-        return self.scan.save(path, columns, normals=normals, colors=colors, comments=comments)
+        return self.scan.save(
+            path, columns, normals=normals, colors=colors, comments=comments, up=up or (0.0, 0.0, 1.0)
+        )
 
     def _light(self, solution, lit):
         """{"irradiance", "direct", "radiosity": (m, 3) of the rows `lit`}."""
@@ -169,11 +174,21 @@ def exposed(surfels):
     return surfels.replace(reflectance=found)
 
 
+def camera_of_cloud(options, surfels):
+    """The camera of the picture; what is up, where nobody says it, is that of a depth camera, or z."""
+    if options.up is None and options.eye is None and layer_of(surfels.points) == "frame":
+        options.up = up_of_frame(surfels.points)
+        LOG.info(
+            "the picture has %s for up, as the frame of a depth camera has (--up)", "y" if options.up[1] > 0 else "-y"
+        )
+    return camera_of(options, surfels, None)
+
+
 def lights_of_cloud(options, surfels, camera):
     """The lights of --light, which becomes what was chosen; says so."""
     if options.light is None:
         level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
-        options.light = "sun" if level and is_terrain(surfels.points) else "studio"
+        options.light = "sun" if level and layer_of(surfels.points) == "terrain" else "studio"
         said = {
             "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
             "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
@@ -181,9 +196,12 @@ def lights_of_cloud(options, surfels, camera):
         LOG.info(said[options.light])
     if options.light == "sky":
         LOG.info("the cloud is lit by a sky of radiance 1 from all sides")
+        return [Environment(1.0)]
     if options.light == "sun":
-        return [daylight(camera)]
-    return [Environment(1.0)] if options.light == "sky" else studio(surfels, camera)
+        day = daylight(camera)
+        LOG.info("the light, z up and y north: %r", day)
+        return [day]
+    return studio(surfels, camera)
 
 
 def output_of(options):

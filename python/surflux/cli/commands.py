@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -14,7 +15,16 @@ from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking
-from surflux.cli.cloud import BEHIND, CLOUD_LIMIT, Cloud, is_cloud, lights_of_cloud, output_of, patches_of_file
+from surflux.cli.cloud import (
+    BEHIND,
+    CLOUD_LIMIT,
+    Cloud,
+    camera_of_cloud,
+    is_cloud,
+    lights_of_cloud,
+    output_of,
+    patches_of_file,
+)
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
@@ -43,13 +53,27 @@ def main(arguments=None):
     return status
 
 
+_NEGATIVE = re.compile(r"-[\d.][^,\s]*,")  # begins a vector that is no option
+
+
+def joined(arguments):
+    """Arguments in which vectors that begin with a minus are joined to their option, as argparse wants them."""
+    out = []
+    for argument in arguments:
+        if out and out[-1].startswith("--") and "=" not in out[-1] and _NEGATIVE.match(argument):
+            out[-1] += f"={argument}"
+        else:
+            out.append(argument)
+    return out
+
+
 def _run(arguments):
     if arguments[:1] == ["bench"]:  # has options of its own
         loud = {"quiet": {"-q", "--quiet"}, "verbose": {"-v", "--verbose"}}
         loud = {name: not flags.isdisjoint(arguments) for name, flags in loud.items()}
         options = argparse.Namespace(run=_bench, arguments=arguments[1:], **loud)
     else:
-        options = command_line(RUNS, CLOUD_LIMIT).parse_args(arguments)
+        options = command_line(RUNS, CLOUD_LIMIT).parse_args(joined(arguments))
     try:
         with warnings.catch_warnings(), log_said(how_much(options)):
             warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
@@ -116,6 +140,8 @@ def _check_options(options):
         elif output.suffix.lower() != ".ply":
             raise ValueError(f"-o: wanted a name ending in .ply, got {str(output)!r}")
         require_place(output)
+        if os.path.exists(output) and os.path.exists(options.input) and os.path.samefile(output, options.input):
+            raise ValueError(f"-o: is the input itself, {str(output)!r}; wanted another name")
     if given.get("solution") is not None:
         require_place(ply_path(given["solution"], "--solution"))
 
@@ -144,7 +170,7 @@ def _solve(options):
     if cloud is None:
         solution.save(output)
     else:
-        cloud.save(output, solution, options.albedo)
+        cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
         solution.save(options.solution)
     backdrop = 0.0 if _is_scene(options.input) else BEHIND[options.light]
@@ -224,7 +250,7 @@ def _scene_to_solve(options):
         surfels = cloud.surfels
     else:
         cloud, surfels = None, patches_of_file(options)
-    camera = camera_of(options, surfels, None)
+    camera = camera_of_cloud(options, surfels)
     objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
     name = Path(options.input).stem
     return sf.Scene(objects, lights_of_cloud(options, surfels, camera), camera=camera, name=name), cloud

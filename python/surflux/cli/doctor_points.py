@@ -10,8 +10,7 @@ from surflux._base import check
 from surflux._base.color import white_of_colors
 from surflux._base.passes import watched
 from surflux._base.summary import box_text
-from surflux.cli.cloud import Cloud, is_cloud, lights_of_cloud, patches_of_file
-from surflux.cli.pictures import camera_of
+from surflux.cli.cloud import Cloud, camera_of_cloud, is_cloud, lights_of_cloud, patches_of_file
 from surflux.points.cleaning import cleaned, known_classes
 from surflux.points.scan import scan_of_columns
 from surflux.points.scan_surfels import grey_of_intensity
@@ -169,7 +168,7 @@ def _solved(options, scan, facts, limit, solve_options):
         surfels = Cloud(given).surfels if is_cloud(options.input) else patches_of_file(given)
     except (sf.FileError, ValueError) as error:
         return {"solve": {"refused": str(error), "surfels": 0}, "next": "see help(surflux.read) for what it takes"}
-    camera = camera_of(given, surfels, None)
+    camera = camera_of_cloud(given, surfels)
     lights_of_cloud(given, surfels, camera)
     grey = facts["colors"] is None or facts["colors"]["largest"] == 0
     intensity = scan.attributes.get("intensity")

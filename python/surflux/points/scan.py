@@ -130,6 +130,7 @@ class Scan:
         normals: ArrayLike | None = None,
         colors: ArrayLike | None = None,
         comments: Sequence[str] = (),
+        up: ArrayLike = (0.0, 0.0, 1.0),
     ) -> Path:
         """Writes the points in their order, with all that is known of each, and what was found for them.
 
@@ -137,7 +138,7 @@ class Scan:
         channel, as name_r, name_g and name_b; a name that another column has gets a number. LAS and LAZ take `pip
         install 'surflux[scans]'`; what they have no field for stands in extra dimensions; coordinates of a LAS file
         come back bit by bit, with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF
-        (.glb, .gltf) for viewers, which have y up: z becomes y.
+        (.glb, .gltf) for viewers, which have y up.
 
         Args:
             path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole
@@ -147,6 +148,7 @@ class Scan:
             normals: (n, 3) in place of the scan's.
             colors: (n, 3), bytes of what is to be seen; None for the reflectance, .98 being white.
             comments: lines of text, which PLY files hold.
+            up: (3,), what becomes y in glTF, by the matrix of its node.
 
         Returns:
             The Path written.
@@ -163,6 +165,7 @@ class Scan:
         ([1100.0, 950.5], [2, 6])
         """
         suffix, n = written_suffix(check.path("path", path)), len(self)
+        up = check.direction("up", up)
         if n == 0:
             raise ValueError("path: wanted points to write, and there are none")
         out = {"points": check.finite_array("points", self.points, (n, 3))}
@@ -182,7 +185,7 @@ class Scan:
         if len(self.rows) == n and not np.array_equal(self.rows, np.arange(n)):
             out["row"] = self.rows
         path = Path(os.fsdecode(path))
-        write_points(path, out, self.frame, comments)
+        write_points(path, out, self.frame, comments, up)
         return path
 
     def display_colors(self, bits: Literal[8, 16] = 8) -> NDArray[np.uint8] | NDArray[np.uint16]:

@@ -35,22 +35,32 @@ def seen_from(path, points):
 
 def viewed_from(points):
     """(the place that seen_from finds, or None; in words what faces it, and why)."""
-    if len(points) < _FEW:
-        return None, ""
-    if _faces_origin(points):
+    kind = layer_of(points)
+    if kind == "frame":
         return np.zeros(3), "the origin, as if a depth camera were there"
-    if is_terrain(points):
+    if kind == "terrain":
         low, high = points.min(axis=0), points.max(axis=0)
         above = 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
         return above, "upwards, as of a terrain seen from above"
-    if _thin_out_from_origin(points):
+    if kind == "turn":
         return np.zeros(3), "the origin, as if a scanner had turned there"
     return None, ""
 
 
-def is_terrain(points):
-    """Whether points (n, 3) have, nearly everywhere, one height, z up, and rise little beside their width."""
-    return len(points) >= _FEW and _is_low(points) and _is_layer(points[:, :2], points[:, 2])
+def layer_of(points):
+    """What single layer points (n, 3) are: the "frame" of a depth camera, a "terrain", a scanner's "turn", or None."""
+    if len(points) < _FEW:
+        return None
+    if _faces_origin(points):
+        return "frame"
+    if _is_low(points) and _is_layer(points[:, :2], points[:, 2]):
+        return "terrain"
+    return "turn" if _thin_out_from_origin(points) else None
+
+
+def up_of_frame(points):
+    """(3,) what is up in the frame of a depth camera: -y where it looks along z, y where it looks back."""
+    return (0.0, -1.0, 0.0) if points[0, 2] > 0.0 else (0.0, 1.0, 0.0)
 
 
 def _is_low(points):

@@ -52,6 +52,16 @@ def write_gltf_points(path, arrays, matrix=None, extensions=None):
             file.write(array.data)
 
 
+def up_to_y(up):
+    """The shortest rotation (3, 3) that takes a unit vector to +y, which is up in glTF; exact for the axes."""
+    x, y, z = up
+    if y < -1.0 + 1e-9:
+        return np.diag([1.0, -1.0, -1.0])
+    axis = np.array([-z, 0.0, x])  # up cross +y, of length sine; Rodrigues' formula, free of the sine's division
+    cross = np.cross(np.eye(3), axis)
+    return np.eye(3) + cross + cross @ cross / (1.0 + y)
+
+
 def _header(arrays, matrix, extensions):
     accessors, views, begin = [], [], 0
     for name, array in arrays.items():

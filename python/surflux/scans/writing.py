@@ -8,17 +8,16 @@ import numpy as np
 
 from surflux._base.color import srgb_to_linear
 from surflux._base.files import unfinished, whole_file
-from surflux.scans.gltf import write_gltf_points
+from surflux.scans.gltf import up_to_y, write_gltf_points
 from surflux.scans.las_writing import write_las
 from surflux.scans.names import OWN, scalars
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
 _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
 _PLY_TYPES |= {"f4": "float", "f8": "double"}
-_TURNED = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)  # z up becomes y up
 
 
-def write_points(path, columns, frame=None, comments=()):
+def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0)):
     """Writes columns of points, in the format of the name; a file that is there is replaced whole or not at all.
 
     Args:
@@ -27,6 +26,7 @@ def write_points(path, columns, frame=None, comments=()):
             whatever there is of these. NaN says that a value is not known.
         frame: of a LAS file that the points come from, as open_las has it; None of others.
         comments: lines of text, of PLY files.
+        up: (3,), a unit vector, which becomes y in glTF.
 
     Raises:
         ValueError: a name that says no format of these; what the format has no room for.
@@ -39,6 +39,8 @@ def write_points(path, columns, frame=None, comments=()):
         writer(path, columns, frame)
     elif writer is _write_ply:
         writer(path, columns, comments)
+    elif writer is _write_gltf:
+        writer(path, columns, up)
     else:
         writer(path, columns)
 
@@ -133,8 +135,8 @@ def _write_vtp(path, columns):
         data.save(beside)
 
 
-def _write_gltf(path, columns):
-    """Points of glTF 2.0, z up turned to y up; colours linear, as glTF has them, attributes as _NAME."""
+def _write_gltf(path, columns, up):
+    """Points of glTF 2.0, turned to y up; colours linear, as glTF has them, attributes as _NAME."""
     points = columns["points"]
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     arrays = {"POSITION": points - middle}
@@ -146,8 +148,8 @@ def _write_gltf(path, columns):
     for name, values in columns.items():
         if name not in ("points", "normals", "colors") and (values.ndim == 1 or values.shape[1] in (2, 3, 4)):
             arrays["_" + str(name).upper()] = values
-    matrix = _TURNED.copy()
-    matrix[:3, 3] = _TURNED[:3, :3] @ middle
+    turn, matrix = up_to_y(up), np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, turn @ middle
     write_gltf_points(path, arrays, matrix)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from surflux._base.files import file_error, require_file
-from surflux.scans.gltf import POINTS
+from surflux.scans.gltf import POINTS, up_to_y
 from surflux.splats import gltf_format as gltf
 from surflux.splats import turning
 from surflux.splats.gltf_container import DAMAGED, Container, numbers, whole
@@ -40,7 +40,7 @@ def read_gltf(path, up):
         with np.errstate(all="ignore"):  # what is not finite is refused as such
             for primitive, matrix in _shown(file):
                 spaces.add(_color_space(primitive["extensions"][gltf.EXTENSION]))
-                parts.append(_moved(_part(file, primitive), turning.up_to_y(up).T @ matrix[:3]))
+                parts.append(_moved(_part(file, primitive), up_to_y(up).T @ matrix[:3]))
         if len(spaces) > 1:
             raise ValueError("some of its Gaussians are sRGB-coded and some linear, which is not read here")
     except OSError as fault:

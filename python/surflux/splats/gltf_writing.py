@@ -3,10 +3,9 @@
 import numpy as np
 
 from surflux._base.color import srgb_to_linear
-from surflux.scans.gltf import write_gltf_points
+from surflux.scans.gltf import up_to_y, write_gltf_points
 from surflux.splats import gltf_format as gltf
 from surflux.splats.origins import to_origin
-from surflux.splats.turning import up_to_y
 from surflux.splats.view_colors import even_color
 
 

@@ -48,16 +48,6 @@ def of_matrix(rotation):
     return found if found[0] >= 0.0 else -found
 
 
-def up_to_y(up):
-    """The shortest rotation (3, 3) that takes a unit vector to +y, which is up in glTF; exact for the axes."""
-    x, y, z = up
-    if y < -1.0 + 1e-9:
-        return np.diag([1.0, -1.0, -1.0])
-    axis = np.array([-z, 0.0, x])  # up cross +y, of length sine; Rodrigues' formula, free of the sine's division
-    cross = np.cross(np.eye(3), axis)
-    return np.eye(3) + cross + cross @ cross / (1.0 + y)
-
-
 def turned_harmonics(harmonics, rotation):
     """Functions by their harmonics (n, k, channels), turned by one matrix: what was in direction d is in rotation @ d.
 

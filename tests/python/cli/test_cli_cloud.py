@@ -190,3 +190,51 @@ def test_up_is_up(here, run):
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
     assert abs(ahead[1]) < 0.8
     assert camera.up.tolist() == [0, 1, 0]
+
+
+def test_vectors_may_begin_with_a_minus(ball, run):
+    status, _, err = run("solve", "ball.ply", "--viewpoint", "-9,0,0.5", "--eye", "-6,0,1", "--no-image")
+    assert status == 0, err
+    assert sf.load_solution("ball_solved.ply").camera.eye.tolist() == [-6, 0, 1]
+
+
+def test_a_scan_is_not_written_over(ball, run):
+    before = Path("ball.ply").read_bytes()
+    status, _, err = run("solve", "ball.ply", "-o", "./ball.ply")
+    assert (status, "-o: is the input itself, 'ball.ply'; wanted another name" in err) == (2, True)
+    assert Path("ball.ply").read_bytes() == before
+
+
+def test_points_that_are_read_alone_are_told_of(survey, run):
+    status, _, err = run("solve", "survey.npz", "-o", "some.npz", "--no-image", "--points", 1500)
+    assert status == 0
+    some = sf.read_scan("some.npz")
+    assert f"{len(some)} points are taken of the file, evenly, and written (--points; --thin writes all)" in err
+    assert np.array_equal(some.points, survey.points[some.attributes["row"]])
+
+
+@pytest.mark.parametrize("forward", [1, -1])
+def test_the_frame_of_a_depth_camera_stands_upright(here, run, forward):
+    """A ball at the height of the camera in front of a wall: y is down where z is ahead, and up where z is behind."""
+    u, v = np.meshgrid(np.linspace(-0.5, 0.5, 90), np.linspace(-0.4, 0.4, 70))
+    ray = np.column_stack([u.ravel(), v.ravel(), np.ones(u.size)])
+    along, squared = ray @ [0.3, 0, 3], (ray**2).sum(axis=1)
+    root = np.clip(along**2 - squared * (9.09 - 0.5), 0, None)
+    depth = np.where(root > 0, (along - np.sqrt(root)) / squared, 5.0)
+    sf.Scan(ray * depth[:, None] * [1, 1, forward]).save("frame.npz")
+    status, _, err = run("solve", "frame.npz", "--size", "40x30", "-o", "lit.ply")
+    assert status == 0
+    assert f"the picture has {'-y' if forward > 0 else 'y'} for up, as the frame of a depth camera has (--up)" in err
+    camera = sf.load_solution("lit.ply").camera
+    assert camera.up.tolist() == [0, -forward, 0]
+    ahead = camera.target - camera.eye
+    assert forward * ahead[2] > 0.5 * np.linalg.norm(ahead)
+
+
+def test_up_is_y_in_gltf(ball, run):
+    from surflux.splats.gltf_container import Container
+
+    for up, wanted in (("0,0,1", [0, 0, 1]), ("0,1,0", [0, 1, 0])):
+        assert run("solve", "ball.ply", "-o", "ball.glb", "--no-image", "--up", up)[0] == 0
+        matrix = np.reshape(Container("ball.glb").header["nodes"][0].get("matrix", np.eye(4)), (4, 4)).T
+        assert matrix[:3, :3] @ wanted == pytest.approx([0, 1, 0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.seen_from import is_terrain
+from surflux.points.seen_from import layer_of
 from surflux.scenes.studio import daylight, ground
 
 
@@ -49,7 +49,7 @@ def test_terrain_is_told_from_bodies_and_walls():
     rng = np.random.default_rng(1)
     xy = rng.uniform(0, 100, (20_000, 2))
     hills = np.column_stack([xy, 5 * np.sin(xy[:, 0] / 15) * np.cos(xy[:, 1] / 12)])
-    assert is_terrain(hills)
-    assert not is_terrain(hills[:, [0, 2, 1]])
+    assert layer_of(hills) == "terrain"
+    assert layer_of(hills[:, [0, 2, 1]]) is None
     ball = rng.normal(size=(20_000, 3))
-    assert not is_terrain(ball / np.linalg.norm(ball, axis=1, keepdims=True))
+    assert layer_of(ball / np.linalg.norm(ball, axis=1, keepdims=True)) is None
