@@ -73,6 +73,7 @@ def test_normals_keep_and_flip(solved, blob):
     assert outwards(solved(blob.points, -blob.normals, "--normals", "flip")[1], blob) == 1.0
 
 
+@pytest.mark.slow
 def test_a_room_with_a_camera_or_viewpoint_in_it_stays(solved, blob):
     for option in ("--eye=0,0,0.1", "--viewpoint=0,0,0.1"):
         said, surfels = solved(blob.points, -blob.normals, option)

@@ -115,6 +115,7 @@ def stopped_at(stage, *arguments):
     return seconds, process.returncode, said + err, set(os.listdir()) - there
 
 
+@pytest.mark.slow
 def test_stages_of_a_cloud_end_at_once(here):
     sf.Surfels.sample_mesh(([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], [[0, 1, 2, 3]]), 20_000).save("flat.ply")
     for stage in ("areas", "hierarchy", "self-check"):

@@ -77,6 +77,7 @@ def test_weather_of_a_file(here, run):
     assert "a year's weather of here.epw" in out
 
 
+@pytest.mark.slow
 def test_north_turns_what_faces_the_sun(here, run):
     """A roof towards +y, where that is south: as one towards -y in a file whose +y is north."""
     run("solar", plane("south.npz", tilt=40.0), *PLACE, "--time", NOON, "-o", "south.csv", *FEW)
@@ -91,6 +92,7 @@ def test_north_turns_what_faces_the_sun(here, run):
     assert shade.max() < 0.6 * south.min()
 
 
+@pytest.mark.slow
 def test_vegetation_shades_and_has_no_values(here, run):
     points, upper = layers()
     status, out, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)
@@ -147,6 +149,7 @@ def test_units_are_of_areas_alone(here, run):
     np.testing.assert_allclose(*kwh, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_scene_file(here, run):
     """A wall that faces south and one that faces north, 10 apart, back to back, and turned by 90 degrees."""
     (here / "walls.toml").write_text("""
@@ -209,6 +212,7 @@ def test_colors_are_reflected_where_asked_for(here, run):
     assert found["--colors",][0] < found[()][0]  # of what is black instead of .2
 
 
+@pytest.mark.slow
 def test_walls_turned_inwards_are_told_of(here, run):
     """Normals that face the ground have next to nothing, and nobody would see why."""
     points = np.load(plane())["points"]

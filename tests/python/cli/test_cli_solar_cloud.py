@@ -17,7 +17,7 @@ def extra():
     pytest.importorskip("pvlib")
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 def test_normals_are_the_same_whichever_classes_receive(seed):
     """All of the town is seen from above; its roofs alone are no terrain, and each could face either way."""
     scan, roof = town(seed)
@@ -70,6 +70,7 @@ def test_points_without_a_class_count_as_never_classified(here, run):
     assert np.flatnonzero(np.isfinite(sf.read_scan("a.npz").attributes["kwh"])).tolist() == [7, 9]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("solve", "solar", "unknown"),
     [((), (), 0), ((), ("--keep-outliers",), 1), (("--thin", 2000), (), 1600)],

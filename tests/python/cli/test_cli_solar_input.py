@@ -41,6 +41,7 @@ def test_a_file_that_says_where_it_lies(tile, run):
     np.testing.assert_allclose(scan.attributes["kwh"], sky.global_horizontal / 1000.0, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_weather_of_another_place_is_told_of(tile, run, here):
     write_epw(here / "here.epw", level_sun(47.4, 8.5, 1.0), np.zeros(8760), np.full(8760, 10.0))
     status, _, err = run("solar", "tile.las", "--epw", "here.epw", *FEW)

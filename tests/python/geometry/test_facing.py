@@ -55,6 +55,7 @@ def test_pieces_that_are_turned_over_are_found(thing, seed):
     assert room.sum() == (6000 if thing == "room" else 0)
 
 
+@pytest.mark.slow
 def test_points_beyond_those_looked_at_follow_them():
     d = np.random.default_rng(0).normal(size=(150_000, 3))
     d /= np.linalg.norm(d, axis=1, keepdims=True)
@@ -66,7 +67,7 @@ def test_points_beyond_those_looked_at_follow_them():
     assert sf.facing(d, -d).inside_out.all()
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 def test_both_sides_of_a_sheet_stay(seed):
     """Also where half of its places, or fewer, are looked at; what faces inwards and has no back is turned."""
     d = np.random.default_rng(seed).normal(size=(130_000, 3))
