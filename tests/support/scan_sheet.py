@@ -52,7 +52,7 @@ def draw(out, found, columns=4):
     from matplotlib.figure import Figure
 
     rows = -(-len(found) // columns)
-    figure = Figure((columns * 4.0, rows * 3.3), layout="constrained", dpi=100)
+    figure = Figure((columns * 4.0, rows * 3.3), layout="constrained", dpi=75)
     for axes in figure.subplots(rows, columns, squeeze=False).flat:
         axes.axis("off")
         if found:

@@ -9,6 +9,7 @@ from surflux import _core
 from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, stage, watched
 from surflux.cli.pictures import camera_of
+from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned
 from surflux.points.reading import read, warn_of_faces
@@ -181,6 +182,8 @@ def camera_of_cloud(options, surfels):
         LOG.info(
             "the picture has %s for up, as the frame of a depth camera has (--up)", "y" if options.up[1] > 0 else "-y"
         )
+        ahead = (0.0, 0.0, -options.up[1])
+        return camera_of(options, surfels, framing(surfels, options.size, options.up, direction=ahead))
     return camera_of(options, surfels, None)
 
 

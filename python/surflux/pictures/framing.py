@@ -17,17 +17,18 @@ _WIDE = 4.0  # medians of the radii: wider disks are of isolated points
 _BETTER_AROUND, _BETTER_ALONG, _BETTER_BELOW = 1.6, 1.8, 1.8
 
 
-def framing(surfels, size, up=(0, 0, 1), *, along=True):
+def framing(surfels, size, up=(0, 0, 1), *, along=True, direction=None):
     """A Camera that has all surfels in a picture of size (width, height), where their fronts show.
 
     Of clouds, points that stray far from all others, and what disks reach beyond their neighbours, may be cut off. It
     looks from slightly above, where that shows most of what any side does. Surfels that face along `up` alone, as in
-    the frame of a depth camera (x right, y down, z forward), are seen along it, unless `along` is False.
+    the frame of a depth camera (x right, y down, z forward), are seen along it, unless `along` is False. direction:
+    (3,), where the camera looks, whatever shows.
     """
     bounds = _bounds(surfels)
     aspect = size[0] / size[1]
-    best = None, up
-    if len(surfels) >= _FEW:
+    best = direction, up
+    if direction is None and len(surfels) >= _FEW:
         best = _best_view(_every(bounds), _every(surfels.points), _every(surfels.normals), aspect, up, along)
     return Camera.fit(bounds, *best, aspect=aspect)
 
