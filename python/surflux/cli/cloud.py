@@ -56,7 +56,7 @@ class Cloud:
             options.input, points=options.points, seed=seed, strict=options.strict, progress=True
         )
         warn_of_faces(options.input, faces)
-        self.scan, self._seed = scan, seed
+        self.scan = scan
         count = len(scan)
         if options.points is not None and count > 0 and scan.rows[-1] >= options.points:
             LOG.info("%d points are taken of the file, evenly, and written (--points; --thin writes all)", count)
@@ -67,7 +67,7 @@ class Cloud:
         whole = whole.flipped() if options.normals == "flip" else whole
         if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
             whole = exposed(whole)
-        self._normals, self._whole, self._whole_row = whole.normals, whole, used
+        self._normals, self._whole = whole.normals, whole
         limit = options.thin or options.points or CLOUD_LIMIT
         self.surfels, rows = whole, used
         if len(whole) > limit:
@@ -98,13 +98,13 @@ class Cloud:
         colors = None if albedo else self._colors(found["radiosity"], lit)
         if np.any(self.alone) or "left_out" in self.scan.attributes:
             columns["left_out"] = self.alone.astype(np.uint8)
-        if not albedo:  # colours that are light are no reflectance to whoever reads them
+        is_ply = written_suffix(path) == ".ply"
+        if is_ply or not albedo:  # colours that are light are no reflectance to whoever reads them
             columns["reflectance"] = _spread(self._whole.reflectance[source], lit, count)
         comments = ()
-        if written_suffix(path) == ".ply":
+        if is_ply:
             areas = np.bincount(solution.parents, solution.surfels.areas)[: len(self.surfels)]
             columns |= {
-                "reflectance": _spread(self._whole.reflectance[source], lit, count),
                 "emission": _spread(self._whole.emission[source], lit, count),
                 "radius": _spread(self.surfels.radii, self._row, count, np.float64),
                 "area": _spread(areas, self._row, count, np.float64),

@@ -260,9 +260,9 @@ def _load_scene(options):
     return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
 
 
-def _cloud(options, orient=False):
+def _cloud(options):
     given = {"viewpoint": options.viewpoint, "points": options.points, "seed": getattr(options, "seed", None) or 0}
-    return sf.read(options.input, **given, orient=orient, progress=True)
+    return sf.read(options.input, **given, progress=True)
 
 
 def _is_scene(path):

@@ -50,9 +50,7 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
     _cloud_options(solve)
-    text = 'of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they are, '
-    text += '"flip" turns all points over'
-    solve.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
+    _normals_option(solve)
     text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera and a sky '
     text += '(default of all others), or "sky", of radiance 1 all around'
     solve.add_argument("--light", choices=("studio", "sun", "sky"), help=text)
@@ -143,6 +141,7 @@ def command_line(runs, cloud_limit):
     add_solar_options(solar)
     solar.add_argument("--bounces", type=_bounces, default=3, metavar="N|all", help="of light (default: 3)")
     solar.add_argument("--size", type=_size, default=(1200, 900), metavar="WxH")
+    _normals_option(solar)
     _cloud_options(solar)
     _camera_options(solar)
     _common_options(solar)
@@ -190,6 +189,14 @@ def _loudness_options(parser):
     loudness.add_argument("-q", "--quiet", action="store_true", help="no progress; warnings stay")
     text = "tell the settings, and the seconds of every stage, too"
     loudness.add_argument("-v", "--verbose", action="store_true", help=text)
+
+
+def _normals_option(parser):
+    text = (
+        'normals of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they '
+    )
+    text += 'are, "flip" turns all points over'
+    parser.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
 
 
 def _cloud_options(parser):

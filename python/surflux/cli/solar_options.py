@@ -28,9 +28,6 @@ def add_solar_options(parser):
     parser.add_argument("--receivers", metavar="CLASSES", help=text)
     text = "take points that stand alone, which are left out otherwise"
     parser.add_argument("--keep-outliers", action="store_true", help=text)
-    text = 'of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they are, '
-    text += '"flip" turns all points over'
-    parser.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
     text = "reflected by the ground around, and by the points of a cloud (default: 0.2)"
     parser.add_argument("--albedo", type=float, default=0.2, help=text)
     parser.add_argument("--colors", action="store_true", help="points reflect what their colours or intensities say")

@@ -71,7 +71,7 @@ def first_of_each(points, normals=None):
         else:
             backs = np.zeros(len(left), dtype=bool)
         first[left] = np.where(backs, left, left[lead])
-        left = left[backs] if np.any(backs) and np.count_nonzero(backs) < len(left) else left[:0]
+        left = left[backs]  # never all of them: the first at a place is none
     return first
 
 
