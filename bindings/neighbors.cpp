@@ -4,6 +4,7 @@
 
 #include "convert.h"
 #include "rooms.h"
+#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/neighbors/on_surface.h"
 #include "surflux/neighbors/point_index.h"
@@ -40,6 +41,13 @@ void bind_neighbors(py::module_& module) {
                 .reshape({static_cast<py::ssize_t>(p.size()), static_cast<py::ssize_t>(count)});
         },
         py::arg("points"), py::arg("count"));
+    module.def(
+        "morton_order",
+        [](const Doubles& points) {
+            const std::vector<Vec3> p = to_vec3s(points, "points");
+            return to_array(without_gil([&] { return morton_order(p); }));
+        },
+        py::arg("points"));
     module.def(
         "estimate_normals",
         [](const Doubles& points, std::size_t neighbors, const std::optional<Doubles>& viewpoint,

@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'facing', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'facing', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -433,6 +433,8 @@ def image_of_harmonics(coefficients: typing.Annotated[numpy.typing.ArrayLike, nu
 def instruction_set() -> str:
     ...
 def inward_patches(surfels: Surfels, smallest: typing.SupportsInt | typing.SupportsIndex, rays: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, rooms: bool, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.uint32]:
+    ...
+def morton_order(points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.uint32]:
     ...
 def multiply_harmonics(a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], order: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
     ...
