@@ -3,7 +3,6 @@
 import argparse
 import math
 import os
-import re
 import sys
 import warnings
 from pathlib import Path
@@ -28,8 +27,16 @@ from surflux.cli.cloud import (
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
-from surflux.cli.options import command_line
-from surflux.cli.pictures import animations, camera_of, check_gaussians, check_images, write_gaussians, write_images
+from surflux.cli.options import command_line, joined
+from surflux.cli.pictures import (
+    animations,
+    camera_of,
+    check_gaussians,
+    check_images,
+    draw_if_possible,
+    write_gaussians,
+    write_images,
+)
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
@@ -51,20 +58,6 @@ def main(arguments=None):
     if status == INTERRUPTED:  # said already; threads that go on are not waited for
         leave(said=True)
     return status
-
-
-_NEGATIVE = re.compile(r"-[\d.][^,\s]*,")  # begins a vector that is no option
-
-
-def joined(arguments):
-    """Arguments in which vectors that begin with a minus are joined to their option, as argparse wants them."""
-    out = []
-    for argument in arguments:
-        if out and out[-1].startswith("--") and "=" not in out[-1] and _NEGATIVE.match(argument):
-            out[-1] += f"={argument}"
-        else:
-            out.append(argument)
-    return out
 
 
 def _run(arguments):
@@ -115,6 +108,7 @@ def _check_options(options):
         "tolerance": lambda name, value: check.number(name, value, 0.0, 1.0, low_open=True, high_open=True),
         "pick": lambda name, value: check.count(name, value, 0),
         "zeta": lambda name, value: check.number(name, value, 0.0, low_open=True),
+        "seconds": lambda name, value: check.number(name, value, 0.0, low_open=True),
         "transport": lambda name, value: check.choice(name, value, TRANSPORTS),
     }
     for name, checked in checks.items():
@@ -153,6 +147,10 @@ def _solve(options):
                 raise ValueError(f"--{name}: goes with --solver radiosity")
         if options.no_insert:
             raise ValueError("--no-insert: goes with --solver radiosity")
+    for name in ("zeta", "rays"):
+        if getattr(options, name) is not None and (options.error or options.seconds):
+            asked = "error" if options.error else "seconds"
+            raise ValueError(f"--{name}: is chosen where --{asked} is given; wanted one of the two")
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
     output = output_of(options)
@@ -160,7 +158,8 @@ def _solve(options):
     require_place(output)
     check_images(images)
     scene, cloud = _scene_to_solve(options)
-    given = {name: getattr(options, name) for name in ("tolerance", "zeta", "rays", "transport", "seed", "threads")}
+    names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
+    given = {name: getattr(options, name) for name in names}
     if options.no_insert:
         given["insert"] = False
     settings = {name: value for name, value in given.items() if value is not None}
@@ -175,7 +174,7 @@ def _solve(options):
         solution.save(options.solution)
     backdrop = 0.0 if _is_scene(options.input) else BEHIND[options.light]
     behind = backdrop if options.background is None else options.background
-    undrawn = _draw(solution, camera, options, images, background=behind)
+    undrawn = draw_if_possible(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
     result = {
@@ -185,6 +184,7 @@ def _solve(options):
         "mean_radiosity": [float(v) for v in np.average(solution.radiosity, axis=0, weights=solution.surfels.areas)],
         "timings": solution.timings,
         "history": solution.history,
+        "attempts": solution.attempts,
         "error": solution.error,
         "output": str(output),
         "images": [str(image) for image in images],
@@ -212,17 +212,6 @@ def _solve(options):
     for image in images:
         print(f"picture: {image}")
     return status
-
-
-def _draw(solution, camera, options, images, **settings):
-    """Writes the pictures of `surflux solve`; where there is no OpenGL, says so and returns why."""
-    try:
-        if images:
-            write_images(solution, camera, options, images, **settings)
-    except sf.DeviceError as error:
-        say(f"warning: no picture, for {error} (--no-image asks for none)")
-        return error
-    return None
 
 
 def _scene_to_solve(options):

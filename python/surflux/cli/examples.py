@@ -8,6 +8,7 @@ EXAMPLES = {
             "room.toml -o room.ply --image room.exr --image room.png",
             "a scene, all layers and a picture",
         ),
+        ("room.toml --error 1%", "finer until the estimated error is at most that"),
     ),
     "area": (
         ("scan.ply -o areas.ply", "the area of each surfel"),

@@ -1,11 +1,25 @@
 """What the commands of `surflux` take."""
 
 import argparse
+import re
 
 import surflux as sf
 from surflux.cli.completion import SHELLS
 from surflux.cli.examples import epilog
 from surflux.cli.solar_options import add_solar_options
+
+_NEGATIVE = re.compile(r"-[\d.][^,\s]*,")  # begins a vector that is no option
+
+
+def joined(arguments):
+    """Arguments in which vectors that begin with a minus are joined to their option, as argparse wants them."""
+    out = []
+    for argument in arguments:
+        if out and out[-1].startswith("--") and "=" not in out[-1] and _NEGATIVE.match(argument):
+            out[-1] += f"={argument}"
+        else:
+            out.append(argument)
+    return out
 
 
 def command_line(runs, cloud_limit):
@@ -43,6 +57,10 @@ def command_line(runs, cloud_limit):
     )
     text = '"radiosity" on surfels (default), or "meshless": a smooth field, on whatever patches'
     solve.add_argument("--solver", default="radiosity", choices=("radiosity", "meshless"), help=text)
+    text = "the error of the irradiance that is wanted, such as 2%%: all that trades it for seconds is chosen by that"
+    solve.add_argument("--error", type=_share, metavar="E", help=text)
+    text = "the best within about S seconds of solving; with --error whichever comes first"
+    solve.add_argument("--seconds", type=float, metavar="S", help=text)
     solve.add_argument("--tolerance", type=float, help="relative residual of the linear solver")
     solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
     solve.add_argument("--rays", type=int, metavar="N", help="rays of a node or receiver (default: 256; meshless: 512)")
@@ -267,6 +285,17 @@ def _many(text):
     if not number.is_integer():  # as inf is none, either
         raise argparse.ArgumentTypeError(f"wanted a whole number, such as 500k or 2M, got {text!r}")
     return int(number)
+
+
+def _share(text):
+    """A share of 1: "0.02" or "2%"."""
+    try:
+        value = float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"wanted a share below 1, such as 2% or 0.02, got {text!r}")
+    return value
 
 
 def _bounces(text):

@@ -7,6 +7,7 @@ import numpy as np
 import surflux as sf
 from surflux._base.files import require_place
 from surflux._base.passes import LOG
+from surflux.cli.saying import say
 from surflux.pictures.backdrop import radiance_shown_as
 from surflux.pictures.framing import own_or_framing
 from surflux.pictures.images import resolved_exposure
@@ -28,6 +29,17 @@ def write_images(solution, camera, options, images, *, background=0.0, **setting
         return solution.render(camera, options.size, layers=layers, background=behind, **given)
 
     write_layers(drawn, options, images, background)
+
+
+def draw_if_possible(solution, camera, options, images, **settings):
+    """write_images; where there is no OpenGL, says so and returns why."""
+    try:
+        if images:
+            write_images(solution, camera, options, images, **settings)
+    except sf.DeviceError as error:
+        say(f"warning: no picture, for {error} (--no-image asks for none)")
+        return error
+    return None
 
 
 def write_layers(drawn, options, images, background=0.0):

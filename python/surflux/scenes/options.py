@@ -34,8 +34,14 @@ def shadow_options(probes, shadow_rays):
 
 TRANSPORTS = ("auto", "pairs", "rays")
 
+# What solve() chooses by itself where an error or a time is asked for.
+CHOSEN = ("zeta", "rays", "probes", "shadow_rays")
+ASKED = ("error", "seconds")
+
 # Every keyword of solve() but threads and progress, which belong to a run and not to a scene.
 _CHECKS = {
+    "error": _share,
+    "seconds": lambda name, value: check.number(name, value, 0.0, low_open=True),
     "transport": lambda name, value: check.choice(name, value, TRANSPORTS),
     "zeta": lambda name, value: check.number(name, value, 0.0, low_open=True),
     "insert": check.flag,
@@ -58,3 +64,7 @@ def check_options(options):
             raise ValueError(f"{name}: is not an option of solve; there is {', '.join(OPTIONS)}")
         _CHECKS[name](name, value)
     shadow_options(options.get("probes", 16), options.get("shadow_rays", 64))
+    for asked in ASKED:
+        for name in CHOSEN:
+            if asked in options and name in options:
+                raise ValueError(f"{name}: is chosen where {asked} is given; wanted one of the two")

@@ -109,9 +109,9 @@ def load_scene(
     [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees; or height, of what an
     orthographic camera shows.
 
-    [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: transport, zeta, insert,
-    tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become Scene.solve_options,
-    which count in sf.solve wherever the call does not give others.
+    [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: error, seconds, transport, zeta,
+    insert, tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become
+    Scene.solve_options, which count in sf.solve wherever the call does not give others.
 
     Args:
         path: str or path of the file.

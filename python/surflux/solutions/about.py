@@ -9,6 +9,7 @@ def about_solution(solution):
         "error": solution.error,
         "timings": solution.timings,
         "history": solution.history,
+        "attempts": solution.attempts,
         "camera": None if solution.camera is None else solution.camera.to_dict(),
         "lamps": lamps,
     }

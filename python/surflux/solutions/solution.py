@@ -64,7 +64,10 @@ class Solution:
             largest_part_lost (of the part and channel that balance worst, what is lost or made of what enters), seconds
             up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max |d_i -
             1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb
-            it), short_rows and closure_applications.
+            it), short_rows and closure_applications. Where an error or a time was asked for, the last one has
+            wanted_error, wanted_seconds, how many attempts there were, and the settings that were chosen.
+        attempts: list of dicts, where an error or a time was asked for: settings, estimated error and seconds of each
+            attempt; an error of NaN is of one that the time was not enough for.
         camera: Camera from which the scene wants to be seen, or None.
     """
 
@@ -79,6 +82,7 @@ class Solution:
     error: float
     timings: dict[str, float]
     history: list[dict[str, Any]]
+    attempts: list[dict[str, Any]]
     camera: Camera | None
 
     def __init__(
@@ -95,6 +99,7 @@ class Solution:
         error: float = math.nan,
         timings: Mapping[str, float] | None = None,
         history: Iterable[dict[str, Any]] = (),
+        attempts: Iterable[dict[str, Any]] = (),
         lamps: Iterable[AreaLight] = (),
         camera: Camera | None = None,
         scene: Scene | None = None,
@@ -116,6 +121,7 @@ class Solution:
         self.error = error
         self.timings = dict(timings or {})
         self.history = list(history)
+        self.attempts = list(attempts)
         self.camera = camera
         self._lamps = list(lamps)
         self._scene = scene

@@ -49,7 +49,10 @@ def load_solution(path: FilePath) -> Solution:
         lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
         error = float(_number(about["error"]))
         timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
-        history = [{name: _number(value) for name, value in dict(figures).items()} for figures in about["history"]]
+        history, attempts = (
+            [{name: _number(value) for name, value in dict(figures).items()} for figures in entries]
+            for entries in (about["history"], about.get("attempts", ()))
+        )
     except (KeyError, TypeError, ValueError, OverflowError) as fault:
         raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
     given = ("normals", "radii", "areas", "reflectance", "emission")
@@ -83,6 +86,7 @@ def load_solution(path: FilePath) -> Solution:
         error=error,
         timings=timings,
         history=history,
+        attempts=attempts,
         lamps=lamps,
         camera=camera,
     )

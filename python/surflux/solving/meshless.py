@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from surflux import _core
 from surflux._base import check
 from surflux._base.types import Progress
@@ -9,12 +11,17 @@ from surflux.scenes.options import shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField
 from surflux.solutions.solution import Solution
-from surflux.solving.run import check_scene, solution_by
+from surflux.solving.asking import Ladder, check_asked, solve_asked
+from surflux.solving.run import attempt_by, check_scene
+
+_TOP = 6.0  # epsilon_e .0025 and 32 000 rays
 
 
 def solve_meshless(
     scene: Scene,
     *,
+    error: float | None = None,
+    seconds: float | None = None,
     levels: int = 6,
     radius: float | None = None,
     epsilon_e: float = 0.04,
@@ -41,6 +48,7 @@ def solve_meshless(
 
     Args:
         scene: Scene. Functions of one of its objects say nothing about the others.
+        error, seconds: see `solve`; they choose levels, epsilon_e, rays, probes and shadow_rays.
         levels: of the basis, at most; 1 to 10. Clouds have two more, which repeat the receivers that are as close
             together as their disks.
         radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
@@ -75,21 +83,58 @@ def solve_meshless(
     [[3.1416 3.1416 3.1416]]
     """
     check_scene(scene)
-    options = {
-        "levels": check.count("levels", levels, 1, 10),
-        "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
-        "epsilon_e": check.number("epsilon_e", epsilon_e, 0.0, low_open=True),
-        "epsilon_omega": check.number("epsilon_omega", epsilon_omega, 0.0, low_open=True),
-        "rays": check.count("rays", rays, 16, 65535),
-        "bounces": -1 if bounces is None else check.count("bounces", bounces, 0),
-        "indirect_only": check.flag("indirect_only", indirect_only),
-        "tolerance": check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
-        **shadow_options(probes, shadow_rays),
-        "seed": check.seed("seed", seed),
+    given = {
+        "levels": levels,
+        "radius": radius,
+        "epsilon_e": epsilon_e,
+        "epsilon_omega": epsilon_omega,
+        "rays": rays,
+        "bounces": bounces,
+        "indirect_only": indirect_only,
+        "tolerance": tolerance,
+        "probes": probes,
+        "shadow_rays": shadow_rays,
+        "seed": seed,
     }
 
     def field(core, result, surfels):
         light = result["irradiance"] - result["direct"], result["direct"]
         return BasisField(result["field"], core, surfels, result["objects"], *light, result["emitted"], result["lit"])
 
-    return solution_by(_core.solve_meshless, scene, options, threads, progress, field, converges=bounces is None)
+    def attempt(settings=None, deadline=None):
+        options = _checked(given | (settings or {}))
+        converges = bounces is None
+        return attempt_by(_core.solve_meshless, scene, options, threads, progress, field, converges, deadline)
+
+    if error is not None or seconds is not None:
+        if bounces is not None:
+            raise ValueError("bounces: estimates of the error are of all of them; wanted none with error or seconds")
+        defaults = {"levels": 6, "epsilon_e": 0.04, "rays": 512, "probes": 16, "shadow_rays": 64}
+        return solve_asked(Ladder(_settings, top=_TOP), attempt, *check_asked(error, seconds, given, defaults))
+    solution, say = attempt()
+    say()
+    return solution
+
+
+def _checked(given):
+    """Options as the core takes them."""
+    radius, bounces = given["radius"], given["bounces"]
+    return {
+        "levels": check.count("levels", given["levels"], 1, 10),
+        "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
+        "epsilon_e": check.number("epsilon_e", given["epsilon_e"], 0.0, low_open=True),
+        "epsilon_omega": check.number("epsilon_omega", given["epsilon_omega"], 0.0, low_open=True),
+        "rays": check.count("rays", given["rays"], 16, 65535),
+        "bounces": -1 if bounces is None else check.count("bounces", bounces, 0),
+        "indirect_only": check.flag("indirect_only", given["indirect_only"]),
+        "tolerance": check.number("tolerance", given["tolerance"], 0.0, 1.0, low_open=True, high_open=True),
+        **shadow_options(given["probes"], given["shadow_rays"]),
+        "seed": check.seed("seed", given["seed"]),
+    }
+
+
+def _settings(rung):
+    """What is finer from rung to rung (Ladder): the light that may be off, with the standard error of rays."""
+    rays = min(65535, round(128 * 4.0 ** (2.0 / 3.0 * rung)))
+    levels = min(10, 6 + max(0, math.ceil(rung - 3.0)))
+    return {"levels": levels, "epsilon_e": 0.16 * 0.5**rung, "rays": rays, "probes": rays // 4, "shadow_rays": rays}

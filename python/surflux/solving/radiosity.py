@@ -10,13 +10,19 @@ from surflux._base.types import Progress
 from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.run import solution_by, tuning, with_scene_options
+from surflux.solving.asking import Ladder, check_asked, solve_asked
+from surflux.solving.run import attempt_by, tuning, with_scene_options
+
+_RAYS_BY_RUNG = 2.0 / 3.0  # powers of four by which rays grow where zeta is halved
+_TOP = 7.0  # zeta .0006 and 41 000 rays
 
 
 @with_scene_options
 def solve(
     scene: Scene,
     *,
+    error: float | None = None,
+    seconds: float | None = None,
     zeta: float = 0.02,
     insert: bool = True,
     tolerance: float = 1e-4,
@@ -52,6 +58,11 @@ def solve(
 
     Args:
         scene: Scene. Its solve_options count wherever the call does not give others.
+        error: the relative RMS error of H that is wanted, such as 0.02, in (0, 1): `Solution.error` is at most that, or
+            a warning says why not, and where light still changes. It chooses zeta, rays, probes and shadow_rays, and
+            max_surfels where none is given.
+        seconds: of wall-clock time that attempts may take, once areas are known: the best of them counts. The first
+            and coarsest is made in any case. With `error` whichever comes first ends it.
         zeta: what interpolation may leave, of the area-weighted RMS of H; positive.
         insert: False solves for the scene's own surfels alone.
         tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
@@ -85,23 +96,71 @@ def solve(
     >>> bool(abs(solution.irradiance - 3.14159).max() < 1e-4)  # a flat cloud sees the whole sky
     True
     """
+    given = {
+        "transport": transport,
+        "zeta": zeta,
+        "insert": insert,
+        "max_surfels": max_surfels,
+        "tolerance": tolerance,
+        "rays": rays,
+        "probes": probes,
+        "shadow_rays": shadow_rays,
+        "epsilon": epsilon,
+        "max_memory": max_memory,
+        "seed": seed,
+    }
+
+    def attempt(settings=None, deadline=None):
+        options = _checked(scene, given | (settings or {}))
+        solution, say = attempt_by(_core.solve, scene, options, threads, progress, deadline=deadline)
+        if solution.cut is None:  # of all pairs, every surfel of the scene is a node
+            solution.cut = solution.parents
+        return solution, say
+
+    if error is not None or seconds is not None:
+        count = sum(len(s) for s in scene.objects)
+        ladder = _ladder(count, max_surfels is None and check.flag("insert", insert))
+        defaults = {"zeta": 0.02, "rays": 256, "probes": 16, "shadow_rays": 64}
+        return solve_asked(ladder, attempt, *check_asked(error, seconds, given, defaults))
+    solution, say = attempt()
+    say()
+    return solution
+
+
+def _checked(scene, given):
+    """Options as the core takes them."""
     count = sum(len(s) for s in scene.objects)
     options = {
-        "transport": check.choice("transport", transport, TRANSPORTS),
-        "zeta": check.number("zeta", zeta, 0.0, low_open=True),
-        "insert": check.flag("insert", insert),
-        "max_surfels": most_surfels(max_surfels, insert, count),
-        "tolerance": check.number("tolerance", tolerance, 0.0, 1.0, low_open=True, high_open=True),
-        "rays": check.count("rays", rays, 16, 65535),
-        **shadow_options(probes, shadow_rays),
-        "epsilon": check.number("epsilon", epsilon, 0.0, 1.0, low_open=True, high_open=True),
-        "max_memory": 0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
-        "seed": check.seed("seed", seed),
+        "transport": check.choice("transport", given["transport"], TRANSPORTS),
+        "zeta": check.number("zeta", given["zeta"], 0.0, low_open=True),
+        "insert": check.flag("insert", given["insert"]),
+        "max_surfels": most_surfels(given["max_surfels"], given["insert"], count),
+        "tolerance": check.number("tolerance", given["tolerance"], 0.0, 1.0, low_open=True, high_open=True),
+        "rays": check.count("rays", given["rays"], 16, 65535),
+        **shadow_options(given["probes"], given["shadow_rays"]),
+        "epsilon": check.number("epsilon", given["epsilon"], 0.0, 1.0, low_open=True, high_open=True),
+        "max_memory": 0.0,
+        "seed": check.seed("seed", given["seed"]),
         "tuning": tuning(),
     }
-    if transport == "pairs" or (transport == "auto" and count <= _core.PAIRS_UP_TO):
+    if given["max_memory"] is not None:
+        options["max_memory"] = check.number("max_memory", given["max_memory"], 0.0, low_open=True)
+    if options["transport"] == "pairs" or (options["transport"] == "auto" and count <= _core.PAIRS_UP_TO):
         _core.require_memory_for_pairs(count, options["max_memory"])
-    solution = solution_by(_core.solve, scene, options, threads, progress)
-    if solution.cut is None:  # of all pairs, every surfel of the scene is a node
-        solution.cut = solution.parents
-    return solution
+    return options
+
+
+def _ladder(count, grows):
+    """Settings for a scene of `count` surfels; grows: whether as many may be inserted as finer settings ask for.
+
+    Rays of nodes and of lights go together, and zeta with their standard error.
+    """
+
+    def settings(rung):
+        rays = min(65535, round(64 * 4.0 ** (_RAYS_BY_RUNG * rung)))
+        chosen = {"zeta": 0.08 * 0.5**rung, "rays": rays, "probes": max(1, rays // 4), "shadow_rays": rays}
+        if grows:
+            chosen["max_surfels"] = count + round(min(count, 50000) * 2.0 ** max(0.0, rung - 2.0))
+        return chosen
+
+    return Ladder(settings, top=_TOP)

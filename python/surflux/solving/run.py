@@ -9,11 +9,13 @@ from typing import TypeVar, cast
 
 import numpy as np
 
+from surflux import _core
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight, Environment
+from surflux.scenes.options import ASKED, CHOSEN
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness
@@ -38,12 +40,20 @@ def check_scene(scene):
 
 
 def with_scene_options(solver: Solver) -> Solver:
-    """The solver with the scene's own options, where the call does not give others."""
+    """The solver with the scene's own options, where the call does not give others.
+
+    A call that asks for an error or a time takes the place of the scene's knobs that these choose, and the other way
+    round.
+    """
 
     @wraps(solver)
     def solve(scene, **given):
         check_scene(scene)
-        return solver(scene, **(scene.solve_options | given))
+        asks = any(given.get(name) is not None for name in ASKED)
+        turns = any(name in given for name in CHOSEN)
+        instead = (CHOSEN if asks else ()) + (ASKED if asks or turns else ())
+        own = {name: value for name, value in scene.solve_options.items() if name not in instead}
+        return solver(scene, **(own | given))
 
     return cast(Solver, solve)  # wraps keeps the signature
 
@@ -63,11 +73,11 @@ def tuning():
     return _tuning.get() or {}
 
 
-def solution_by(solver, scene, options, threads, progress, field=None, converges=True):
-    """The Solution of a solver of _core.
+def attempt_by(solver, scene, options, threads, progress, field=None, converges=True, deadline=None):
+    """(Solution of a solver of _core, a function that warns of what is wrong with it).
 
     field: (compiled scene, result, its Surfels) -> the Solution's field, or None. converges: whether its residual has
-    to come below options["tolerance"].
+    to come below options["tolerance"]. deadline: of perf_counter(); Overdue where the solver is not done by then.
     """
     _refuse_light_below_zero(scene)
     with thread_limit(threads):
@@ -75,19 +85,23 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         core = scene._to_core(progress=progress)
         warn_of_layers(scene)
         areas_seconds = perf_counter() - start
-        with stage_callback(progress) as callback:
-            result = solver(core, **options, progress=callback)
-        dark = warn_of_darkness(scene, core, result)
-    residual = result["history"][-1]["residual"]
-    if converges and residual > options["tolerance"]:
-        warn(f"the linear solver stopped at a residual of {residual:.2g}")
-    if not dark:  # of next to no light, what becomes of it says little
-        _warn_of_lost_light(result, converges)
+        with stage_callback(progress) as callback, until(deadline, callback) as goes_on:
+            result = solver(core, **options, progress=goes_on)
+
+    def say():
+        residual = result["history"][-1]["residual"]
+        if converges and residual > options["tolerance"]:
+            warn(f"the linear solver stopped at a residual of {residual:.2g}")
+        with thread_limit(threads):
+            dark = warn_of_darkness(scene, core, result)
+        if not dark:  # of next to no light, what becomes of it says little
+            _warn_of_lost_light(result, converges)
+
     surfels = Surfels._from_core(result["surfels"])
     for name in FOUND:
         if isinstance(result[name], np.ndarray):
             result[name].setflags(write=False)
-    return Solution(
+    solution = Solution(
         surfels,
         **{name: result[name] for name in FOUND},
         timings={"areas": areas_seconds, **result["timings"]},
@@ -97,6 +111,32 @@ def solution_by(solver, scene, options, threads, progress, field=None, converges
         scene=scene,
         field=None if field is None else field(core, result, surfels),
     )
+    return solution, say
+
+
+class Overdue(Exception):
+    """A deadline has passed."""
+
+
+@contextlib.contextmanager
+def until(deadline, callback):
+    """The callback (stage, done, total) of a pass that is to end at a deadline, too, with Overdue; None for none."""
+    if deadline is None:
+        yield callback
+        return
+    over = False
+
+    def goes_on(label, done, total):
+        nonlocal over
+        over = perf_counter() > deadline
+        return not over and (callback is None or callback(label, done, total))
+
+    try:
+        yield goes_on
+    except _core.Cancelled:
+        if over:
+            raise Overdue from None
+        raise
 
 
 def _warn_of_lost_light(result, converges):
