@@ -9,7 +9,7 @@ import pytest
 
 import surflux as sf
 from surflux.scenes import scene_file, shapes
-from surflux.scenes.options import OPTIONS
+from surflux.scenes.options import ASKED, OPTIONS
 from surflux.scenes.patterns import PATTERNS
 from surflux.scenes.scene_object import SHAPES
 
@@ -247,8 +247,8 @@ WRONG = [
     (FLOOR + "[solve]\nepsilon = 1.0", r"\(solve, epsilon\): wanted values in \(0, 1\), got 1"),
     (FLOOR + "[solve]\nmax_memory = 0", r"\(solve, max_memory\): wanted values above 0, got 0"),
     (FLOOR + "[solve]\nseed = -1", r"\(solve, seed\): wanted a whole number from 0"),
-    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is transport, zeta"),
-    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is transport, zeta"),
+    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is error, seconds, transport, zeta"),
+    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is error, seconds, transport, zeta"),
     ("name = 3\n" + FLOOR, r"\(name\): wanted text, got 3"),
 ]
 
@@ -340,8 +340,11 @@ def test_solve_takes_every_option_of_solve(load):
     options = load(FLOOR + "[solve]\n" + text).solve_options
     assert options == tomllib.loads(text)
     names = {*inspect.signature(sf.solve).parameters} - {"scene", "threads", "progress"}
-    assert {*options} == names == {*OPTIONS}
+    assert {*options} | {*ASKED} == names == {*OPTIONS}
     assert len(sf.solve(load(FLOOR + "[solve]\n" + text), **options).surfels) == 16
+    asking = load(FLOOR + "[solve]\nerror = 0.05\nseconds = 60\n")
+    assert asking.solve_options == {"error": 0.05, "seconds": 60}
+    assert sf.solve(asking).history[-1]["wanted_error"] == 0.05
 
 
 def test_the_docstring_is_enough_to_write_a_scene():
