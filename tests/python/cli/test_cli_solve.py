@@ -1,6 +1,7 @@
 """`surflux solve`: what it writes, says and returns."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,44 @@ def test_rays_are_those_of_either_solver(here, run, solver):
         assert status == 0
         shot.append(json.loads(out)["history"][-1]["rays"])
     assert 0 < shot[0] < shot[1]
+
+
+@pytest.mark.parametrize("solver", ["radiosity", "meshless"])
+def test_an_error_can_be_asked_for(here, run, solver):
+    status, out, err = run("solve", "room.toml", "--solver", solver, "--error", "3%", "--no-image", "--json")
+    assert status == 0, err
+    found = json.loads(out)
+    assert found["error"] <= 0.03
+    assert found["attempts"][-1]["error"] == found["error"] == found["history"][-1]["error"]
+    assert found["history"][-1]["wanted_error"] == 0.03
+    assert re.search(r"attempt 1: estimated error [\d.]+ % after", err)
+
+
+def test_a_time_can_be_asked_for(here, run):
+    status, out, err = run("solve", "room.toml", "--seconds", 1e-3, "--no-image", "--json")
+    assert status == 0, err
+    assert len(json.loads(out)["attempts"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--error", "2%", "--zeta", "0.1"), "--zeta: is chosen where --error is given; wanted one of the two"),
+        (("--seconds", "5", "--rays", "64"), "--rays: is chosen where --seconds is given; wanted one of the two"),
+        (("--seconds", "0"), "--seconds: wanted"),
+    ],
+)
+def test_what_does_not_go_with_an_error_is_refused(here, run, options, message):
+    status, _, err = run("solve", "room.toml", *options)
+    assert status == 2
+    assert message in err
+
+
+@pytest.mark.parametrize("text", ["2", "0%", "-1%", "nan", "much"])
+def test_an_error_is_a_share(here, run, capsys, text):
+    with pytest.raises(SystemExit, match="2"):
+        run("solve", "room.toml", f"--error={text}")
+    assert f"--error: wanted a share below 1, such as 2% or 0.02, got {text!r}" in capsys.readouterr().err
 
 
 def test_too_few_rays_are_refused_before_any_work(here, run):
