@@ -133,10 +133,10 @@ def test_what_does_not_go_with_an_error_is_refused(here, run, options, message):
 
 
 @pytest.mark.parametrize("text", ["2", "0%", "-1%", "nan", "much"])
-def test_an_error_is_a_share(here, run, capsys, text):
+def test_an_error_is_a_share(here, run, capfd, text):
     with pytest.raises(SystemExit, match="2"):
         run("solve", "room.toml", f"--error={text}")
-    assert f"--error: wanted a share below 1, such as 2% or 0.02, got {text!r}" in capsys.readouterr().err
+    assert f"--error: wanted a share below 1, such as 2% or 0.02, got {text!r}" in capfd.readouterr().err
 
 
 def test_too_few_rays_are_refused_before_any_work(here, run):
