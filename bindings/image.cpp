@@ -1,8 +1,6 @@
 #include "convert.h"
-#include "rooms.h"
 
 #include "surflux/image/image.h"
-#include "surflux/image/tone_map.h"
 
 namespace surflux::bindings {
 
@@ -27,49 +25,22 @@ void write(const std::string& path, const std::vector<std::string>& names, const
     write_image(path, image);
 }
 
-// The same array, its values through `curve`.
-template <class Curve>
-py::array_t<float> mapped(const Floats& values, const Curve& curve) {
-    std::vector<float> in = to_vector(values), out;
-    {
-        py::gil_scoped_release release;
-        out = curve(std::move(in));
-    }
-    py::array_t<float> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim()));
-    std::memcpy(result.mutable_data(), out.data(), out.size() * sizeof(float));
-    return result;
-}
-
-// An array of any shape, each value through a transfer function.
-py::array_t<double> each(const Doubles& values, double (*curve)(double)) {
-    py::array_t<double> result(std::vector<py::ssize_t>(values.shape(), values.shape() + values.ndim()));
-    const double* in = values.data();
-    double* out = result.mutable_data();
-    const py::ssize_t count = values.size();
-    {
-        py::gil_scoped_release release;
-        for (py::ssize_t i = 0; i < count; ++i) out[i] = curve(in[i]);
-    }
-    return result;
-}
-
 }  // namespace
 
-void bind_image(py::module_& module) {
+// A module of its own, loaded with the first picture: OpenImageIO of a distribution brings some 250 libraries along.
+PYBIND11_MODULE(_image, module) {
+    module.doc() = "Picture files. Use surflux.read_image and write_image, which check what they hand in here.";
+    static const py::handle file_error = py::object(py::module_::import("surflux._core").attr("FileError")).release();
+    py::register_local_exception_translator([](std::exception_ptr thrown) {
+        try {
+            if (thrown) std::rethrow_exception(thrown);
+        } catch (const FileError& error) {
+            py::set_error(file_error, error.what());
+        }
+    });
     module.def("read_image", &read, py::arg("path"));
     module.def("write_image", &write, py::arg("path"), py::arg("names"), py::arg("pixels"));
-    module.def(
-        "tone_map",
-        [](const Floats& rgb, const std::optional<double>& exposure, bool filmic) {
-            return mapped(rgb, [&](std::vector<float> in) { return tone_map(in, {exposure, filmic}); });
-        },
-        py::arg("rgb"), py::arg("exposure"), py::arg("filmic"));
-    module.def("automatic_exposure", [](const Floats& rgb) {
-        const std::vector<float> in = to_vector(rgb);
-        return without_gil([&] { return automatic_exposure(in); });
-    });
-    module.def("srgb_encode", [](const Doubles& linear) { return each(linear, srgb_encode); });
-    module.def("srgb_decode", [](const Doubles& encoded) { return each(encoded, srgb_decode); });
+    module.def("version", &image_library_version);
 }
 
 }  // namespace surflux::bindings

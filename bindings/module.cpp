@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 
 #include "surflux/core/parallel.h"
-#include "surflux/image/image.h"
 #include "surflux/neighbors/point_index.h"
 #include "surflux/trace/tracer.h"
 
@@ -18,7 +17,6 @@ py::dict versions() {
     out["FLANN"] = flann_version();
     out["oneTBB"] = tbb_version();
     out["Eigen"] = message(EIGEN_WORLD_VERSION, ".", EIGEN_MAJOR_VERSION, ".", EIGEN_MINOR_VERSION);
-    out["OpenImageIO"] = image_library_version();
     return out;
 }
 
@@ -33,6 +31,7 @@ PYBIND11_MODULE(_core, module) {
     py::class_<ThreadLimit>(module, "ThreadLimit").def(py::init<int>());
 
     bind_files(module);
+    module.def("version", [] { return SURFLUX_VERSION; });
     module.def("versions", &versions);
 
     bind_scene(module);
@@ -47,7 +46,7 @@ PYBIND11_MODULE(_core, module) {
     bind_meshless(module);
     bind_transfer(module);
     bind_harmonics(module);
-    bind_image(module);
+    bind_tone_map(module);
     bind_render(module);
     bind_lamp_view(module);
 }

@@ -18,7 +18,7 @@ void bind_radiosity(pybind11::module_& module);
 void bind_meshless(pybind11::module_& module);
 void bind_transfer(pybind11::module_& module);
 void bind_harmonics(pybind11::module_& module);
-void bind_image(pybind11::module_& module);
+void bind_tone_map(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 void bind_lamp_view(pybind11::module_& module);
 

@@ -35,11 +35,12 @@ if(NOT flann_FOUND)
 endif()
 
 # OpenImageIO's own config aborts where its tools are missing, and reports at length a Python library of Imath that
-# Debian packs elsewhere: look for the tools first, and let status messages be quiet inside this function.
+# Debian packs elsewhere: look for the tools first, and let status messages be quiet inside this function. Who names
+# another OpenImageIO by OpenImageIO_DIR needs no tools.
 function(surflux_find_openimageio)
   find_program(SURFLUX_OIIOTOOL oiiotool)
   find_path(SURFLUX_OIIO_HEADERS OpenImageIO/imageio.h)
-  if(SURFLUX_OIIOTOOL AND SURFLUX_OIIO_HEADERS)
+  if(OpenImageIO_DIR OR (SURFLUX_OIIOTOOL AND SURFLUX_OIIO_HEADERS))
     set(CMAKE_MESSAGE_LOG_LEVEL WARNING)
     find_package(OpenImageIO QUIET CONFIG)
   endif()

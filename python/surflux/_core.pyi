@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'facing', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_image', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'versions', 'write_image', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'facing', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'version', 'versions', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -444,8 +444,6 @@ def place_points(scene: Scene, levels: typing.SupportsInt | typing.SupportsIndex
     ...
 def project_environment(environment: Environment, order: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
     ...
-def read_image(path: str) -> tuple:
-    ...
 def read_obj(path: os.PathLike | str | bytes) -> tuple:
     """
     (vertices, face offsets, face indices, vertex colors or None)
@@ -486,9 +484,9 @@ def srgb_encode(arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -
     ...
 def tone_map(rgb: typing.Annotated[numpy.typing.ArrayLike, numpy.float32], exposure: typing.SupportsFloat | typing.SupportsIndex | None, filmic: bool) -> numpy.typing.NDArray[numpy.float32]:
     ...
-def versions() -> dict:
+def version() -> str:
     ...
-def write_image(path: str, names: collections.abc.Sequence[str], pixels: typing.Annotated[numpy.typing.ArrayLike, numpy.float32]) -> None:
+def versions() -> dict:
     ...
 def write_ply(path: os.PathLike | str | bytes, elements: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, collections.abc.Sequence[tuple[str, str, typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]]]], faces: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.int64], typing.Annotated[numpy.typing.ArrayLike, numpy.uint32]] | None = None, comments: collections.abc.Sequence[str] = []) -> None:
     """

@@ -81,11 +81,12 @@ def test_mypy_refuses_wrong_arguments(complaints):
 
 @pytest.fixture
 def elsewhere(tmp_path):
-    """A copy of script/stub and of the stub that it looks after."""
+    """A copy of script/stub and of the stubs that it looks after."""
     (tmp_path / "script").mkdir()
     (tmp_path / "python" / "surflux").mkdir(parents=True)
     shutil.copy(ROOT / "script" / "stub", tmp_path / "script")
-    shutil.copy(ROOT / "python" / "surflux" / "_core.pyi", tmp_path / "python" / "surflux")
+    for stub in ("_core.pyi", "_image.pyi"):
+        shutil.copy(ROOT / "python" / "surflux" / stub, tmp_path / "python" / "surflux")
     return tmp_path
 
 
@@ -95,7 +96,7 @@ def stub(folder, *options):
 
 
 @pytest.mark.slow
-def test_the_stub_of_the_core_is_that_of_the_build():
+def test_the_stubs_are_those_of_the_build():
     assert stub(ROOT, "--check").stderr == ""
 
 
@@ -106,6 +107,6 @@ def test_a_stub_of_another_build_is_seen_and_written_anew(elsewhere):
     file.write_text(right.replace("def compile_scene(", "def compiled_scene("))
     done = stub(elsewhere, "--check")
     assert (done.returncode, done.stderr.partition(":")[0]) == (1, "stub")
-    assert "_core.pyi is not what the installed core makes" in done.stderr
+    assert "_core.pyi is not what the installed module makes" in done.stderr
     assert stub(elsewhere).returncode == 0
     assert file.read_text() == right

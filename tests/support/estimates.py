@@ -1,11 +1,15 @@
 """Solution.error beside the true error, by path tracing or, in the table of cases, by closed forms.
 
-`python tests/support/estimates.py SCENE.toml [--tight]`, `python tests/support/estimates.py --cases`
+`python tests/support/estimates.py SCENE.toml [--tight | --asked .02 .01]`, `python tests/support/estimates.py --cases`
+
+With --asked the solvers get each of these as error=, and processor seconds and attempts are told, too.
 """
 
 import argparse
+import functools
 import sys
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 
@@ -71,6 +75,12 @@ class Estimated:
         return error, off.std() / np.sqrt(len(off)) / (2 * max(error, 1e-12))
 
 
+ASKED = {
+    "rays": functools.partial(sf.solve, transport="rays"),
+    "pairs": functools.partial(sf.solve, transport="pairs"),
+    "meshless": sf.solve_meshless,
+}
+
 # A case has one value of each surfel: nothing is inserted.
 OF_CASES = {
     "pairs": lambda scene, seed: sf.solve(scene, transport="pairs", tolerance=1e-7, insert=False, seed=seed),
@@ -108,17 +118,41 @@ def report_cases():
     print(f"\n{held} of {total} within {WITHIN[0]} and {WITHIN[1]}")
 
 
+def report_asked(path, solvers, wanted, seeds):
+    scene = sf.load_scene(path)
+    estimated = Estimated(scene)
+    for solver in solvers:
+        for error in wanted:
+            for seed in range(seeds):
+                begun = process_time()
+                solution = ASKED[solver](scene, error=error, seed=seed)
+                seconds = process_time() - begun
+                true, doubt = estimated.error(solution)
+                print(
+                    f"| {path} | {solver} | {100 * error:g} | {seed} | {100 * true:.2f} +- {100 * doubt:.2f} "
+                    f"| {100 * solution.error:.2f} | {len(solution.attempts)} | {seconds:.1f} |",
+                    flush=True,
+                )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*")
     parser.add_argument("--cases", action="store_true")
     parser.add_argument("--tight", action="store_true")
+    parser.add_argument("--asked", nargs="+", type=float, metavar="ERROR")
     parser.add_argument("--solvers", nargs="+", default=["rays", "meshless"], choices=list(DEFAULT))
     parser.add_argument("--seeds", type=int, default=3)
     options = parser.parse_args()
     if options.cases:
         report_cases()
     if not options.scenes:
+        return
+    if options.asked:
+        print("| scene | solver | asked, % | seed | error, % | estimate, % | attempts | processor s |")
+        print("|---|---|---|---|---|---|---|---|")
+        for path in options.scenes:
+            report_asked(path, options.solvers, options.asked, options.seeds)
         return
     print("| scene | solver | seed | error, % | estimate, % | ratio |\n|---|---|---|---|---|---|")
     for path in options.scenes:

@@ -9,6 +9,8 @@ FLOORS = ["render", "transfer", "radiosity", "meshless", "reference", "solution"
 FLOORS += ["neighbors", "files", "image", "gl", "scene", "core"]
 # Four rooms on four floors that do not see each other all the same: a caller hands areas in.
 STRANGERS = {"radiosity", "meshless", "reference", "area"}
+# Compiled into a module of its own, which loads with the first picture: all others take arrays.
+ALONE = "image"
 
 # The rooms of python/surflux, top to bottom; the face (surflux/__init__.py) finds public names in them when asked.
 ROOMS = ["cli", "bench", "viewing", "solving", "splats", "solutions", "scenes", "points", "scans", "drawing"]
@@ -76,6 +78,8 @@ def upward_includes(root):
             elif path.parts[0] == "cpp" and here != there:
                 if FLOORS.index(there) < FLOORS.index(here):
                     yield f"{path}:{line}: {here} includes {header}, which stands above it"
+                elif there == ALONE:
+                    yield f"{path}:{line}: {here} includes {header}: {ALONE} is no part of the core, which takes arrays"
                 elif {here, there} <= STRANGERS:
                     yield f"{path}:{line}: {here} and {there} do not see each other"
 
@@ -122,7 +126,7 @@ def python_modules(root):
 
 
 def python_imports(root):
-    """(module, imported module or "_core", line, does it run when the module is loaded?) of all imports in surflux."""
+    """(module, imported module, also a compiled one, line, does it run when the module is loaded?) of all imports."""
     modules = python_modules(root)
     for module, path in modules.items():
         tree = ast.parse((root / path).read_text())
@@ -143,7 +147,7 @@ def python_imports(root):
                 if outer != "surflux":
                     continue
                 # What is imported from a module is no module; what is imported from the face is its own.
-                while inner and inner != "_core" and inner not in modules:
+                while inner and inner not in ("_core", "_image") and inner not in modules:
                     inner = inner.rpartition(".")[0]
                 yield module, inner, node.lineno, node not in lazy
 

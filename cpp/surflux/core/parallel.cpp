@@ -101,6 +101,6 @@ std::function<void()> with_this_limit(std::function<void()> work) {
     };
 }
 
-std::string tbb_version() { return std::to_string(TBB_VERSION_MAJOR) + "." + std::to_string(TBB_VERSION_MINOR); }
+std::string tbb_version() { return TBB_runtime_version(); }
 
 }  // namespace surflux

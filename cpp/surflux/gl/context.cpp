@@ -20,7 +20,7 @@ namespace surflux::gl {
 
 namespace {
 
-constexpr const char* advice = "On Debian or Ubuntu: sudo apt-get install libegl1 libgl1-mesa-dri libosmesa6";
+constexpr const char* advice = "On Debian or Ubuntu: sudo apt-get install libegl1 libgl1-mesa-dri";
 
 std::string text_of(const Functions& gl, GLenum name) {
     const auto* text = reinterpret_cast<const char*>(gl.GetString(name));

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <string_view>
 
 #include "surflux/core/error.h"
@@ -204,6 +205,19 @@ void check_chunk_claim(const std::string& path, double width, double height, dou
 }
 
 void check_exr(const std::string& path) { ExrHeaders(path).check(); }
+
+void check_hdr(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::string line;
+    while (std::getline(in, line) && !line.empty()) {
+    }
+    std::string axes[2];
+    double sizes[2];
+    if (!(in >> axes[0] >> sizes[0] >> axes[1] >> sizes[1])) return;
+    const std::size_t across = axes[1].find('X') == std::string::npos ? 0 : 1;
+    check_pixel_claim(path, sizes[across], sizes[1 - across], 3);
+    check_chunk_claim(path, sizes[across], lines_at_once, 3);
+}
 
 void check_png(const std::string& path) {
     std::ifstream in(path, std::ios::binary);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 #include <new>
 #include <set>
@@ -12,6 +11,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/file_bytes.h"
+#include "surflux/core/srgb.h"
 #include "surflux/image/claims.h"
 
 namespace surflux {
@@ -91,6 +91,7 @@ Image read_image(const std::string& path) try {
     if (fs::is_directory(path)) throw FileError(path, "", "is a folder, not a file");
     if (!fs::is_regular_file(path)) throw FileError(path, "", "not a plain file");
     if (format == Format::exr) check_exr(path);
+    if (format == Format::hdr) check_hdr(path);
     if (format == Format::png) check_png(path);
     const auto input = OIIO::ImageInput::create(library_name(format));
     if (!input) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
@@ -149,16 +150,6 @@ void write_image(const std::string& path, const Image& image) try {
     throw FileError(path, "", error.code().message());
 } catch (const std::bad_alloc&) {
     throw FileError(path, "", "does not fit into memory");
-}
-
-double srgb_encode(double linear) {
-    if (!(linear > 0.0)) return 0.0;  // NaN too
-    if (linear >= 1.0) return 1.0;
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-}
-
-double srgb_decode(double encoded) {
-    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 std::string image_library_version() { return OIIO_VERSION_STRING; }

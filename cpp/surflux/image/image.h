@@ -22,10 +22,7 @@ Image read_image(const std::string& path);
 // for.
 void write_image(const std::string& path, const Image& image);
 
-// The sRGB transfer function (IEC 61966-2-1), between linear and encoded values in 0..1.
-double srgb_encode(double linear);
-double srgb_decode(double encoded);
-
+// OpenImageIO's, as it was compiled against.
 std::string image_library_version();
 
 }  // namespace surflux

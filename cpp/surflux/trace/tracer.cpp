@@ -161,6 +161,12 @@ double Tracer::contact(std::uint32_t surfel) const { return impl_->contact_of(su
 
 double Tracer::contact(const Vec3& place) const { return impl_->extent.contact(place); }
 
-std::string embree_version() { return message(RTC_VERSION_MAJOR, ".", RTC_VERSION_MINOR, ".", RTC_VERSION_PATCH); }
+std::string embree_version() {
+    const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
+    if (!device) return message(RTC_VERSION_STRING, ", which does not start");
+    const auto part = [&](RTCDeviceProperty property) { return rtcGetDeviceProperty(device.get(), property); };
+    return message(part(RTC_DEVICE_PROPERTY_VERSION_MAJOR), ".", part(RTC_DEVICE_PROPERTY_VERSION_MINOR), ".",
+                   part(RTC_DEVICE_PROPERTY_VERSION_PATCH));
+}
 
 }  // namespace surflux

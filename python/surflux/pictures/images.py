@@ -89,7 +89,9 @@ def write_image(
             own = [f"{name}.{c}" for c in "RGB"] if values.shape[2] == 3 else [name]
         names += own
         channels.append(values)
-    _core.write_image(str(path), names, np.concatenate(channels, axis=2))
+    from surflux import _image  # brings OpenImageIO
+
+    _image.write_image(str(path), names, np.concatenate(channels, axis=2))
     return path
 
 
@@ -115,7 +117,9 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
     array([1., 2., 3., 4.], dtype=float32)
     """
     path = check.path("path", path)
-    names, pixels = _core.read_image(path)
+    from surflux import _image  # brings OpenImageIO
+
+    names, pixels = _image.read_image(path)
     own = CHANNELS.get(layer, ())
     single = own[0] if len(own) == 1 else "Y" if layer is None else layer
     for triple in (own, [c if layer is None else f"{layer}.{c}" for c in "RGB"]):

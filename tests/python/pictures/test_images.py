@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from surflux import _core
+from surflux import _core, _image
 from surflux.pictures.images import read_image, tone_map, write_image
 
 
@@ -20,7 +20,7 @@ def test_exr_keeps_radiance_and_layers_to_the_bit(tmp_path, picture):
     np.testing.assert_array_equal(read_image(path, "indirect"), 0.5 * picture)
     np.testing.assert_array_equal(read_image(path, "depth"), depth)
     np.testing.assert_array_equal(read_image(path, "coverage"), depth < 9)
-    names, _ = _core.read_image(str(path))
+    names, _ = _image.read_image(str(path))
     assert sorted(names) == ["B", "G", "R", "Z", "coverage", "indirect.B", "indirect.G", "indirect.R"]
     with pytest.raises(_core.FileError, match=r"a\.exr: has no layer 'direct'.*indirect\.R"):
         read_image(path, "direct")

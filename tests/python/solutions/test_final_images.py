@@ -8,7 +8,7 @@ import pytest
 
 import surflux as sf
 from ray_casting import psnr, ray_cast
-from surflux import _core
+from surflux import _image
 from surflux.bench import scenes
 from surflux.pictures.images import resolved_exposure
 
@@ -124,7 +124,7 @@ def test_some_layers_alone(solution, layers):
 def test_a_file_of_all_layers(layers, tmp_path):
     path = tmp_path / "all.exr"
     sf.write_image(path, layers)
-    names, _ = _core.read_image(str(path))
+    names, _ = _image.read_image(str(path))
     three = ["", "direct.", "indirect.", "albedo."]
     assert sorted(names) == sorted([*(p + c for p in three for c in "RGB"), "N.X", "N.Y", "N.Z", "Z", "index", "level"])
     np.testing.assert_array_equal(sf.read_image(path), layers["radiance"])

@@ -1,4 +1,4 @@
-#include "surflux/image/tone_map.h"
+#include "surflux/render/tone_map.h"
 
 #include <algorithm>
 #include <cmath>
