@@ -56,8 +56,8 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, double wanted, double reference, double usual_area,
-                                    const Progress& progress) {
+                                    const std::vector<double>& sent, const std::vector<double>& wanted,
+                                    double reference, double usual_area, const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
@@ -113,7 +113,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                     // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with
                     // e as A^0 the same error. The exponent is half way between, -1/4.
                     const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
-                    out.refine[k] = std::max(close_by, off) > wanted * small;
+                    out.refine[k] = std::max(close_by, off) > wanted[k] * small;
                     const double most = std::min(std::max(close_by, off), value[k] + around);
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);

@@ -30,11 +30,11 @@ public:
             const RefinementTuning& tuning = {});
 
     // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `wanted`: the error in
-    // luminance that nodes of `usual_area` may have; smaller ones may have more, as area^-1/4. `reference`: luminance
-    // of the RMS of H. A node that has passed once is not tested again.
+    // luminance that each node may have if it is of `usual_area`; smaller ones may have more, as area^-1/4.
+    // `reference`: luminance of the RMS of H. A node that has passed once is not tested again.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                      const std::vector<double>& sent, double wanted, double reference, double usual_area,
-                      const Progress& progress);
+                      const std::vector<double>& sent, const std::vector<double>& wanted, double reference,
+                      double usual_area, const Progress& progress);
     // Standard error of the luminance of a row, from its two halves.
     double standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
 

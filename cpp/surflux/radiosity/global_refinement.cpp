@@ -10,6 +10,7 @@
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/local_light.h"
 #include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/power_balance.h"
@@ -59,8 +60,9 @@ public:
         cut_.find_places(tree_, stage("gathering"));
         solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
-            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, options_.zeta * reference_,
-                                                   reference_, usual_area_, stage("gathering"));
+            find_allowed();
+            const CutTest::Result found =
+                (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_, stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
@@ -123,9 +125,17 @@ private:
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(system_->solve(std::max(options_.tuning.rough_tolerance, options_.tolerance), most_applications, values_,
-                              stage("solve")),
-               refined);
+        report(solve(std::max(options_.tuning.rough_tolerance, options_.tolerance)), refined);
+    }
+
+    // In units of the light that there was before.
+    LinearReport solve(double tolerance) {
+        std::vector<double> unit;
+        const double least = options_.tuning.dimmest * reference_;
+        if (least > 0.0)
+            for (std::size_t k = 0; k < cut_.rows.size(); ++k)
+                unit.push_back(std::max(least, luminance(system_->value(values_, k) + system_->found(k))));
+        return system_->solve(tolerance, most_applications, values_, unit, stage("solve"));
     }
 
     bool grey_skies() const {
@@ -133,6 +143,17 @@ private:
             const auto* sky = std::get_if<Environment>(&light);
             return !sky || (sky->pixels.empty() && is_grey({sky->radiance}));
         });
+    }
+
+    // The error that each node may have.
+    void find_allowed() {
+        const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
+        const double least = options_.tuning.dimmest * reference_;
+        allowed_.assign(cut_.rows.size(), options_.zeta * reference_);
+        if (!(least > 0.0)) return;
+        const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
+        for (std::size_t k = 0; k < light.size(); ++k)
+            allowed_[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
     }
 
     // What this iteration came to.
@@ -178,11 +199,17 @@ private:
         out_.history.back().emplace_back("seconds", total_seconds(out_.timings));
     }
 
+    // By the node above a point, or above the surfel that it was just inserted below.
+    double allowed(std::uint32_t p) const {
+        const std::uint32_t k = cut_.place_of[p < cut_.place_of.size() ? p : tree_.surfel(p)];
+        return k == none ? options_.zeta * reference_ : allowed_[k];
+    }
+
     // Borders of shadows, from what needs no solving.
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + options_.tuning.significance * sources_.standard_error(p);
+            return allowed(p) + options_.tuning.significance * sources_.standard_error(p);
         };
         Insertion insertion(tree_, insertion_options());
         for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
@@ -195,11 +222,11 @@ private:
 
     // Where the whole field is not what the leaves around say.
     bool insert_for_indirect() {
+        find_allowed();
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ +
-                   options_.tuning.significance *
+            return allowed(p) + options_.tuning.significance *
                        std::hypot(sources_.standard_error(p),
                                   test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
@@ -260,14 +287,13 @@ private:
         std::vector<std::uint32_t>().swap(objects);
         watch_.lap("interpolation");
         LinearReport linear =
-            system_->solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance,
-                           most_applications, values_, stage("solve"));
+            solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance);
         if (asked.empty()) {
             // Energy that variance of rays and bias of interpolation would lose or make is kept where it is.
             const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
             imbalance_ = scaling.before;
             imbalance_left_ = scaling.after;
-            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+            const LinearReport last = solve(options_.tolerance);
             linear = {linear.applications + last.applications, last.residual};
         }
         report(linear, 0);
@@ -293,6 +319,7 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
+    std::vector<double> allowed_;  // error of each node
     std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
     double reference_ = 0.0;    // RMS of H
     double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled

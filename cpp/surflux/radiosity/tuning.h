@@ -26,6 +26,10 @@ struct RefinementTuning {
     double grazing = 0.25;
     // Standard errors by which a difference must exceed the noise of rays to count.
     double significance = 2.0;
+    // An eye goes by the light around it: what may be left is zeta times the RMS of H, and no more than zeta times this
+    // many times what light there is (local_light.h), which counts as this share of the RMS at least.
+    double local_weight = 10.0;
+    double dimmest = 1e-3;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
 
@@ -43,6 +47,8 @@ struct RefinementTuning {
         visit("little", little);
         visit("grazing", grazing);
         visit("significance", significance);
+        visit("local_weight", local_weight);
+        visit("dimmest", dimmest);
         visit("smallest_share", smallest_share);
     }
 };
