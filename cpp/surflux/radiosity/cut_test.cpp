@@ -22,6 +22,15 @@ double difference(const GatheredSystem& system, const Gathering& rows, std::uint
     return a - b;
 }
 
+// How many rays a node wants whose standard error is so many times what it may be: evenly spread ones, of which twice
+// as many have about 2^-3/4 of the error, by powers of 2. 0: no more than it has.
+int rays_for(double times, std::uint32_t rays, int most) {
+    if (!(times > 1.0)) return 0;
+    int out = static_cast<int>(rays);
+    for (double left = times; left > 1.0 && 2 * out <= most; left *= 0.6) out *= 2;
+    return out > static_cast<int>(rays) ? out : 0;
+}
+
 }  // namespace
 
 CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
@@ -56,14 +65,29 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, const std::vector<double>& wanted,
-                                    double reference, double usual_area, const Progress& progress) {
+                                    const std::vector<double>& sent, const Allowed& allowed, double reference,
+                                    double usual_area, int most_rays, const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
     const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
     std::vector<double> value(count);
     for (std::size_t k = 0; k < count; ++k) value[k] = luminance(system.value(values, k) + system.found(k));
+
+    // Standard errors of nodes, in units of what they may be off by: of one row two halves say little, and nothing where
+    // neither met what is small and bright. So the nodes around are asked as well.
+    std::vector<double> noise(count), pooled(count);
+    const auto find_noise = [&](std::size_t k) { noise[k] = standard_error(cut.rows[k], system, sent) / allowed.noise[k]; };
+    parallel_for(count, 64, find_noise, progress);
+    parallel_blocks(count, 64, [&](std::size_t from, std::size_t to) {
+        std::vector<Interpolation::Weight> near;
+        for (std::size_t k = from; k < to; ++k) {
+            sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+            double squared = 0.0;
+            for (const Interpolation::Weight& other : near) squared += noise[other.site] * noise[other.site];
+            pooled[k] = near.empty() ? noise[k] : std::sqrt(squared / static_cast<double>(near.size()));
+        }
+    });
 
     // What the nodes around say at the place of one.
     const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
@@ -79,7 +103,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         return sum > 0.0 ? said / sum : 0.0;
     };
     // By how much all are off at the probe of a node, as far as it can tell.
-    const auto off_at_probe = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+    const auto off_at_probe = [&](std::size_t k, double spread, std::vector<Interpolation::Weight>& near) {
         const std::uint32_t row = probe_of_.at(cut.nodes[k]);
         const Place& place = probes_.place(row);
         sites.at(place.position, place.normal, at.objects[k], near);
@@ -87,12 +111,15 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
         seen += luminance(probes_.sky()[row].value);
+        const double fewer = gathering_.row(cut.rows[k]).rays / tuning_.probe_rays;
         return std::abs(seen - said) -
-               tuning_.significance * std::max(0.5 * std::abs(halves), tuning_.probe_error * seen);
+               tuning_.significance *
+                   std::max({0.5 * std::abs(halves), tuning_.probe_error * seen, std::sqrt(fewer) * spread});
     };
 
     Result out;
     out.refine.assign(count, 0);
+    out.rays.assign(count, 0);
     std::vector<double> squared(count, 0.0);
     parallel_blocks(
         count, 64,
@@ -101,32 +128,34 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             for (std::size_t k = from; k < to; ++k) {
                 const std::uint32_t node = cut.nodes[k];
                 if (passed_[node] >= 0.0f) continue;
-                const double spread = standard_error(cut.rows[k], system, sent);
+                const double spread = pooled[k] * allowed.noise[k];
                 double interpolation_error = 0.0;
+                // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with e as
+                // A^0 the same error. The exponent is half way between, -1/4.
+                const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
+                out.rays[k] = rays_for(pooled[k] / small, gathering_.row(cut.rows[k]).rays, most_rays);
                 if (!tree_.is_leaf(node)) {
                     const double around = said_by_others(k, near);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
                     const double close_by = tuning_.closeness_weight *
                                             gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
                     const double off =
-                        std::max(std::abs(value[k] - around), off_at_probe(k, near)) - tuning_.significance * spread;
-                    // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with
-                    // e as A^0 the same error. The exponent is half way between, -1/4.
-                    const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
-                    out.refine[k] = std::max(close_by, off) > wanted[k] * small;
+                        std::max(std::abs(value[k] - around), off_at_probe(k, spread, near)) - tuning_.significance * spread;
+                    out.refine[k] = std::max(close_by, off) > allowed.error[k] * small;
                     const double most = std::min(std::max(close_by, off), value[k] + around);
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
                 }
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
-                if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
+                if (!out.refine[k] && out.rays[k] == 0) passed_[node] = static_cast<float>(squared[k]);
             }
         },
         progress);
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const double area = tree_.area(cut.nodes[k]);
-        sum += area * (out.refine[k] ? squared[k] : static_cast<double>(passed_[cut.nodes[k]]));
+        const double passed = static_cast<double>(passed_[cut.nodes[k]]);
+        sum += area * (passed < 0.0 ? squared[k] : passed);
         total += area;
     }
     out.error = reference > 0.0 ? std::sqrt(sum / total) / reference : 0.0;

@@ -62,17 +62,19 @@ public:
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             find_allowed();
             const CutTest::Result found =
-                (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_, stage("gathering"));
+                (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_, most_rays(), stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
             double area = 0.0, total = 0.0;
             for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
                 const double of_node = tree_.area(cut_.nodes[k]);
-                area += found.refine[k] ? of_node : 0.0;
+                area += found.refine[k] || found.rays[k] > 0 ? of_node : 0.0;
                 total += of_node;
             }
             if (!(area > 0.0)) break;
+            cut_.rays.resize(cut_.nodes.size(), 0);
+            for (std::size_t k = 0; k < cut_.nodes.size(); ++k) cut_.rays[k] = std::max(cut_.rays[k], found.rays[k]);
             const std::size_t refined = replace(found.refine);
             watch_.lap("refinement");
             solve_on_nodes(refined);
@@ -102,19 +104,26 @@ private:
         return rays;
     }
 
-    // Rays of nodes that have none yet. Those of nodes that stay, and of the surfels that stand for a group and then
+    int most_rays() const {
+        return static_cast<int>(std::min(65535.0, options_.tuning.most_more_rays * options_.rays));
+    }
+
+    // Rays of nodes that have none yet, or too few. Those of nodes that stay, and of the surfels that stand for a group and then
     // for themselves, are kept.
     void shoot() {
         std::vector<Place> fresh;
         std::vector<int> counts;
         cut_.rows.resize(cut_.nodes.size());
+        cut_.rays.resize(cut_.nodes.size(), 0);
         row_of_.resize(tree_.points(), none);
         for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
             const std::uint32_t p = tree_.representative(cut_.nodes[k]);
-            if (row_of_[p] == none) {
+            int rays = rays_of(cut_.nodes[k]);
+            while (2 * rays <= cut_.rays[k]) rays *= 2;
+            if (row_of_[p] == none || static_cast<int>(gathering_.row(row_of_[p]).rays) < rays) {
                 row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
                 fresh.push_back(LitPoints::place(tree_, p));
-                counts.push_back(rays_of(cut_.nodes[k]));
+                counts.push_back(rays);
             }
             cut_.rows[k] = row_of_[p];
         }
@@ -149,11 +158,14 @@ private:
     void find_allowed() {
         const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
         const double least = options_.tuning.dimmest * reference_;
-        allowed_.assign(cut_.rows.size(), options_.zeta * reference_);
+        allowed_.error.assign(cut_.rows.size(), options_.zeta * reference_);
+        allowed_.noise = allowed_.error;
         if (!(least > 0.0)) return;
         const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
-        for (std::size_t k = 0; k < light.size(); ++k)
-            allowed_[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
+        for (std::size_t k = 0; k < light.size(); ++k) {
+            allowed_.error[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
+            allowed_.noise[k] = options_.zeta * std::min(reference_, options_.tuning.local_noise_weight * light[k]);
+        }
     }
 
     // What this iteration came to.
@@ -202,7 +214,7 @@ private:
     // By the node above a point, or above the surfel that it was just inserted below.
     double allowed(std::uint32_t p) const {
         const std::uint32_t k = cut_.place_of[p < cut_.place_of.size() ? p : tree_.surfel(p)];
-        return k == none ? options_.zeta * reference_ : allowed_[k];
+        return k == none ? options_.zeta * reference_ : allowed_.error[k];
     }
 
     // Borders of shadows, from what needs no solving.
@@ -319,7 +331,7 @@ private:
     std::vector<std::uint32_t> row_of_;  // of points that stand for a node
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    std::vector<double> allowed_;  // error of each node
+    CutTest::Allowed allowed_;
     std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
     double reference_ = 0.0;    // RMS of H
     double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled
