@@ -12,6 +12,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr int most_at_once = 4;       // times the rays that a node has: then it is asked again
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
                   const std::vector<double>& sent, double& mean) {
@@ -27,7 +28,8 @@ double difference(const GatheredSystem& system, const Gathering& rows, std::uint
 int rays_for(double times, std::uint32_t rays, int most) {
     if (!(times > 1.0)) return 0;
     int out = static_cast<int>(rays);
-    for (double left = times; left > 1.0 && 2 * out <= most; left *= 0.6) out *= 2;
+    for (double left = times; left > 1.0 && 2 * out <= most && out < most_at_once * static_cast<int>(rays); left *= 0.6)
+        out *= 2;
     return out > static_cast<int>(rays) ? out : 0;
 }
 

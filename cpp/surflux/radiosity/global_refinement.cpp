@@ -12,6 +12,7 @@
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/radiosity/local_light.h"
 #include "surflux/radiosity/write_leaves.h"
+#include "surflux/solution/interpolation.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
@@ -22,6 +23,7 @@ namespace {
 
 constexpr std::size_t least_first_nodes = 200;
 constexpr int most_iterations = 16, most_applications = 100;
+constexpr std::size_t rows_around = 9;
 constexpr std::uint64_t probe_stream = 0x9706e;
 
 class GlobalRefinement {
@@ -111,24 +113,56 @@ private:
     // Rays of nodes that have none yet, or too few. Those of nodes that stay, and of the surfels that stand for a group and then
     // for themselves, are kept.
     void shoot() {
-        std::vector<Place> fresh;
-        std::vector<int> counts;
+        std::vector<Place> fresh, noisy;
+        std::vector<int> counts, more;
         cut_.rows.resize(cut_.nodes.size());
         cut_.rays.resize(cut_.nodes.size(), 0);
         row_of_.resize(tree_.points(), none);
+        std::vector<std::uint32_t> of_noisy;
         for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
             const std::uint32_t p = tree_.representative(cut_.nodes[k]);
-            int rays = rays_of(cut_.nodes[k]);
-            while (2 * rays <= cut_.rays[k]) rays *= 2;
-            if (row_of_[p] == none || static_cast<int>(gathering_.row(row_of_[p]).rays) < rays) {
+            const int usual = rays_of(cut_.nodes[k]);
+            if (cut_.rays[k] >= 2 * usual) {
+                if (row_of_[p] != none && 4 * static_cast<int>(gathering_.row(row_of_[p]).rays) >= 3 * cut_.rays[k]) continue;
+                noisy.push_back(LitPoints::place(tree_, p));
+                more.push_back(cut_.rays[k]);
+                of_noisy.push_back(p);
+            } else if (row_of_[p] == none) {
                 row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
                 fresh.push_back(LitPoints::place(tree_, p));
-                counts.push_back(rays);
+                counts.push_back(usual);
             }
-            cut_.rows[k] = row_of_[p];
         }
         gathering_.add(fresh, counts, stage("gathering"));
+        if (!noisy.empty()) shoot_aimed(noisy, more, of_noisy);
+        for (std::size_t k = 0; k < cut_.nodes.size(); ++k) cut_.rows[k] = row_of_[tree_.representative(cut_.nodes[k])];
+        last_rows_ = cut_.rows;
         watch_.lap("gathering");
+    }
+
+    // Rays of nodes whose light is noise of the few that met what is small and bright: aimed at what rows around know.
+    void shoot_aimed(const std::vector<Place>& places, const std::vector<int>& counts,
+                     const std::vector<std::uint32_t>& of) {
+        std::vector<Vec3> positions, normals;
+        std::vector<std::uint32_t> objects;
+        for (const std::uint32_t row : last_rows_) {
+            const Place& place = gathering_.place(row);
+            positions.push_back(place.position);
+            normals.push_back(place.normal);
+            objects.push_back(scene_.object[place.surfel]);
+        }
+        const Interpolation sites(positions, normals, objects, standing_at(0, places.size(), stage("gathering")));
+        const auto first = static_cast<std::uint32_t>(gathering_.size());
+        gathering_.add_aimed(
+            places, counts,
+            [&](std::size_t k, std::vector<Aim>& aims) {
+                std::vector<Interpolation::Weight> near;
+                sites.nearest(places[k].position, places[k].normal, tree_.object(of[k]), rows_around, near);
+                for (const Interpolation::Weight& w : near)
+                    gathering_.aims_of(last_rows_[w.site], *sent_, system_->channels(), places[k].position, aims);
+            },
+            stage("gathering"));
+        for (std::size_t k = 0; k < of.size(); ++k) row_of_[of[k]] = first + static_cast<std::uint32_t>(k);
     }
 
     void solve_on_nodes(std::size_t refined) {
@@ -328,7 +362,8 @@ private:
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
-    std::vector<std::uint32_t> row_of_;  // of points that stand for a node
+    std::vector<std::uint32_t> row_of_;     // of points that stand for a node
+    std::vector<std::uint32_t> last_rows_;  // of the cut that was solved last
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
     CutTest::Allowed allowed_;
