@@ -14,7 +14,7 @@ namespace surflux {
 struct Cut {
     std::vector<std::uint32_t> nodes;
     std::vector<std::uint32_t> rows;      // of each node
-    std::vector<int> rays;            // that each node wants at least
+    std::vector<int> rays;                // that each node wants at least
     std::vector<std::uint32_t> place_of;  // of each point, the place of the node above it; none above the cut
 
     // place_of from `nodes`.

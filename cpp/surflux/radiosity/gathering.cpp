@@ -78,8 +78,9 @@ void Gathering::shoot(const Place& receiver, int count, const std::vector<Aim>* 
         }
         // The cone that this ray stands for has pi / (rays cos) of solid angle. Half its width: what a group hides of
         // itself is darker than what of it is seen, so that larger ones send too little.
-        const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
-                                                  0.5 * hit.distance / std::sqrt(rays_like_it * std::max(grazing_, cosine)));
+        const std::uint32_t sender =
+            tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
+                         0.5 * hit.distance / std::sqrt(rays_like_it * std::max(grazing_, cosine)));
         // Of a net of 2^m points the first half is one, and so is the second; every other one is not.
         const bool first = aims ? out.aimed.first[k] != 0 : 2 * k < found.rays.size();
         out.links.push_back({sender, first ? units : std::uint16_t{0}, first ? std::uint16_t{0} : units,

@@ -33,10 +33,11 @@ public:
     struct Row {
         std::uint32_t block, begin, end;  // links
         std::uint32_t rays, units;  // a ray is one unit; of aimed ones (aimed_row.h) each is as many as it stands for
-        float escape, absorbed;  // shares
-        float closeness;         // mean of 1 / distance of what the rays met
-        float u, v;              // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
+        float escape, absorbed;     // shares
+        float closeness;            // mean of 1 / distance of what the rays met
+        float u, v;                 // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
         double met() const { return 1.0 - static_cast<double>(escape) - static_cast<double>(absorbed); }
+        bool is_aimed() const { return units != rays; }
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
@@ -69,7 +70,8 @@ public:
     template <class Visit>
     void for_senders(std::size_t row, const Visit& visit) const {
         const Row& r = rows_[row];
-        for (const Link& link : links_of(r)) visit(link.sender, static_cast<double>(link.first + link.second) / r.units);
+        for (const Link& link : links_of(r))
+            visit(link.sender, static_cast<double>(link.first + link.second) / r.units);
     }
     // Irradiance of row from what all senders send, `channels` interleaved.
     void gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const;

@@ -11,8 +11,8 @@
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
 #include "surflux/radiosity/local_light.h"
+#include "surflux/radiosity/node_rays.h"
 #include "surflux/radiosity/write_leaves.h"
-#include "surflux/solution/interpolation.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
@@ -22,8 +22,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t least_first_nodes = 200;
-constexpr int most_iterations = 16, most_applications = 100;
-constexpr std::size_t rows_around = 9;
+constexpr int most_iterations = 16, most_applications = 100, most_rounds = 2;
 constexpr std::uint64_t probe_stream = 0x9706e;
 
 class GlobalRefinement {
@@ -47,6 +46,7 @@ public:
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
+        rays_ = std::make_unique<NodeRays>(tree_, gathering_, options.rays, usual_area_);
         sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey =
@@ -63,8 +63,8 @@ public:
         solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
             find_allowed();
-            const CutTest::Result found =
-                (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_, most_rays(), stage("gathering"));
+            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_,
+                                                   most_rays(), stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
@@ -83,9 +83,13 @@ public:
             if (area < options_.tuning.little * total) break;
         }
         balance();
+        sharpen();
         if (options_.insert) {
             solve_smoothly(Insertion(tree_, insertion_options()).asked());
-            if (insert_for_indirect()) balance();
+            if (insert_for_indirect()) {
+                balance();
+                sharpen();
+            }
         }
         solve_smoothly({});
         write_light();
@@ -98,71 +102,29 @@ private:
     InsertionOptions insertion_options() const {
         return {smallest_radius(scene_.surfels, options_.tuning.smallest_share)};
     }
-    // The error of all is least for given rays where they go by the root of the area.
-    int rays_of(std::uint32_t node) const {
-        const double share = std::sqrt(tree_.area(node) / usual_area_);
-        int rays = options_.rays;
-        for (double least = 0.7; share < least && rays > std::max(16, options_.rays / 4); least *= 0.5) rays /= 2;
-        return rays;
-    }
-
     int most_rays() const {
         return static_cast<int>(std::min(65535.0, options_.tuning.most_more_rays * options_.rays));
     }
 
-    // Rays of nodes that have none yet, or too few. Those of nodes that stay, and of the surfels that stand for a group and then
-    // for themselves, are kept.
     void shoot() {
-        std::vector<Place> fresh, noisy;
-        std::vector<int> counts, more;
-        cut_.rows.resize(cut_.nodes.size());
-        cut_.rays.resize(cut_.nodes.size(), 0);
-        row_of_.resize(tree_.points(), none);
-        std::vector<std::uint32_t> of_noisy;
-        for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
-            const std::uint32_t p = tree_.representative(cut_.nodes[k]);
-            const int usual = rays_of(cut_.nodes[k]);
-            if (cut_.rays[k] >= 2 * usual) {
-                if (row_of_[p] != none && 4 * static_cast<int>(gathering_.row(row_of_[p]).rays) >= 3 * cut_.rays[k]) continue;
-                noisy.push_back(LitPoints::place(tree_, p));
-                more.push_back(cut_.rays[k]);
-                of_noisy.push_back(p);
-            } else if (row_of_[p] == none) {
-                row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
-                fresh.push_back(LitPoints::place(tree_, p));
-                counts.push_back(usual);
-            }
-        }
-        gathering_.add(fresh, counts, stage("gathering"));
-        if (!noisy.empty()) shoot_aimed(noisy, more, of_noisy);
-        for (std::size_t k = 0; k < cut_.nodes.size(); ++k) cut_.rows[k] = row_of_[tree_.representative(cut_.nodes[k])];
-        last_rows_ = cut_.rows;
+        rays_->shoot(cut_, sent_, system_->channels(), stage("gathering"));
         watch_.lap("gathering");
     }
 
-    // Rays of nodes whose light is noise of the few that met what is small and bright: aimed at what rows around know.
-    void shoot_aimed(const std::vector<Place>& places, const std::vector<int>& counts,
-                     const std::vector<std::uint32_t>& of) {
-        std::vector<Vec3> positions, normals;
-        std::vector<std::uint32_t> objects;
-        for (const std::uint32_t row : last_rows_) {
-            const Place& place = gathering_.place(row);
-            positions.push_back(place.position);
-            normals.push_back(place.normal);
-            objects.push_back(scene_.object[place.surfel]);
+    // More rays for nodes whose own are too few, once the cut is as it will be.
+    void sharpen() {
+        for (int round = 0; round < most_rounds && rays_->any_aimed(); ++round) {
+            solve_on_nodes(0);
+            find_allowed();
+            const std::vector<int> wanted =
+                test_->rays_wanted(cut_, *system_, *sent_, allowed_, usual_area_, most_rays(), stage("gathering")).rays;
+            bool any = false;
+            for (std::size_t k = 0; k < wanted.size(); ++k) {
+                any = any || wanted[k] > cut_.rays[k];
+                cut_.rays[k] = std::max(cut_.rays[k], wanted[k]);
+            }
+            if (!any) return;
         }
-        const Interpolation sites(positions, normals, objects, standing_at(0, places.size(), stage("gathering")));
-        const auto first = static_cast<std::uint32_t>(gathering_.size());
-        gathering_.add_aimed(
-            places, counts,
-            [&](std::size_t k, std::vector<Aim>& aims) {
-                std::vector<Interpolation::Weight> near;
-                sites.nearest(places[k].position, places[k].normal, tree_.object(of[k]), rows_around, near);
-                for (const Interpolation::Weight& w : near)
-                    gathering_.aims_of(last_rows_[w.site], *sent_, system_->channels(), places[k].position, aims);
-            },
-            stage("gathering"));
-        for (std::size_t k = 0; k < of.size(); ++k) row_of_[of[k]] = first + static_cast<std::uint32_t>(k);
     }
 
     void solve_on_nodes(std::size_t refined) {
@@ -192,14 +154,11 @@ private:
     void find_allowed() {
         const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
         const double least = options_.tuning.dimmest * reference_;
-        allowed_.error.assign(cut_.rows.size(), options_.zeta * reference_);
-        allowed_.noise = allowed_.error;
+        allowed_.assign(cut_.rows.size(), options_.zeta * reference_);
         if (!(least > 0.0)) return;
         const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
-        for (std::size_t k = 0; k < light.size(); ++k) {
-            allowed_.error[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
-            allowed_.noise[k] = options_.zeta * std::min(reference_, options_.tuning.local_noise_weight * light[k]);
-        }
+        for (std::size_t k = 0; k < light.size(); ++k)
+            allowed_[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
     }
 
     // What this iteration came to.
@@ -248,7 +207,7 @@ private:
     // By the node above a point, or above the surfel that it was just inserted below.
     double allowed(std::uint32_t p) const {
         const std::uint32_t k = cut_.place_of[p < cut_.place_of.size() ? p : tree_.surfel(p)];
-        return k == none ? options_.zeta * reference_ : allowed_.error[k];
+        return k == none ? options_.zeta * reference_ : allowed_[k];
     }
 
     // Borders of shadows, from what needs no solving.
@@ -273,8 +232,8 @@ private:
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
             return allowed(p) + options_.tuning.significance *
-                       std::hypot(sources_.standard_error(p),
-                                  test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+                                    std::hypot(sources_.standard_error(p),
+                                               test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         Insertion insertion(tree_, insertion_options());
         const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
@@ -311,7 +270,7 @@ private:
             tree_.end_of_rays();
             sources_.drop_errors();
             test_.reset();
-            std::vector<std::uint32_t>().swap(row_of_);
+            rays_->end();
         }
         // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
@@ -362,14 +321,13 @@ private:
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
-    std::vector<std::uint32_t> row_of_;     // of points that stand for a node
-    std::vector<std::uint32_t> last_rows_;  // of the cut that was solved last
+    std::unique_ptr<NodeRays> rays_;
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    CutTest::Allowed allowed_;
-    std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
-    double reference_ = 0.0;    // RMS of H
-    double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled
+    std::vector<double> allowed_;  // error of each node of the cut
+    std::size_t left_out_ = 0;     // of what was to be inserted, for want of room
+    double reference_ = 0.0;       // RMS of H
+    double imbalance_ = 0.0;       // of what senders send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays

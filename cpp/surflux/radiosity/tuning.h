@@ -30,8 +30,7 @@ struct RefinementTuning {
     // many times what light there is (local_light.h), which counts as this share of the RMS at least.
     double local_weight = 10.0;
     double dimmest = 1e-3;
-    // The same of the standard error of a node's rays: where it is more there are more rays, up to so many times.
-    double local_noise_weight = 5.0;
+    // Where the standard error of a node's rays is more than that, it gets more of them, up to so many times.
     double most_more_rays = 16.0;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
@@ -52,7 +51,6 @@ struct RefinementTuning {
         visit("significance", significance);
         visit("local_weight", local_weight);
         visit("dimmest", dimmest);
-        visit("local_noise_weight", local_noise_weight);
         visit("most_more_rays", most_more_rays);
         visit("smallest_share", smallest_share);
     }

@@ -67,9 +67,9 @@ struct ErrorEstimate {
 // within regions. Where nothing is lost c is r but for the error of D; where most is, they have little in common, and
 // so little is gained.
 //
-// In a dim room the light of single surfels is mostly noise of the few rays here. Over a region, though, sum e'.e'' / sum
-// (H + e').(H + e'') is as free of its bias as it is over all; `dimmest`: the share of the RMS of H below which a region
-// is too dark to count.
+// In a dim room the light of single surfels is mostly noise of the few rays here. Over a region, though, sum e'.e'' /
+// sum (H + e').(H + e'') is as free of its bias as it is over all; `dimmest`: the share of the RMS of H below which a
+// region is too dark to count.
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
                          const Rgb& balance, double dimmest = 1e-3);
 
