@@ -12,7 +12,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
-constexpr std::uint32_t fewest_aimed = 3;
+constexpr std::uint32_t fewest_aimed = 6;
 constexpr int most_at_once = 4;  // times the rays that a node has: then it is asked again
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
@@ -72,7 +72,7 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
 }
 
 CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system, const std::vector<double>& sent,
-                                    const std::vector<double>& allowed, double usual_area, int most_rays,
+                                    const Allowed& allowed, double usual_area, int most_rays,
                                     const Progress& progress) const {
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
@@ -81,7 +81,8 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
     // asked as well, in units of what each may be off by: beyond a wall light may be another.
     std::vector<double> own(count);
     parallel_for(
-        count, 64, [&](std::size_t k) { own[k] = standard_error(cut.rows[k], system, sent) / allowed[k]; }, progress);
+        count, 64, [&](std::size_t k) { own[k] = standard_error(cut.rows[k], system, sent) / allowed.noise[k]; },
+        progress);
     Noise out;
     out.standard_error.resize(count);
     out.rays.resize(count);
@@ -102,7 +103,7 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                     ++aimed;
                 }
                 const double pooled = near.empty() ? own[k] : std::sqrt(squared / static_cast<double>(near.size()));
-                out.standard_error[k] = pooled * allowed[k];
+                out.standard_error[k] = pooled * allowed.noise[k];
                 // What is not aimed knows less than nodes around that are.
                 out.rays[k] =
                     !row.is_aimed() && aimed >= fewest_aimed
@@ -115,8 +116,8 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
 }
 
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, const std::vector<double>& allowed,
-                                    double reference, double usual_area, int most_rays, const Progress& progress) {
+                                    const std::vector<double>& sent, const Allowed& allowed, double reference,
+                                    double usual_area, int most_rays, const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
@@ -174,7 +175,8 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                                             gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
                     const double off = std::max(std::abs(value[k] - around), off_at_probe(k, spread, near)) -
                                        tuning_.significance * spread;
-                    out.refine[k] = std::max(close_by, off) > allowed[k] * smallness(usual_area, tree_.area(node));
+                    out.refine[k] =
+                        std::max(close_by, off) > allowed.error[k] * smallness(usual_area, tree_.area(node));
                     const double most = std::min(std::max(close_by, off), value[k] + around);
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);

@@ -154,11 +154,14 @@ private:
     void find_allowed() {
         const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
         const double least = options_.tuning.dimmest * reference_;
-        allowed_.assign(cut_.rows.size(), options_.zeta * reference_);
+        allowed_.error.assign(cut_.rows.size(), options_.zeta * reference_);
+        allowed_.noise = allowed_.error;
         if (!(least > 0.0)) return;
         const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
-        for (std::size_t k = 0; k < light.size(); ++k)
-            allowed_[k] = options_.zeta * std::min(reference_, options_.tuning.local_weight * light[k]);
+        for (std::size_t k = 0; k < light.size(); ++k) {
+            allowed_.noise[k] = options_.zeta * options_.tuning.local_weight * light[k];
+            allowed_.error[k] = std::min(options_.zeta * reference_, allowed_.noise[k]);
+        }
     }
 
     // What this iteration came to.
@@ -207,7 +210,7 @@ private:
     // By the node above a point, or above the surfel that it was just inserted below.
     double allowed(std::uint32_t p) const {
         const std::uint32_t k = cut_.place_of[p < cut_.place_of.size() ? p : tree_.surfel(p)];
-        return k == none ? options_.zeta * reference_ : allowed_[k];
+        return k == none ? options_.zeta * reference_ : allowed_.error[k];
     }
 
     // Borders of shadows, from what needs no solving.
@@ -324,10 +327,10 @@ private:
     std::unique_ptr<NodeRays> rays_;
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
-    std::vector<double> allowed_;  // error of each node of the cut
-    std::size_t left_out_ = 0;     // of what was to be inserted, for want of room
-    double reference_ = 0.0;       // RMS of H
-    double imbalance_ = 0.0;       // of what senders send and what is received of it, before it was scaled
+    CutTest::Allowed allowed_;
+    std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
+    double reference_ = 0.0;    // RMS of H
+    double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     double error_ = 0.0;       // estimated
     double usual_area_ = 0.0;  // of a node that gets all rays
