@@ -43,6 +43,16 @@ void Cut::find_places(const SurfelTree& tree, const Progress& progress) {
                     standing_at(0, nodes.size(), progress));
 }
 
+bool Cut::want(const std::vector<int>& more) {
+    rays.resize(nodes.size(), 0);
+    bool any = false;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+        any = any || more[k] > rays[k];
+        rays[k] = std::max(rays[k], more[k]);
+    }
+    return any;
+}
+
 std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
                          std::size_t channels, const Progress& progress) {
     std::vector<std::uint32_t> next;

@@ -19,6 +19,8 @@ struct Cut {
 
     // place_of from `nodes`.
     void find_places(const SurfelTree& tree, const Progress& progress = {});
+    // Raises the rays that nodes want to those. Did any want fewer?
+    bool want(const std::vector<int>& more);
     // Refines the cut: replaces the chosen nodes by their members, which start from their values, `channels`
     // interleaved, and want rays in proportion to the root of their area. Returns how many were replaced.
     std::size_t replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,

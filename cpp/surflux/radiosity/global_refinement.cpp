@@ -75,8 +75,7 @@ public:
                 total += of_node;
             }
             if (!(area > 0.0)) break;
-            cut_.rays.resize(cut_.nodes.size(), 0);
-            for (std::size_t k = 0; k < cut_.nodes.size(); ++k) cut_.rays[k] = std::max(cut_.rays[k], found.rays[k]);
+            cut_.want(found.rays);
             const std::size_t refined = replace(found.refine);
             watch_.lap("refinement");
             solve_on_nodes(refined);
@@ -116,14 +115,10 @@ private:
         for (int round = 0; round < most_rounds && rays_->any_aimed(); ++round) {
             solve_on_nodes(0);
             find_allowed();
-            const std::vector<int> wanted =
-                test_->rays_wanted(cut_, *system_, *sent_, allowed_, usual_area_, most_rays(), stage("gathering")).rays;
-            bool any = false;
-            for (std::size_t k = 0; k < wanted.size(); ++k) {
-                any = any || wanted[k] > cut_.rays[k];
-                cut_.rays[k] = std::max(cut_.rays[k], wanted[k]);
-            }
-            if (!any) return;
+            if (!cut_.want(
+                    test_->rays_wanted(cut_, *system_, *sent_, allowed_, usual_area_, most_rays(), stage("gathering"))
+                        .rays))
+                return;
         }
     }
 

@@ -31,7 +31,7 @@ struct RefinementTuning {
     double local_weight = 10.0;
     double dimmest = 1e-3;
     // Where the standard error of a node's rays is more than that, it gets more of them, up to so many times.
-    double most_more_rays = 16.0;
+    double most_more_rays = 4.0;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
 
