@@ -1,6 +1,7 @@
 #include "surflux/radiosity/cut.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "surflux/core/parallel.h"
 #include "surflux/solution/interpolation.h"
@@ -42,14 +43,27 @@ void Cut::find_places(const SurfelTree& tree, const Progress& progress) {
                     standing_at(0, nodes.size(), progress));
 }
 
+bool Cut::want(const std::vector<int>& more) {
+    rays.resize(nodes.size(), 0);
+    bool any = false;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+        any = any || more[k] > rays[k];
+        rays[k] = std::max(rays[k], more[k]);
+    }
+    return any;
+}
+
 std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
                          std::size_t channels, const Progress& progress) {
     std::vector<std::uint32_t> next;
+    std::vector<int> wanted;
     std::vector<double> start;
     std::size_t count = 0;
+    rays.resize(nodes.size(), 0);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         const auto keep = [&](std::uint32_t node) {
             next.push_back(node);
+            wanted.push_back(static_cast<int>(rays[k] * std::sqrt(tree.area(node) / tree.area(nodes[k]))));
             for (std::size_t c = 0; c < channels; ++c) start.push_back(values[k * channels + c]);
         };
         count += chosen[k] != 0;
@@ -59,6 +73,7 @@ std::size_t Cut::replace(const SurfelTree& tree, const std::vector<char>& chosen
             keep(nodes[k]);
     }
     nodes = std::move(next);
+    rays = std::move(wanted);
     values = std::move(start);
     if (count > 0) find_places(tree, progress);
     return count;

@@ -14,12 +14,15 @@ namespace surflux {
 struct Cut {
     std::vector<std::uint32_t> nodes;
     std::vector<std::uint32_t> rows;      // of each node
+    std::vector<int> rays;                // that each node wants at least
     std::vector<std::uint32_t> place_of;  // of each point, the place of the node above it; none above the cut
 
     // place_of from `nodes`.
     void find_places(const SurfelTree& tree, const Progress& progress = {});
+    // Raises the rays that nodes want to those. Did any want fewer?
+    bool want(const std::vector<int>& more);
     // Refines the cut: replaces the chosen nodes by their members, which start from their values, `channels`
-    // interleaved. Returns how many were replaced.
+    // interleaved, and want rays in proportion to the root of their area. Returns how many were replaced.
     std::size_t replace(const SurfelTree& tree, const std::vector<char>& chosen, std::vector<double>& values,
                         std::size_t channels, const Progress& progress = {});
     // Grading of the cut, as of a balanced quadtree: the inner nodes adjacent to some of less than a 32nd of their

@@ -12,6 +12,8 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr std::uint32_t fewest_aimed = 6;
+constexpr int most_at_once = 4;  // times the rays that a node has: then it is asked again
 
 double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
                   const std::vector<double>& sent, double& mean) {
@@ -20,6 +22,20 @@ double difference(const GatheredSystem& system, const Gathering& rows, std::uint
     const double a = luminance(system.unpack(first)), b = luminance(system.unpack(second));
     mean = 0.5 * (a + b);
     return a - b;
+}
+
+// The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with e as A^0 the same
+// error. The exponent is half way between, -1/4.
+double smallness(double usual_area, double area) { return std::pow(std::max(1.0, usual_area / area), 0.25); }
+
+// How many rays a node wants whose standard error is so many times what it may be: evenly spread ones, of which twice
+// as many have about 2^-3/4 of the error, by powers of 2. 0: no more than it has.
+int rays_for(double times, std::uint32_t rays, int most) {
+    if (!(times > 1.0)) return 0;
+    int out = static_cast<int>(rays);
+    for (double left = times; left > 1.0 && 2 * out <= most && out < most_at_once * static_cast<int>(rays); left *= 0.6)
+        out *= 2;
+    return out > static_cast<int>(rays) ? out : 0;
 }
 
 }  // namespace
@@ -55,15 +71,61 @@ void CutTest::probe(const Cut& cut, const Progress& progress) {
     probes_.add(fresh, std::vector<int>(fresh.size(), static_cast<int>(tuning_.probe_rays)), progress);
 }
 
+CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system, const std::vector<double>& sent,
+                                    const Allowed& allowed, double usual_area, int most_rays,
+                                    const Progress& progress) const {
+    const NodePlaces at(tree_, cut);
+    const std::size_t count = cut.nodes.size();
+    const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
+    // Of one row two halves say little, and nothing where neither met what is small and bright. So nodes around are
+    // asked as well, in units of what each may be off by: beyond a wall light may be another.
+    std::vector<double> own(count);
+    parallel_for(
+        count, 64, [&](std::size_t k) { own[k] = standard_error(cut.rows[k], system, sent) / allowed.noise[k]; },
+        progress);
+    Noise out;
+    out.standard_error.resize(count);
+    out.rays.resize(count);
+    parallel_blocks(
+        count, 64,
+        [&](std::size_t from, std::size_t to) {
+            std::vector<Interpolation::Weight> near;
+            for (std::size_t k = from; k < to; ++k) {
+                const Gathering::Row& row = gathering_.row(cut.rows[k]);
+                sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
+                double squared = 0.0;
+                std::uint32_t aimed = 0, fewest = 0;
+                for (const Interpolation::Weight& other : near) {
+                    squared += own[other.site] * own[other.site];
+                    const Gathering::Row& around = gathering_.row(cut.rows[other.site]);
+                    if (!around.is_aimed()) continue;
+                    fewest = aimed == 0 ? around.rays : std::min(fewest, around.rays);
+                    ++aimed;
+                }
+                const double pooled = near.empty() ? own[k] : std::sqrt(squared / static_cast<double>(near.size()));
+                out.standard_error[k] = pooled * allowed.noise[k];
+                // What is not aimed knows less than nodes around that are.
+                out.rays[k] =
+                    !row.is_aimed() && aimed >= fewest_aimed
+                        ? static_cast<int>(fewest)
+                        : rays_for(pooled / smallness(usual_area, tree_.area(cut.nodes[k])), row.rays, most_rays);
+            }
+        },
+        progress);
+    return out;
+}
+
 CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                                    const std::vector<double>& sent, double wanted, double reference, double usual_area,
-                                    const Progress& progress) {
+                                    const std::vector<double>& sent, const Allowed& allowed, double reference,
+                                    double usual_area, int most_rays, const Progress& progress) {
     probe(cut, progress);
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
     const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
     std::vector<double> value(count);
     for (std::size_t k = 0; k < count; ++k) value[k] = luminance(system.value(values, k) + system.found(k));
+
+    const Noise noise = rays_wanted(cut, system, sent, allowed, usual_area, most_rays, progress);
 
     // What the nodes around say at the place of one.
     const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
@@ -79,7 +141,7 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         return sum > 0.0 ? said / sum : 0.0;
     };
     // By how much all are off at the probe of a node, as far as it can tell.
-    const auto off_at_probe = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+    const auto off_at_probe = [&](std::size_t k, double spread, std::vector<Interpolation::Weight>& near) {
         const std::uint32_t row = probe_of_.at(cut.nodes[k]);
         const Place& place = probes_.place(row);
         sites.at(place.position, place.normal, at.objects[k], near);
@@ -87,12 +149,15 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
         seen += luminance(probes_.sky()[row].value);
+        const double fewer = gathering_.row(cut.rows[k]).rays / tuning_.probe_rays;
         return std::abs(seen - said) -
-               tuning_.significance * std::max(0.5 * std::abs(halves), tuning_.probe_error * seen);
+               tuning_.significance *
+                   std::max({0.5 * std::abs(halves), tuning_.probe_error * seen, std::sqrt(fewer) * spread});
     };
 
     Result out;
     out.refine.assign(count, 0);
+    out.rays = noise.rays;
     std::vector<double> squared(count, 0.0);
     parallel_blocks(
         count, 64,
@@ -101,32 +166,31 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             for (std::size_t k = from; k < to; ++k) {
                 const std::uint32_t node = cut.nodes[k];
                 if (passed_[node] >= 0.0f) continue;
-                const double spread = standard_error(cut.rows[k], system, sent);
+                const double spread = noise.standard_error[k];
                 double interpolation_error = 0.0;
                 if (!tree_.is_leaf(node)) {
                     const double around = said_by_others(k, near);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
                     const double close_by = tuning_.closeness_weight *
                                             gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
-                    const double off =
-                        std::max(std::abs(value[k] - around), off_at_probe(k, near)) - tuning_.significance * spread;
-                    // The global squared error is sum A e^2: with e as A^-1/2 all nodes have the same part in it, with
-                    // e as A^0 the same error. The exponent is half way between, -1/4.
-                    const double small = std::pow(std::max(1.0, usual_area / tree_.area(node)), 0.25);
-                    out.refine[k] = std::max(close_by, off) > wanted * small;
+                    const double off = std::max(std::abs(value[k] - around), off_at_probe(k, spread, near)) -
+                                       tuning_.significance * spread;
+                    out.refine[k] =
+                        std::max(close_by, off) > allowed.error[k] * smallness(usual_area, tree_.area(node));
                     const double most = std::min(std::max(close_by, off), value[k] + around);
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
                 }
                 squared[k] = spread * spread + interpolation_error * interpolation_error;
-                if (!out.refine[k]) passed_[node] = static_cast<float>(squared[k]);
+                if (!out.refine[k] && out.rays[k] == 0) passed_[node] = static_cast<float>(squared[k]);
             }
         },
         progress);
     double sum = 0.0, total = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const double area = tree_.area(cut.nodes[k]);
-        sum += area * (out.refine[k] ? squared[k] : static_cast<double>(passed_[cut.nodes[k]]));
+        const double passed = static_cast<double>(passed_[cut.nodes[k]]);
+        sum += area * (passed < 0.0 ? squared[k] : passed);
         total += area;
     }
     out.error = reference > 0.0 ? std::sqrt(sum / total) / reference : 0.0;

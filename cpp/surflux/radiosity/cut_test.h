@@ -20,8 +20,14 @@ namespace surflux {
 // which a few rays know better. So groups are found out that a surfel stands for which is not like the rest.
 class CutTest {
 public:
+    // What each node may be off by, in luminance, if it is of the usual area; smaller ones may more, as area^-1/4.
+    struct Allowed {
+        std::vector<double> error;  // by interpolation
+        std::vector<double> noise;  // of its rays
+    };
     struct Result {
         std::vector<char> refine;  // of each node
+        std::vector<int> rays;     // that each node wants, where those that it has are too few to tell; else 0
         double error = 0.0;        // estimated, of the whole field: relative RMS
     };
 
@@ -29,12 +35,17 @@ public:
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
             const RefinementTuning& tuning = {});
 
-    // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `wanted`: the error in
-    // luminance that nodes of `usual_area` may have; smaller ones may have more, as area^-1/4. `reference`: luminance
-    // of the RMS of H. A node that has passed once is not tested again.
+    // `values`: the solution on the cut, and `sent` what all nodes of the tree send by it. `reference`: luminance of
+    // the RMS of H. `most_rays`: of a node. A node that has passed once is not tested again.
     Result operator()(const Cut& cut, const GatheredSystem& system, const std::vector<double>& values,
-                      const std::vector<double>& sent, double wanted, double reference, double usual_area,
-                      const Progress& progress);
+                      const std::vector<double>& sent, const Allowed& allowed, double reference, double usual_area,
+                      int most_rays, const Progress& progress);
+    struct Noise {
+        std::vector<double> standard_error;  // of each node, from the halves of its rays and those of nodes around
+        std::vector<int> rays;               // that it wants, where that is more than is allowed; else 0
+    };
+    Noise rays_wanted(const Cut& cut, const GatheredSystem& system, const std::vector<double>& sent,
+                      const Allowed& allowed, double usual_area, int most_rays, const Progress& progress) const;
     // Standard error of the luminance of a row, from its two halves.
     double standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
 

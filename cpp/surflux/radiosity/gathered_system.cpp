@@ -264,7 +264,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
 }
 
 LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::vector<double>& x,
-                                   const Progress& progress) {
+                                   const std::vector<double>& unit, const Progress& progress) {
     x.resize(cut_->rows.size() * channels_, 0.0);
     std::vector<double> b;
     const Progress starting = standing_at(0, 100, progress);
@@ -279,12 +279,19 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
         };
         sending = [&](std::size_t, std::size_t) { return progress(told, of); };
     }
+    const auto in_units = [&](std::size_t k) { return unit.empty() ? 1.0 : unit[k / channels_]; };
+    std::vector<double> light(x.size());
     const LinearOperator apply = [&](const std::vector<double>& from, std::vector<double>& out) {
-        send(from, false, sending);
+        for (std::size_t k = 0; k < from.size(); ++k) light[k] = from[k] * in_units(k);
+        send(light, false, sending);
         gather(out);
-        for (std::size_t k = 0; k < from.size(); ++k) out[k] = from[k] - out[k];
+        for (std::size_t k = 0; k < from.size(); ++k) out[k] = from[k] - out[k] / in_units(k);
     };
-    return gmres(apply, b, LinearSystems(channels_, part_), tolerance, max_applications, x, telling);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] /= in_units(k), b[k] /= in_units(k);
+    const LinearReport report =
+        gmres(apply, b, LinearSystems(channels_, part_), tolerance, max_applications, x, telling);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] *= in_units(k);
+    return report;
 }
 
 }  // namespace surflux

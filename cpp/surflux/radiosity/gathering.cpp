@@ -26,7 +26,7 @@ struct Gathering::Shot {
     std::vector<Link> links;
     Row row{};
     TiltedRgb sky;
-    HemisphereRow found;
+    AimedRow aimed;
 };
 
 Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree,
@@ -37,43 +37,53 @@ bool Gathering::has_sky() const {
     return std::any_of(sky_.begin(), sky_.end(), [](const TiltedRgb& light) { return !(light.value == Rgb{}); });
 }
 
-void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
+void Gathering::shoot(const Place& receiver, int count, const std::vector<Aim>* aims, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
-    gather_row(points_, tracer_, receiver, count, seed_ + ray_stream, out.found);
+    const HemisphereRow& found = out.aimed.found;
+    if (aims) {
+        gather_aimed_row(points_, tracer_, receiver, count, *aims, seed_ + ray_stream, out.aimed);
+    } else {
+        gather_row(points_, tracer_, receiver, count, seed_ + ray_stream, out.aimed.found);
+        out.aimed.unit = static_cast<std::uint32_t>(count);
+    }
+    const double all = out.aimed.unit;
     out.links.clear();
     out.sky = {};
     out.row = {};
-    int escaped = 0, absorbed = 0;
+    std::uint32_t escaped = 0, absorbed = 0;
     double closeness = 0.0;
-    for (int k = 0; k < count; ++k) {
-        const Ray& ray = out.found.rays[static_cast<std::size_t>(k)];
-        const Hit& hit = out.found.hits[static_cast<std::size_t>(k)];
-        const double cosine = dot(ray.direction, frame.n), steep = std::min(steepest, 1.0 / cosine) / count;
+    for (std::size_t k = 0; k < found.rays.size(); ++k) {
+        const Ray& ray = found.rays[k];
+        const Hit& hit = found.hits[k];
+        const std::uint16_t units = aims ? out.aimed.units[k] : 1;
+        const double share = units / all, rays_like_it = all / units;
+        const double cosine = dot(ray.direction, frame.n), steep = std::min(steepest, 1.0 / cosine) * share;
         const double u = steep * dot(ray.direction, frame.u), v = steep * dot(ray.direction, frame.v);
         out.row.u += static_cast<float>(u);
         out.row.v += static_cast<float>(v);
         const auto add = [&](TiltedRgb& to, const Rgb& light) {
-            to.value += (1.0 / count) * light;
+            to.value += share * light;
             to.u += u * light;
             to.v += v * light;
         };
         if (!hit) {
-            ++escaped;
+            escaped += units;
             add(out.sky, skies_.found(ray.from.position, frame.n, ray.direction, hit));
             continue;
         }
-        closeness += 1.0 / std::max(hit.distance, tracer_.contact(hit.surfel));
+        closeness += share / std::max(hit.distance, tracer_.contact(hit.surfel));
         if (!hit.front) {
-            ++absorbed;
+            absorbed += units;
             continue;
         }
-        // The cone that this ray stands for has pi / (count cos) of solid angle. Half its width: what a group hides of
+        // The cone that this ray stands for has pi / (rays cos) of solid angle. Half its width: what a group hides of
         // itself is darker than what of it is seen, so that larger ones send too little.
-        const std::uint32_t sender = tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
-                                                  0.5 * hit.distance / std::sqrt(count * std::max(grazing_, cosine)));
+        const std::uint32_t sender =
+            tree_.sender(hit.surfel, ray.from.position + hit.distance * ray.direction,
+                         0.5 * hit.distance / std::sqrt(rays_like_it * std::max(grazing_, cosine)));
         // Of a net of 2^m points the first half is one, and so is the second; every other one is not.
-        const bool first = 2 * k < count;
-        out.links.push_back({sender, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(!first),
+        const bool first = aims ? out.aimed.first[k] != 0 : 2 * k < found.rays.size();
+        out.links.push_back({sender, first ? units : std::uint16_t{0}, first ? std::uint16_t{0} : units,
                              static_cast<float>(u), static_cast<float>(v)});
     }
     std::stable_sort(out.links.begin(), out.links.end(),
@@ -93,13 +103,37 @@ void Gathering::shoot(const Place& receiver, int count, Shot& out) const {
     }
     out.links.resize(kept);
     level(out.sky, out.row);
-    out.row.rays = static_cast<std::uint32_t>(count);
-    out.row.escape = static_cast<float>(escaped) / static_cast<float>(count);
-    out.row.absorbed = static_cast<float>(absorbed) / static_cast<float>(count);
-    out.row.closeness = static_cast<float>(closeness / count);
+    out.row.rays = static_cast<std::uint32_t>(found.rays.size());
+    out.row.units = out.aimed.unit;
+    out.row.escape = static_cast<float>(escaped / all);
+    out.row.absorbed = static_cast<float>(absorbed / all);
+    out.row.closeness = static_cast<float>(closeness);
 }
 
 void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress) {
+    add_rows(receivers, counts, nullptr, progress);
+}
+
+void Gathering::add_aimed(const std::vector<Place>& receivers, const std::vector<int>& counts, const Aims& aims,
+                          const Progress& progress) {
+    add_rows(receivers, counts, &aims, progress);
+}
+
+void Gathering::aims_of(std::size_t row, const std::vector<double>& sent, std::size_t channels, const Vec3& at,
+                        std::vector<Aim>& out) const {
+    const Row& r = rows_[row];
+    for (const Link& link : links_of(r)) {
+        const double* from = sent.data() + link.sender * channels;
+        const double light = channels == 1 ? from[0] : luminance({from[0], from[1], from[2]});
+        const Vec3 way = tree_.position(tree_.representative(link.sender)) - at;
+        const double far = length(way);
+        if (far > 0.0)
+            out.push_back({way / far, light * light * static_cast<double>(link.first + link.second) / r.units});
+    }
+}
+
+void Gathering::add_rows(const std::vector<Place>& receivers, const std::vector<int>& counts, const Aims* aims,
+                         const Progress& progress) {
     constexpr std::size_t grain = 16;
     const std::size_t before = rows_.size(), first_block = links_.size();
     rows_.resize(before + receivers.size());
@@ -111,8 +145,11 @@ void Gathering::add(const std::vector<Place>& receivers, const std::vector<int>&
             const std::size_t block = first_block + begin / grain;
             std::vector<Link> links;
             Shot shot;
+            std::vector<Aim> aimed_at;
             for (std::size_t k = begin; k < end; ++k) {
-                shoot(receivers[k], counts[k], shot);
+                aimed_at.clear();
+                if (aims) (*aims)(k, aimed_at);
+                shoot(receivers[k], counts[k], aims ? &aimed_at : nullptr, shot);
                 shot.row.block = static_cast<std::uint32_t>(block);
                 shot.row.begin = static_cast<std::uint32_t>(links.size());
                 links.insert(links.end(), shot.links.begin(), shot.links.end());
@@ -135,7 +172,7 @@ void Gathering::gather(std::size_t row, const std::vector<double>& sent, std::si
         const double* from = sent.data() + link.sender * channels;
         for (std::size_t c = 0; c < channels; ++c) sum[c] += (link.first + link.second) * from[c];
     }
-    for (std::size_t c = 0; c < channels; ++c) out[c] = sum[c] / r.rays;
+    for (std::size_t c = 0; c < channels; ++c) out[c] = sum[c] / r.units;
 }
 
 void Gathering::gather_halves(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* first,
@@ -150,8 +187,8 @@ void Gathering::gather_halves(std::size_t row, const std::vector<double>& sent, 
         }
     }
     for (std::size_t c = 0; c < channels; ++c) {
-        first[c] *= 2.0 / r.rays;
-        second[c] *= 2.0 / r.rays;
+        first[c] *= 2.0 / r.units;
+        second[c] *= 2.0 / r.units;
     }
 }
 
@@ -161,7 +198,7 @@ TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& s
     for (const Link& link : links_of(r)) {
         const double* from = sent.data() + link.sender * channels;
         const Rgb light = channels == 1 ? Rgb{from[0], from[0], from[0]} : Rgb{from[0], from[1], from[2]};
-        out.value += (static_cast<double>(link.first + link.second) / r.rays) * light;
+        out.value += (static_cast<double>(link.first + link.second) / r.units) * light;
         out.u += static_cast<double>(link.u) * light;
         out.v += static_cast<double>(link.v) * light;
     }
@@ -178,7 +215,7 @@ double Gathering::deviation(std::size_t row, const std::vector<double>& sent, st
     };
     for (const Link& link : links_of(r)) {
         const double* from = sent.data() + link.sender * channels;
-        add(static_cast<double>(link.first + link.second) / r.rays,
+        add(static_cast<double>(link.first + link.second) / r.units,
             channels == 1 ? from[0] : luminance({from[0], from[1], from[2]}));
     }
     const auto escape = static_cast<double>(r.escape);

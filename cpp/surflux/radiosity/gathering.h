@@ -2,12 +2,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/radiosity/aimed_row.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
@@ -25,16 +27,17 @@ class Gathering {
 public:
     struct Link {
         std::uint32_t sender;
-        std::uint16_t first, second;  // rays of either half of all that met it
+        std::uint16_t first, second;  // units of either half of all rays that met it
         float u, v;                   // sum of the rays' slopes in the tangent plane, for TiltedRgb
     };
     struct Row {
         std::uint32_t block, begin, end;  // links
-        std::uint32_t rays;
-        float escape, absorbed;  // shares
-        float closeness;         // mean of 1 / distance of what the rays met
-        float u, v;              // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
+        std::uint32_t rays, units;  // a ray is one unit; of aimed ones (aimed_row.h) each is as many as it stands for
+        float escape, absorbed;     // shares
+        float closeness;            // mean of 1 / distance of what the rays met
+        float u, v;                 // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
         double met() const { return 1.0 - static_cast<double>(escape) - static_cast<double>(absorbed); }
+        bool is_aimed() const { return units != rays; }
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
@@ -45,6 +48,14 @@ public:
 
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
     void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
+
+    // Receivers whose rays are aimed at what is known to send (aimed_row.h): `aims` gives that of each.
+    using Aims = std::function<void(std::size_t receiver, std::vector<Aim>& out)>;
+    void add_aimed(const std::vector<Place>& receivers, const std::vector<int>& counts, const Aims& aims,
+                   const Progress& progress = {});
+    // What a row knows of where light comes from, for a place nearby.
+    void aims_of(std::size_t row, const std::vector<double>& sent, std::size_t channels, const Vec3& at,
+                 std::vector<Aim>& out) const;
 
     std::size_t size() const { return rows_.size(); }
     const Place& place(std::size_t row) const { return places_[row]; }
@@ -59,7 +70,8 @@ public:
     template <class Visit>
     void for_senders(std::size_t row, const Visit& visit) const {
         const Row& r = rows_[row];
-        for (const Link& link : links_of(r)) visit(link.sender, static_cast<double>(link.first + link.second) / r.rays);
+        for (const Link& link : links_of(r))
+            visit(link.sender, static_cast<double>(link.first + link.second) / r.units);
     }
     // Irradiance of row from what all senders send, `channels` interleaved.
     void gather(std::size_t row, const std::vector<double>& sent, std::size_t channels, double* out) const;
@@ -77,7 +89,9 @@ private:
         const Link* of_block = links_[row.block].data();
         return {of_block + row.begin, of_block + row.end};
     }
-    void shoot(const Place& receiver, int count, Shot& out) const;
+    void shoot(const Place& receiver, int count, const std::vector<Aim>* aims, Shot& out) const;
+    void add_rows(const std::vector<Place>& receivers, const std::vector<int>& counts, const Aims* aims,
+                  const Progress& progress);
 
     const SurfelPoints& points_;
     const Tracer& tracer_;

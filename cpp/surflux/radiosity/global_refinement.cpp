@@ -10,6 +10,8 @@
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/local_light.h"
+#include "surflux/radiosity/node_rays.h"
 #include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/power_balance.h"
@@ -20,7 +22,7 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t least_first_nodes = 200;
-constexpr int most_iterations = 16, most_applications = 100;
+constexpr int most_iterations = 16, most_applications = 100, most_rounds = 2;
 constexpr std::uint64_t probe_stream = 0x9706e;
 
 class GlobalRefinement {
@@ -44,6 +46,7 @@ public:
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
+        rays_ = std::make_unique<NodeRays>(tree_, gathering_, options.rays, usual_area_);
         sources_.update(stage("direct"));
         watch_.lap("direct");
         const bool grey =
@@ -59,27 +62,33 @@ public:
         cut_.find_places(tree_, stage("gathering"));
         solve_on_nodes(0);
         for (int iteration = 0; iteration < most_iterations; ++iteration) {
-            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, options_.zeta * reference_,
-                                                   reference_, usual_area_, stage("gathering"));
+            find_allowed();
+            const CutTest::Result found = (*test_)(cut_, *system_, values_, *sent_, allowed_, reference_, usual_area_,
+                                                   most_rays(), stage("gathering"));
             error_ = found.error;
             out_.history.back().emplace_back("error", error_);
             if (iteration == 0 && options_.insert) insert_for_sources();
             double area = 0.0, total = 0.0;
             for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
                 const double of_node = tree_.area(cut_.nodes[k]);
-                area += found.refine[k] ? of_node : 0.0;
+                area += found.refine[k] || found.rays[k] > 0 ? of_node : 0.0;
                 total += of_node;
             }
             if (!(area > 0.0)) break;
+            cut_.want(found.rays);
             const std::size_t refined = replace(found.refine);
             watch_.lap("refinement");
             solve_on_nodes(refined);
             if (area < options_.tuning.little * total) break;
         }
         balance();
+        sharpen();
         if (options_.insert) {
             solve_smoothly(Insertion(tree_, insertion_options()).asked());
-            if (insert_for_indirect()) balance();
+            if (insert_for_indirect()) {
+                balance();
+                sharpen();
+            }
         }
         solve_smoothly({});
         write_light();
@@ -92,40 +101,41 @@ private:
     InsertionOptions insertion_options() const {
         return {smallest_radius(scene_.surfels, options_.tuning.smallest_share)};
     }
-    // The error of all is least for given rays where they go by the root of the area.
-    int rays_of(std::uint32_t node) const {
-        const double share = std::sqrt(tree_.area(node) / usual_area_);
-        int rays = options_.rays;
-        for (double least = 0.7; share < least && rays > std::max(16, options_.rays / 4); least *= 0.5) rays /= 2;
-        return rays;
+    int most_rays() const {
+        return static_cast<int>(std::min(65535.0, options_.tuning.most_more_rays * options_.rays));
     }
 
-    // Rays of nodes that have none yet. Those of nodes that stay, and of the surfels that stand for a group and then
-    // for themselves, are kept.
     void shoot() {
-        std::vector<Place> fresh;
-        std::vector<int> counts;
-        cut_.rows.resize(cut_.nodes.size());
-        row_of_.resize(tree_.points(), none);
-        for (std::size_t k = 0; k < cut_.nodes.size(); ++k) {
-            const std::uint32_t p = tree_.representative(cut_.nodes[k]);
-            if (row_of_[p] == none) {
-                row_of_[p] = static_cast<std::uint32_t>(gathering_.size() + fresh.size());
-                fresh.push_back(LitPoints::place(tree_, p));
-                counts.push_back(rays_of(cut_.nodes[k]));
-            }
-            cut_.rows[k] = row_of_[p];
-        }
-        gathering_.add(fresh, counts, stage("gathering"));
+        rays_->shoot(cut_, sent_, system_->channels(), stage("gathering"));
         watch_.lap("gathering");
+    }
+
+    // More rays for nodes whose own are too few, once the cut is as it will be.
+    void sharpen() {
+        for (int round = 0; round < most_rounds && rays_->any_aimed(); ++round) {
+            solve_on_nodes(0);
+            find_allowed();
+            if (!cut_.want(
+                    test_->rays_wanted(cut_, *system_, *sent_, allowed_, usual_area_, most_rays(), stage("gathering"))
+                        .rays))
+                return;
+        }
     }
 
     void solve_on_nodes(std::size_t refined) {
         shoot();
         system_->take_by_nodes(cut_);
-        report(system_->solve(std::max(options_.tuning.rough_tolerance, options_.tolerance), most_applications, values_,
-                              stage("solve")),
-               refined);
+        report(solve(std::max(options_.tuning.rough_tolerance, options_.tolerance)), refined);
+    }
+
+    // In units of the light that there was before.
+    LinearReport solve(double tolerance) {
+        std::vector<double> unit;
+        const double least = options_.tuning.dimmest * reference_;
+        if (least > 0.0)
+            for (std::size_t k = 0; k < cut_.rows.size(); ++k)
+                unit.push_back(std::max(least, luminance(system_->value(values_, k) + system_->found(k))));
+        return system_->solve(tolerance, most_applications, values_, unit, stage("solve"));
     }
 
     bool grey_skies() const {
@@ -133,6 +143,20 @@ private:
             const auto* sky = std::get_if<Environment>(&light);
             return !sky || (sky->pixels.empty() && is_grey({sky->radiance}));
         });
+    }
+
+    // The error that each node may have.
+    void find_allowed() {
+        const Progress starting = standing_at(0, cut_.rows.size(), stage("refinement"));
+        const double least = options_.tuning.dimmest * reference_;
+        allowed_.error.assign(cut_.rows.size(), options_.zeta * reference_);
+        allowed_.noise = allowed_.error;
+        if (!(least > 0.0)) return;
+        const std::vector<double> light = local_light(tree_, gathering_, cut_, *system_, values_, least, starting);
+        for (std::size_t k = 0; k < light.size(); ++k) {
+            allowed_.noise[k] = options_.zeta * options_.tuning.local_weight * light[k];
+            allowed_.error[k] = std::min(options_.zeta * reference_, allowed_.noise[k]);
+        }
     }
 
     // What this iteration came to.
@@ -178,11 +202,17 @@ private:
         out_.history.back().emplace_back("seconds", total_seconds(out_.timings));
     }
 
+    // By the node above a point, or above the surfel that it was just inserted below.
+    double allowed(std::uint32_t p) const {
+        const std::uint32_t k = cut_.place_of[p < cut_.place_of.size() ? p : tree_.surfel(p)];
+        return k == none ? options_.zeta * reference_ : allowed_.error[k];
+    }
+
     // Borders of shadows, from what needs no solving.
     void insert_for_sources() {
         const auto source = [&](std::uint32_t p) { return luminance(sources_[p]); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ + options_.tuning.significance * sources_.standard_error(p);
+            return allowed(p) + options_.tuning.significance * sources_.standard_error(p);
         };
         Insertion insertion(tree_, insertion_options());
         for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
@@ -195,13 +225,13 @@ private:
 
     // Where the whole field is not what the leaves around say.
     bool insert_for_indirect() {
+        find_allowed();
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
-            return options_.zeta * reference_ +
-                   options_.tuning.significance *
-                       std::hypot(sources_.standard_error(p),
-                                  test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+            return allowed(p) + options_.tuning.significance *
+                                    std::hypot(sources_.standard_error(p),
+                                               test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         Insertion insertion(tree_, insertion_options());
         const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
@@ -238,7 +268,7 @@ private:
             tree_.end_of_rays();
             sources_.drop_errors();
             test_.reset();
-            std::vector<std::uint32_t>().swap(row_of_);
+            rays_->end();
         }
         // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
@@ -260,14 +290,13 @@ private:
         std::vector<std::uint32_t>().swap(objects);
         watch_.lap("interpolation");
         LinearReport linear =
-            system_->solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance,
-                           most_applications, values_, stage("solve"));
+            solve(asked.empty() ? options_.tuning.balanced_tolerance : options_.tuning.rough_tolerance);
         if (asked.empty()) {
             // Energy that variance of rays and bias of interpolation would lose or make is kept where it is.
             const ReciprocalScaling scaling = system_->scale_by_reciprocity(values_, stage("solve"));
             imbalance_ = scaling.before;
             imbalance_left_ = scaling.after;
-            const LinearReport last = system_->solve(options_.tolerance, most_applications, values_, stage("solve"));
+            const LinearReport last = solve(options_.tolerance);
             linear = {linear.applications + last.applications, last.residual};
         }
         report(linear, 0);
@@ -290,9 +319,10 @@ private:
     LitPoints sources_;
     std::unique_ptr<GatheredSystem> system_;
     Cut cut_;
-    std::vector<std::uint32_t> row_of_;  // of points that stand for a node
+    std::unique_ptr<NodeRays> rays_;
     std::vector<double> values_;
     const std::vector<double>* sent_ = nullptr;
+    CutTest::Allowed allowed_;
     std::size_t left_out_ = 0;  // of what was to be inserted, for want of room
     double reference_ = 0.0;    // RMS of H
     double imbalance_ = 0.0;    // of what senders send and what is received of it, before it was scaled

@@ -26,6 +26,12 @@ struct RefinementTuning {
     double grazing = 0.25;
     // Standard errors by which a difference must exceed the noise of rays to count.
     double significance = 2.0;
+    // An eye goes by the light around it: what may be left is zeta times the RMS of H, and no more than zeta times this
+    // many times what light there is (local_light.h), which counts as this share of the RMS at least.
+    double local_weight = 10.0;
+    double dimmest = 1e-3;
+    // Where the standard error of a node's rays is more than that, it gets more of them, up to so many times.
+    double most_more_rays = 4.0;
     // Radius of the smallest surfel that is inserted, over that of the scene's (RMS by area): finer borders of shadows.
     double smallest_share = 0.0625;
 
@@ -43,6 +49,9 @@ struct RefinementTuning {
         visit("little", little);
         visit("grazing", grazing);
         visit("significance", significance);
+        visit("local_weight", local_weight);
+        visit("dimmest", dimmest);
+        visit("most_more_rays", most_more_rays);
         visit("smallest_share", smallest_share);
     }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "surflux/core/morton.h"
 #include "surflux/solution/gmres.h"
@@ -209,6 +210,25 @@ private:
     std::vector<Rgb> slope_;      // of those means in the mean of the control variate
 };
 
+// The same sums as over all, of one region.
+struct LocalError {
+    double count = 0.0, off = 0.0, all = 0.0, squares = 0.0;
+    void add(double product, double squared) {
+        count += 1.0, off += product, all += squared, squares += product * product;
+    }
+    double deviation() const { return std::sqrt(squares); }
+};
+
+// Of values that count for so many; 0 of none.
+double quantile(std::vector<std::pair<double, double>> values, double share) {
+    std::sort(values.begin(), values.end());
+    double total = 0.0, up_to = 0.0;
+    for (const auto& [value, count] : values) total += count;
+    for (const auto& [value, count] : values)
+        if ((up_to += count) >= share * total) return value;
+    return 0.0;
+}
+
 }  // namespace
 
 Regions::Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress) : of(surfels.size()) {
@@ -247,28 +267,32 @@ Rgb Gathered::Lamps::sum() const {
 }
 
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
-                         const Rgb& balance) {
-    if (!std::isfinite(balance.x + balance.y + balance.z)) return {1.0, 1.0};  // some surfel, perhaps not drawn
+                         const Rgb& balance, double dimmest) {
+    const ErrorEstimate unsure{1.0, 1.0, 1.0, 1.0, 0.0};
+    if (!std::isfinite(balance.x + balance.y + balance.z)) return unsure;  // some surfel, perhaps not drawn
     for (const Residual& r : residuals) {
         const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance +
                          r.halves[0]->lamps.sum() + r.halves[1]->lamps.sum();
-        if (!std::isfinite(both.x + both.y + both.z)) return {1.0, 1.0};  // nothing is sure of it
+        if (!std::isfinite(both.x + both.y + both.z)) return unsure;  // nothing is sure of it
     }
     const CoarseSystem system(residuals, regions, rays_each, balance);
     const std::vector<Rgb> errors[2] = {system.errors(0), system.errors(1)};
     double off = 0.0, all = 0.0, spread = 0.0;
+    std::vector<LocalError> local(regions.count);
     for (const Residual& r : residuals) {
         const Rgb brought[2] = {system.brought(errors[0], r), system.brought(errors[1], r)};
         const Rgb e[2] = {system.residual(r, 0) + brought[0], system.residual(r, 1) + brought[1]};
         const double product = dot(e[0], e[1]);
         off += product;
         spread += product * product;
-        all += dot(r.irradiance + e[0], r.irradiance + e[1]);
+        const double squared = dot(r.irradiance + e[0], r.irradiance + e[1]);
+        all += squared;
+        local[r.region].add(product, squared);
     }
     if (!(all > 0.0)) {
         // Nothing arrives and no ray finds that anything should: 0 of 0, which is no precision to boast of.
         constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-        return spread == 0.0 ? ErrorEstimate{unknown, unknown} : ErrorEstimate{1.0, 1.0};
+        return spread == 0.0 ? ErrorEstimate{unknown, unknown, unknown, unknown, 0.0} : unsure;
     }
     // Products at single surfels are independent but for what is brought to all of them. Below the standard error of
     // their sum nothing is known: that is the least it claims.
@@ -279,6 +303,16 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
     ErrorEstimate out;
     out.error = std::sqrt(std::max(off, deviation) / all);
     if (out.error > 0.0) out.uncertainty = deviation / (2.0 * out.error * all);
+    const double least = dimmest * dimmest * all / static_cast<double>(residuals.size());
+    std::vector<std::pair<double, double>> errors_by_region, floors;  // and how many surfels each stands for
+    for (const LocalError& region : local) {
+        if (!(region.count > 0.0) || !(region.all > least * region.count)) continue;
+        errors_by_region.emplace_back(std::sqrt(std::max(region.off, region.deviation()) / region.all), region.count);
+        floors.emplace_back(std::sqrt(region.deviation() / region.all), region.count);
+    }
+    out.local = quantile(errors_by_region, 0.5);
+    out.local_p90 = quantile(std::move(errors_by_region), 0.9);
+    out.local_floor = quantile(std::move(floors), 0.9);
     return out;
 }
 

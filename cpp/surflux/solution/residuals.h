@@ -46,6 +46,10 @@ struct Residual {
 struct ErrorEstimate {
     double error = 0.0;        // relative RMS; never less than what its rays can tell; NaN where H is 0 all over
     double uncertainty = 0.0;  // standard error of `error`
+    // By local light: the median and the 90th percentile, over the surfels, of the relative RMS error of their region.
+    // Regions darker than a share of the RMS of H are left out.
+    double local = 0.0, local_p90 = 0.0;
+    double local_floor = 0.0;  // the same 90th percentile of what rays can tell at all
 };
 
 // The error e of H at surfels solves e = r + T e, with r the residual D + T H - H and T one bounce. Of T e only the
@@ -62,7 +66,11 @@ struct ErrorEstimate {
 // cov(m_k, c') / var(c'), the regression of least variance (Cochran 1977, 7.3), whose moments come from the sample,
 // within regions. Where nothing is lost c is r but for the error of D; where most is, they have little in common, and
 // so little is gained.
+//
+// In a dim room the light of single surfels is mostly noise of the few rays here. Over a region, though, sum e'.e'' /
+// sum (H + e').(H + e'') is as free of its bias as it is over all; `dimmest`: the share of the RMS of H below which a
+// region is too dark to count.
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
-                         const Rgb& balance);
+                         const Rgb& balance, double dimmest = 1e-3);
 
 }  // namespace surflux

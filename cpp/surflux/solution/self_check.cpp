@@ -19,6 +19,7 @@ constexpr std::size_t checks_per_region = 32;
 // Relative standard error of the error at which no more rays are traced; and how many may be, whatever it is: so many,
 // or that share of the rays of the solution itself.
 constexpr double enough = 0.125;
+constexpr double enough_locally = 0.5;  // of what rays can tell over the local error
 constexpr std::size_t least_rays = 1 << 20;
 constexpr double most_share = 0.25;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec;
@@ -112,7 +113,10 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
             of_round);
         each += more;
         const ErrorEstimate estimate = error_from(residuals, regions, static_cast<double>(each), balance);
-        if (!(estimate.uncertainty > enough * estimate.error) || 2 * traced > options.most_rays) {
+        const bool is_known = !(estimate.uncertainty > enough * estimate.error) || 2 * traced > options.most_rays;
+        const bool is_known_locally =
+            !(estimate.local_floor > enough_locally * estimate.local_p90) || 2 * traced > options.most_local_rays;
+        if (is_known && is_known_locally) {
             report(progress, planned, planned);
             return {estimate, traced};
         }
@@ -125,13 +129,16 @@ void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed
     SelfCheckOptions options;
     options.seed = seed;
     Figures& figures = solution.history.back();
-    options.most_rays = std::max(least_rays, static_cast<std::size_t>(most_share * figure(figures, "rays")));
+    options.most_local_rays = static_cast<std::size_t>(most_share * figure(figures, "rays"));
+    options.most_rays = std::max(least_rays, options.most_local_rays);
     const SelfCheck check = gathering_error(scene, tracer, solution, options, progress);
     watch.lap("self-check");
     solution.error = check.estimate.error;
     figure(figures, "rays") += static_cast<double>(check.rays);
     figure(figures, "error") = check.estimate.error;
     figure(figures, "error_uncertainty") = check.estimate.uncertainty;
+    figure(figures, "local_error") = check.estimate.local;
+    figure(figures, "local_error_p90") = check.estimate.local_p90;
     figure(figures, "seconds") = total_seconds(solution.timings);
 }
 

@@ -18,6 +18,7 @@ struct SelfCheck {
 struct SelfCheckOptions {
     std::size_t surfels = 2000;       // checked, drawn by area
     std::size_t most_rays = 1 << 20;  // no more rounds where another would pass this
+    std::size_t most_local_rays = 0;  // the same where only errors by local light are not known yet
     std::uint64_t seed = 0;
 };
 

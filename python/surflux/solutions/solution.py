@@ -57,8 +57,10 @@ class Solution:
             all is grey), applications of the operator, residual, imbalance (of what neighbourhoods send and what all
             receive from them, before reciprocity mended it) and imbalance_left (of that, afterwards, in the part that
             balances worst), error (an estimate from the variance of the rays and the error of interpolation; at the end
-            that of `error`), error_uncertainty (the standard error of `error`), power_in and where it ends (all
-            channels added up; a grey scene has its one three times): power_absorbed, power_escaped and
+            that of `error`), error_uncertainty (the standard error of `error`), local_error and local_error_p90 (median
+            and 90th percentile, over some 60 regions of the surface, of the RMS error of a region relative to its own
+            light, where that is above a thousandth of the RMS of H; no less than rays can tell), power_in and where it
+            ends (all channels added up; a grey scene has its one three times): power_absorbed, power_escaped and
             power_into_backs, both by the senders' own rays, and power_lost, the residual, of either sign, with its
             standard error by these rays, power_lost_error; parts (of the scene that see nothing of each other),
             largest_part_lost (of the part and channel that balance worst, what is lost or made of what enters), seconds

@@ -47,10 +47,11 @@ def solve(
     Nodes give way to their members where interpolation between them would be off by more than `zeta` (global
     refinement, D04 7.1); the linear system is solved by GMRES, again from where it stood. Direct light is computed at
     every surfel. Seconds and memory grow about in proportion to the surfels; the standard error of the rays, 1 or 2 %
-    of the indirect light with 256, stays. With `transport="pairs"` all pairs of surfels exchange light by form factors
-    that are symmetric and closed: each row, with what rays find to leave the scene or to end on a back face, makes 1.
-    Precise to .1 % in smooth scenes; memory grows as 4 n^2 bytes, seconds as n^2. "auto" takes pairs up to 2000 surfels
-    and rays beyond.
+    of the indirect light with 256, stays. Where it is more than zeta times ten times the light there, as in a room lit
+    by a gap, nodes get up to four times the rays, aimed at what others around found bright. With `transport="pairs"`
+    all pairs of surfels exchange light by form factors that are symmetric and closed: each row, with what rays find to
+    leave the scene or to end on a back face, makes 1. Precise to .1 % in smooth scenes; memory grows as 4 n^2 bytes,
+    seconds as n^2. "auto" takes pairs up to 2000 surfels and rays beyond.
 
     With `insert`, a surfel beside which the field is not what its slope says, by more than zeta, gives way to four
     (D04 7.2), at the borders of shadows above all; they in turn, down to a sixteenth of the radius of surfels (RMS by
@@ -63,7 +64,9 @@ def solve(
             max_surfels where none is given.
         seconds: of wall-clock time that attempts may take, once areas are known: the best of them counts. The first
             and coarsest is made in any case. With `error` whichever comes first ends it.
-        zeta: what interpolation may leave, of the area-weighted RMS of H; positive.
+        zeta: what interpolation may leave, of the area-weighted RMS of H, and in a dim room of ten times what light
+            there is (transport="rays"; the logarithmic mean of H that a node's rays meet, a thousandth of the RMS at
+            least); positive.
         insert: False solves for the scene's own surfels alone.
         tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
         max_surfels: of the solution; None for twice those of the scene, but not 50 000 more. Where that is not enough,

@@ -1,0 +1,83 @@
+#include "surflux/radiosity/node_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surflux/radiosity/lit_points.h"
+#include "surflux/solution/interpolation.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr std::size_t rows_around = 9;
+constexpr double enough = 0.75;  // of the rays that are wanted: cells of aimed rows have powers of 2
+
+}  // namespace
+
+// The error of all is least for given rays where they go by the root of the area.
+int NodeRays::usual_rays(std::uint32_t node) const {
+    const double share = std::sqrt(tree_.area(node) / usual_area_);
+    int rays = rays_;
+    for (double least = 0.7; share < least && rays > std::max(16, rays_ / 4); least *= 0.5) rays /= 2;
+    return rays;
+}
+
+void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t channels, const Progress& progress) {
+    Fresh fresh, aimed;
+    cut.rays.resize(cut.nodes.size(), 0);
+    row_of_.resize(tree_.points(), SurfelTree::none);
+    for (std::size_t k = 0; k < cut.nodes.size(); ++k) {
+        const std::uint32_t p = tree_.representative(cut.nodes[k]), row = row_of_[p];
+        const int usual = usual_rays(cut.nodes[k]), wanted = sent ? cut.rays[k] : 0;
+        const double has = row == SurfelTree::none ? 0.0 : gathering_.row(row).rays;
+        const bool aim = wanted >= 2 * usual;
+        if (aim ? has >= enough * wanted : has > 0.0) continue;
+        Fresh& to = aim ? aimed : fresh;
+        to.places.push_back(LitPoints::place(tree_, p));
+        to.points.push_back(p);
+        to.counts.push_back(aim ? wanted : usual);
+    }
+    const auto number = [&](const Fresh& of) {
+        auto row = static_cast<std::uint32_t>(gathering_.size());
+        for (const std::uint32_t p : of.points) row_of_[p] = row++;
+    };
+    number(fresh);
+    gathering_.add(fresh.places, fresh.counts, progress);
+    if (!aimed.points.empty()) {
+        number(aimed);
+        shoot_aimed(aimed, *sent, channels, progress);
+        any_aimed_ = true;
+    }
+    cut.rows.resize(cut.nodes.size());
+    last_points_.resize(cut.nodes.size());
+    for (std::size_t k = 0; k < cut.nodes.size(); ++k) {
+        last_points_[k] = tree_.representative(cut.nodes[k]);
+        cut.rows[k] = row_of_[last_points_[k]];
+    }
+    last_rows_ = cut.rows;
+}
+
+void NodeRays::shoot_aimed(const Fresh& fresh, const std::vector<double>& sent, std::size_t channels,
+                           const Progress& progress) {
+    std::vector<Vec3> positions, normals;
+    std::vector<std::uint32_t> objects;
+    for (const std::uint32_t p : last_points_) {
+        positions.push_back(tree_.position(p));
+        normals.push_back(tree_.normal(p));
+        objects.push_back(tree_.object(p));
+    }
+    const Interpolation sites(positions, normals, objects, standing_at(0, fresh.points.size(), progress));
+    gathering_.add_aimed(
+        fresh.places, fresh.counts,
+        [&](std::size_t k, std::vector<Aim>& aims) {
+            const Place& place = fresh.places[k];
+            std::vector<Interpolation::Weight> near;
+            sites.nearest(place.position, place.normal, tree_.object(fresh.points[k]), rows_around, near);
+            for (const Interpolation::Weight& w : near)
+                gathering_.aims_of(last_rows_[w.site], sent, channels, place.position, aims);
+        },
+        progress);
+}
+
+}  // namespace surflux

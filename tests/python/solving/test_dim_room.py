@@ -1,0 +1,40 @@
+"""A dim room beside a bright one: errors by local light, true and estimated."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from support.dim_room import Reference, door_ajar, in_the_dark, local_errors
+from surflux.solving.run import tuned
+
+BY_RMS = {"local_weight": 1e9}  # refinement as if there were no local light
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_dim_room_has_its_light(seed):
+    """By the RMS of both rooms, its mean was 20 % too dark. Of errors by local light the estimate knows, too."""
+    scene = door_ajar(2.0)
+    areas = np.concatenate([sf.effective_areas(o) if o.areas is None else o.areas for o in scene.objects])
+    chance = areas * in_the_dark(scene)
+    rows = np.random.default_rng(seed).choice(len(areas), 160, p=chance / chance.sum())
+    reference = Reference(scene, rows, 8192, seed=seed)
+    noise = np.sqrt((reference.error**2).sum()) / reference.mean.sum()
+    assert noise < 0.02
+    solution, history = sf.solve(scene, seed=seed), []
+    assert abs(reference.of(solution).sum() / reference.mean.sum() - 1.0) < 0.05 + 2 * noise
+    with tuned(BY_RMS):
+        by_rms = sf.solve(scene, seed=seed)
+    for figures in (solution.history[-1], by_rms.history[-1]):
+        assert figures["error"] < 0.02  # of both rooms: no sign of it
+        assert figures["local_error"] <= figures["local_error_p90"]
+        history.append(figures["local_error_p90"])
+    assert history[0] < 0.2 < history[1]
+
+
+def test_local_errors_of_what_is_known():
+    """10 % off at surfels of any brightness are 10 %, but where it is too dark to count; noise is taken off."""
+    true = np.array([1.0, 0.01, 1e-4])[:, None] * np.ones(3)
+    assert local_errors(1.1 * true, true, 0 * true, 1.0) == pytest.approx([0.1, 0.1])
+    assert local_errors(1.1 * true, true, 0 * true, 1.0, dimmest=1e-5) == pytest.approx([0.1, 0.1, 0.1])
+    assert local_errors(1.1 * true, true, 0.06 * true, 1.0) == pytest.approx([0.08, 0.08])
