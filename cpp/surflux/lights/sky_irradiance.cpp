@@ -29,10 +29,11 @@ public:
         taken_ = traced_ = free_count_ = 0;
         const bool narrow = sky_.is_narrow(tree);
         const int rays = narrow ? std::max(2, most_rays_ / 2) : most_rays_;
-        shoot(narrow ? std::max(2, most_rays_ / 16) : std::max(1, most_rays_ / 2), tree, place, even);
+        shoot(narrow ? std::max(2, most_rays_ / 8) : std::max(1, most_rays_ / 2), tree, place, even);
         // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp; and a spot may
         // hardly rise over the horizon.
-        if (std::min(free_count_, traced_ - free_count_) > 1 || traced_ == 0) shoot(rays, tree, place, even);
+        if (std::min(free_count_, traced_ - free_count_) > (narrow ? 0 : 1) || traced_ == 0)
+            shoot(rays, tree, place, even);
         if (free_count_ == 0) return {};
         if (free_count_ == traced_) return all;
         const double share = static_cast<double>(free_count_) / traced_;
