@@ -82,14 +82,13 @@ public:
         return py::make_tuple(to_array(all), to_array(direct), to_array(hidden));
     }
 
-    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
-                                  std::uint64_t seed, const py::object& progress) const {
+    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
+                                  const py::object& progress) const {
         const auto given = checked(points, normals);
         const std::vector<Vec3>&places = given.first, &facing = given.second;
         const Progress report = to_progress(progress);
-        return to_array(without_gil([&] {
-            return surflux::direct_at(scene_, tracer_, places, facing, {probes, shadow_rays}, rays, seed, report);
-        }));
+        return to_array(
+            without_gil([&] { return surflux::direct_at(scene_, tracer_, places, facing, rays, seed, report); }));
     }
 
     // The same as `at`, of surfaces that are known, and not inside of any geometry: by surfel.
@@ -301,8 +300,8 @@ void bind_meshless(py::module_& module) {
              }),
              py::arg("functions"), py::arg("scene"))
         .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
-        .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
-             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"))
+        .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("rays"),
+             py::arg("seed"), py::arg("progress"))
         .def("at_surfels", &FieldOnScene::at_surfels, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("levels_at", &FieldOnScene::levels_at, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"),

@@ -13,7 +13,7 @@ namespace surflux::bindings {
 
 namespace {
 
-constexpr int own_rays = 256, own_probes = 16, own_shadow_rays = 64;
+constexpr int own_rays = 256;
 
 // Interpolates fields of a solution from values at its surfels to any places; with its scene, not across walls. Where
 // `reflects` is given, objects are those of the scene, the first field is light from surfels, the second direct light,
@@ -82,20 +82,18 @@ struct Field {
     // Where walls stand before all that it could be interpolated from.
     Rgb found_there(std::size_t field, const Departure& from) const {
         if (field == 0) return (*gather)(from, own_rays, 0);
-        return surflux::direct_at(*scene, *tracer, {from.position}, {from.normal}, {own_probes, own_shadow_rays},
-                                  own_rays, 0)[0];
+        return surflux::direct_at(*scene, *tracer, {from.position}, {from.normal}, own_rays, 0)[0];
     }
 
     // Light from lights and Environments, traced anew.
-    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int probes, int shadow_rays, int rays,
-                                  std::uint64_t seed, const py::object& progress) const {
+    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
+                                  const py::object& progress) const {
         require(scene, "scene: wanted one to trace rays in");
         const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
         require(facing.size() == places.size(), "normals: wanted one for each point");
         const Progress report = to_progress(progress);
-        return to_array(without_gil([&] {
-            return surflux::direct_at(*scene, *tracer, places, facing, {probes, shadow_rays}, rays, seed, report);
-        }));
+        return to_array(
+            without_gil([&] { return surflux::direct_at(*scene, *tracer, places, facing, rays, seed, report); }));
     }
 
     static NodalField nodes_at(const Surfels& surfels, std::vector<std::uint32_t> objects) {
@@ -121,8 +119,8 @@ void bind_solution(py::module_& module) {
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
              py::arg("reflects") = py::none())
         .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
-        .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("probes"),
-             py::arg("shadow_rays"), py::arg("rays"), py::arg("seed"), py::arg("progress"));
+        .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("rays"), py::arg("seed"),
+             py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

@@ -29,7 +29,7 @@ struct Gathered {
         : scene(std::move(of)),
           tracer(scene),
           tree(scene, build_hierarchy(scene.surfels, scene.object, {}), scene.surfels.size()),
-          skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
+          skies(scene, LightSampler::usual_small_emitters, LightSampler::Sources::constant_sky),
           points(scene.surfels),
           gathering(points, tracer, tree, skies, seed) {}
 

@@ -22,10 +22,15 @@ struct CosineShare {
 
 }  // namespace
 
-LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources sources) : surfels_(scene.surfels) {
+LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources sources)
+    : surfels_(scene.surfels), whole_images_(sources == Sources::whole_images) {
     for (const Light& light : scene.lights) {
         if (sources == Sources::surfels) break;
-        if (sources == Sources::sky && !std::holds_alternative<Environment>(light)) continue;
+        if (sources == Sources::constant_sky) {
+            const auto* p = std::get_if<Environment>(&light);
+            if (p && p->pixels.empty()) constant_sky_ += p->radiance;
+            continue;
+        }
         if (const auto* p = std::get_if<PointLight>(&light))
             point_like_.push_back({PointLike::point, p->position, p->intensity, SpotCone({})});
         if (const auto* p = std::get_if<SpotLight>(&light))
@@ -45,7 +50,7 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
         }
     }
 
-    if (sources == Sources::sky) return;
+    if (sources == Sources::constant_sky) return;
     const std::vector<std::uint32_t> begin = triangle_ranges(surfels_);
     double all = 0.0, emitting = 0.0;
     std::vector<Piece> pieces;
@@ -177,7 +182,7 @@ Rgb LightSampler::shares_at_end(const Vec3& direction, const Hit& hit, const Sha
     Rgb out;
     if (!hit) {
         out += share(0.0) * (pi * constant_sky_);
-        for (std::size_t k = 0; k < images_.size(); ++k)
+        for (std::size_t k = 0; k < images_.size() && !whole_images_; ++k)
             out += (pi * share(images_[k].density(direction))) * images_[k].radiance(direction);
     } else if (hit.front) {
         const Rgb& emission = surfels_.emission[hit.surfel];
@@ -213,7 +218,8 @@ LightRay LightSampler::towards_sky(std::size_t image, const Vec3& normal, double
     const Vec3 direction = images_[image].sample(u, v);
     const double cosine = dot(normal, direction), density = images_[image].density(direction);
     if (!(cosine > 0.0 && density > 0.0)) return {};
-    const Rgb irradiance = (pi * cosine / (pi * density + cosine)) * images_[image].radiance(direction);
+    const double of_others = whole_images_ ? 0.0 : cosine / pi;
+    const Rgb irradiance = (cosine / (density + of_others)) * images_[image].radiance(direction);
     return {direction, Ray{}.length, irradiance, Hit::none, false, density};
 }
 

@@ -1,6 +1,7 @@
 #include "surflux/meshless/surface_light.h"
 
 #include "surflux/lights/light_sampled_irradiance.h"
+#include "surflux/lights/sky_irradiance.h"
 
 namespace surflux {
 
@@ -13,9 +14,10 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
       light_samples_(light_samples),
       seed_(seed),
       points_(scene.surfels),
-      all_(scene),
+      all_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::whole_images),
       emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
-      skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky) {
+      skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::constant_sky),
+      sky_cells_(scene.lights) {
     const std::vector<Place> places = places_of(scene.surfels);
     direct_ = direct_at(places, progress);
     emitted_ = emitted_irradiance(scene, tracer, emitters_, points_, places,
@@ -24,8 +26,8 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
 
 std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const Progress& progress) const {
     std::vector<Rgb> out = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
-    const std::vector<Rgb> sky = light_sampled_irradiance(
-        tracer_, skies_, points_, places, light_sampling_options(options_, light_samples_), seed_ + 1, progress);
+    const std::vector<Rgb> sky =
+        sky_irradiance(tracer_, sky_cells_, points_, places, light_samples_ / 2, seed_ + 1, progress);
     for (std::size_t k = 0; k < out.size(); ++k) out[k] += sky[k];
     return out;
 }

@@ -6,16 +6,17 @@
 #include "surflux/lights/direct.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
+#include "surflux/lights/sky_cells.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
 
-// Irradiance that needs no solving: from lights, and by next event estimation towards small emissive surfels and images
-// of the sky (of the latter the light samples' part of the MIS estimate; LightSampler::found has that of hemisphere
-// rays). What emissive surfels bring rises steeply towards them and makes all other light. However finely it is
-// refined, the basis would not carry the power of that, so it is kept at each surfel, "beside the basis"; what lights
-// bring is kept there, too, unless `lights_in_basis`.
+// Irradiance that needs no solving: from lights, from images of the sky, and by next event estimation towards small
+// emissive surfels; the sky of one colour is found by hemisphere rays (skies()). What emissive surfels bring rises
+// steeply towards them and makes all other light. However finely it is refined, the basis would not carry the power of
+// that, so it is kept at each surfel, "beside the basis"; what lights bring is kept there, too, unless
+// `lights_in_basis`.
 class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.
@@ -56,6 +57,7 @@ private:
     std::uint64_t seed_;
     SurfelPoints points_;
     LightSampler all_, emitters_, skies_;
+    SkyCells sky_cells_;
     std::vector<Rgb> direct_, emitted_;  // of surfels
 };
 

@@ -41,8 +41,7 @@ public:
         // Covered by something: it sees nothing but backs.
         bool is_buried() const { return begin == end && escape == 0.0f; }
     };
-    // The sky is in no link: rays find it here, with the MIS weight that goes with light sampling
-    // (lights/light_sampled_irradiance.h).
+    // The sky is in no link: rays find that of one colour here; images of it are lights (LitPoints).
     Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
               std::uint64_t seed, const RefinementTuning& tuning = {});
 

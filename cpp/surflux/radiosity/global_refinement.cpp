@@ -35,14 +35,15 @@ public:
           out_(out),
           watch_(watch),
           emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
-          skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky),
+          skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::constant_sky),
+          sky_cells_(scene.lights),
           sight_(sight),
           tree_(tree),
           points_(scene.surfels),
           gathering_(points_, tracer, tree_, skies_, options.seed, options.tuning),
           probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning),
           test_(std::make_unique<CutTest>(tree_, gathering_, probes_, options.seed + probe_stream, options.tuning)),
-          sources_(scene, points_, tracer, tree_, &emitters_, &skies_, options.direct, options.rays, options.seed) {
+          sources_(scene, points_, tracer, tree_, &emitters_, &sky_cells_, options.direct, options.rays, options.seed) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
@@ -138,10 +139,11 @@ private:
         return system_->solve(tolerance, most_applications, values_, unit, stage("solve"));
     }
 
+    // Of those that rays of nodes find; what images bring, LitPoints has.
     bool grey_skies() const {
         return std::all_of(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
             const auto* sky = std::get_if<Environment>(&light);
-            return !sky || (sky->pixels.empty() && is_grey({sky->radiance}));
+            return !sky || !sky->pixels.empty() || is_grey({sky->radiance});
         });
     }
 
@@ -311,6 +313,7 @@ private:
     Solution& out_;
     Stopwatch& watch_;
     const LightSampler emitters_, skies_;
+    const SkyCells sky_cells_;
     const Sight& sight_;
     SurfelTree& tree_;
     const SurfelPoints points_;

@@ -1,22 +1,24 @@
 #include "surflux/radiosity/lit_points.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "surflux/core/parallel.h"
 #include "surflux/lights/light_sampled_irradiance.h"
+#include "surflux/lights/sky_irradiance.h"
 
 namespace surflux {
 
 LitPoints::LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
-                     const LightSampler* emitters, const LightSampler* skies, const DirectOptions& options,
-                     int light_samples, std::uint64_t seed)
+                     const LightSampler* emitters, const SkyCells* sky, const DirectOptions& options, int light_samples,
+                     std::uint64_t seed)
     : scene_(scene),
       surfels_(surfels),
       tracer_(tracer),
       tree_(tree),
       sampled_emitters_(emitters),
-      sampled_skies_(skies),
+      cells_(sky),
       options_(options),
       light_samples_(light_samples),
       seed_(seed) {}
@@ -48,15 +50,21 @@ void LitPoints::update(const Progress& progress) {
     const DirectOptions direct{each(options_.probes), each(options_.rays)};
     std::vector<Rgb> errors;
     append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
-    standard_error_.reserve(standard_error_.size() + errors.size());
+    const std::size_t known = standard_error_.size();
+    standard_error_.reserve(known + errors.size());
     for (const Rgb& error : errors) standard_error_.push_back(static_cast<float>(luminance(error)));
     std::vector<Rgb>().swap(errors);
     const DirectOptions samples = light_sampling_options(options_, light_samples_);
     if (sampled_emitters_ && !sampled_emitters_->empty())
         append(emitters_,
                emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress));
-    if (sampled_skies_ && !sampled_skies_->empty())
-        append(sky_, light_sampled_irradiance(tracer_, *sampled_skies_, points, places, samples, seed_ + 1, progress));
+    if (cells_ && !cells_->empty()) {
+        std::vector<float> of_sky;
+        append(sky_, sky_irradiance(tracer_, *cells_, points, places, each(light_samples_ / 2), seed_ + 1, progress,
+                                    &of_sky));
+        for (std::size_t k = 0; k < of_sky.size(); ++k)
+            standard_error_[known + k] = std::hypot(standard_error_[known + k], of_sky[k]);
+    }
 }
 
 bool LitPoints::is_grey() const {

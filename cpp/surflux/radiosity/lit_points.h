@@ -6,21 +6,23 @@
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/lights/light_sampler.h"
+#include "surflux/lights/sky_cells.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
 
-// Irradiance of the points of a tree that needs no solving: from lights, and by next event estimation towards small
-// emissive surfels (LightSampler) and images of the sky. By point; those that were split have what they had.
+// Irradiance of the points of a tree that needs no solving: from lights, from images of the sky (sky_irradiance), and
+// by next event estimation towards small emissive surfels (LightSampler). By point; those that were split have what
+// they had.
 class LitPoints {
 public:
-    // Without samplers, of lights alone. Emitters and images of the sky get a quarter of `light_samples`, and all where
-    // some are blocked; emitters as many cosine-distributed rays, too: both parts of their MIS estimate are had here,
-    // and none of that steep light has to be interpolated.
+    // Without sampler and sky, of lights alone. Emitters get a quarter of `light_samples`, and all where some are
+    // blocked, and as many cosine-distributed rays, too: both parts of their MIS estimate are had here, and none of
+    // that steep light has to be interpolated. Half of `light_samples` go to the sky.
     LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
-              const LightSampler* emitters, const LightSampler* skies, const DirectOptions& options, int light_samples,
+              const LightSampler* emitters, const SkyCells* sky, const DirectOptions& options, int light_samples,
               std::uint64_t seed);
 
     // Lights up what the tree has more since the last time.
@@ -46,7 +48,8 @@ private:
     const SurfelPoints& surfels_;
     const Tracer& tracer_;
     const SurfelTree& tree_;
-    const LightSampler *sampled_emitters_, *sampled_skies_;
+    const LightSampler* sampled_emitters_;
+    const SkyCells* cells_;
     DirectOptions options_;
     int light_samples_;
     std::uint64_t seed_;

@@ -3,7 +3,6 @@
 import numpy as np
 
 from surflux._base.passes import report
-from surflux.solutions.fields import PROBES, SHADOW_RAYS, SKY_RAYS
 
 SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take 0.3 GB
 
@@ -48,7 +47,7 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     drawn = splat(layers, fine, 1, None, **part)
     found, albedo, *rest = drawn["layers"]
     if view.direct == "traced":
-        found += albedo / np.pi * _traced(field.basis, seen)
+        found += albedo / np.pi * _traced(field.basis, seen, view.rays)
     else:  # what the basis holds of it: all, or the light of the sky
         found += albedo / np.pi * seen["direct"]
     indirect = albedo / np.pi * (seen["all"] - seen["direct"])
@@ -83,11 +82,11 @@ def _fill_hidden(field, seen):
     seen["direct"][hidden] = direct
 
 
-def _traced(basis, seen):
+def _traced(basis, seen, rays):
     """Direct light by rays from where every subpixel sees a surfel."""
     there = seen["index"] >= 0
     out = np.zeros(seen["all"].shape, np.float32)
     normals = seen["normal"][there].astype(np.float64)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    out[there] = basis.direct_at(seen["position"][there], normals, PROBES, SHADOW_RAYS, SKY_RAYS, 0, None)
+    out[there] = basis.direct_at(seen["position"][there], normals, rays, 0, None)
     return out

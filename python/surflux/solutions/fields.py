@@ -6,7 +6,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.warn import warn
 
-PROBES, SHADOW_RAYS, SKY_RAYS = 16, 64, 256  # of direct light that is traced
+RAYS = 128  # to the sky, of direct light that is traced
 
 
 def warn_of_mid_air(on_surface):
@@ -40,11 +40,11 @@ class SurfelField:
     def direct(self, points, normals, callback):
         return self._field.at(1, points, normals, callback)
 
-    def irradiance(self, points, normals, direct, seed, callback):
+    def irradiance(self, points, normals, direct, rays, seed, callback):
         others = self.others(points, normals, callback)
         if direct == "interpolated":
             return others + self.direct(points, normals, callback)
-        return others + self._field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback)
+        return others + self._field.direct_at(points, normals, rays, seed, callback)
 
 
 def light_between(solution, points, normals, callback):
@@ -85,10 +85,10 @@ class BasisField:
         self._surfels = self._surfels or self._make_surfels(callback)
         return self._surfels.others(points, normals, callback), self._surfels.direct(points, normals, callback)
 
-    def irradiance(self, points, normals, direct, seed, callback):
+    def irradiance(self, points, normals, direct, rays, seed, callback):
         in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)
         hidden = hidden != 0
-        seen, how = ~hidden, (direct, seed, callback)
+        seen, how = ~hidden, (direct, rays, seed, callback)
         total = np.empty_like(in_basis)
         total[seen] = in_basis[seen] + self._beside(points[seen], normals[seen], direct_in_basis[seen], *how)
         if hidden.any():
@@ -96,12 +96,12 @@ class BasisField:
             total[hidden] = self._surfels.irradiance(points[hidden], normals[hidden], *how)
         return total
 
-    def _beside(self, points, normals, direct_in_basis, direct, seed, callback):
+    def _beside(self, points, normals, direct_in_basis, direct, rays, seed, callback):
         """What is to be added to what the basis holds."""
         if direct == "interpolated":
             rest = self._rest_of(callback)
-            return rest.irradiance(points, normals, direct, seed, callback) if rest else 0.0
-        traced = self.basis.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, seed, callback) - direct_in_basis
+            return rest.irradiance(points, normals, direct, rays, seed, callback) if rest else 0.0
+        traced = self.basis.direct_at(points, normals, rays, seed, callback) - direct_in_basis
         rest = self._rest_of(callback) if np.any(self.emitted) else None
         return traced + (rest.others(points, normals, callback) if rest else 0.0)
 

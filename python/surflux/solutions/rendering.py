@@ -34,6 +34,7 @@ class Options(TypedDict, total=False):
     background: ArrayLike
     samples: int
     direct: Literal["interpolated", "traced"]
+    rays: int
     culling: bool
     threads: int | None
     progress: Progress
@@ -49,7 +50,7 @@ def picture_size(size):
 class View:
     """What a picture is drawn from and how, checked."""
 
-    def __init__(self, solution, camera, size, background, samples, culling, direct):
+    def __init__(self, solution, camera, size, background, samples, culling, direct, rays=64):
         self.size = picture_size(size)
         if camera is None:
             camera = own_or_framing(solution.camera, solution.surfels, size)
@@ -62,6 +63,7 @@ class View:
         self.background = check.rgb("background", background)
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)
+        self.rays = check.count("rays", rays, 1, 1 << 16)
         self.direct = check.choice("direct", direct, ("interpolated", "traced"))
         if direct == "traced" and not isinstance(solution._field, BasisField):
             only = "only what is drawn from a meshless basis can be traced"

@@ -6,7 +6,7 @@ from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
 from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
-from surflux.solutions.fields import PROBES, SHADOW_RAYS, SKY_RAYS
+from surflux.solutions.fields import RAYS
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
 # little: turned inside out, they are lit here and there.
@@ -88,4 +88,4 @@ def _light_on_backs(surfels, asked, lights, blocked):
         turned = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])
     scene = _core.Scene([turned], [light._to_core() for light in lights])
     field = _core.Field(turned, np.zeros(len(turned), np.uint32), [], scene, None)
-    return field.direct_at(points, normals, PROBES, SHADOW_RAYS, SKY_RAYS, 0, None).sum(axis=1).mean()
+    return field.direct_at(points, normals, RAYS, 0, None).sum(axis=1).mean()

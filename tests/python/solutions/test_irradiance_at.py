@@ -76,6 +76,23 @@ def test_it_converges_to_second_order_nearly():
     assert np.log(errors[0] / errors[-1]) / np.log(4) > 1.3
 
 
+def test_traced_light_of_a_sky_converges_with_its_rays():
+    """Even rays: an error that goes by n^-3/4 is an eighth with 16 times as many; random ones have a fourth."""
+    sky = np.random.default_rng(2).uniform(0.2, 1.0, (16, 32, 3))
+    sky[4, 9] = 50.0
+    scene = sf.Scene([*floor_and_ball().objects], [sf.Environment(sky)])
+    solution = sf.solve(scene, insert=False)
+    at = 0.4 * on_the_floor(60)
+    known = solution.irradiance_at(at, up(at), direct="traced", rays=1 << 15, seed=9)
+    errors = []
+    for rays in (64, 1024):
+        found = [solution.irradiance_at(at, up(at), direct="traced", rays=rays, seed=seed) for seed in range(3)]
+        errors.append(np.linalg.norm(np.array(found) - known) / np.sqrt(3) / np.linalg.norm(known))
+    assert errors[1] < 0.25 * errors[0] < 0.25 * 0.05
+    with pytest.raises(ValueError, match=r"^rays: wanted a whole number from 1 to 65536, got 0"):
+        solution.irradiance_at(at, up(at), direct="traced", rays=0)
+
+
 def test_traced_shadows_are_sharp(solved):
     at = on_the_floor(400)
     d = -np.array(SUN.direction) / np.linalg.norm(SUN.direction)
@@ -145,7 +162,7 @@ def test_a_field_without_a_scene_traces_nothing():
     at, normals = np.array([[0.5, 0.5, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     np.testing.assert_allclose(field.at(0, at, normals, None), 1.0)
     with pytest.raises(ValueError, match=r"^scene: "):
-        field.direct_at(at, normals, 1, 1, 1, 0, None)
+        field.direct_at(at, normals, 1, 0, None)
     with pytest.raises(ValueError, match=r"^field: there are 1"):
         field.at(1, at, normals, None)
 

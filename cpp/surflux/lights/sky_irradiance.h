@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "surflux/core/progress.h"
+#include "surflux/lights/sample_points.h"
+#include "surflux/lights/sky_cells.h"
+#include "surflux/trace/tracer.h"
+
+namespace surflux {
+
+// Irradiance of each place from the images of Environments, on the shapes of `points`: what each cell of the sky brings
+// to the place where nothing is in the way, in closed form, and which share of it arrives, by shadow rays (a ratio
+// estimator), drawn evenly in proportion to that light: half of `rays`, evenest by powers of 2, and all where more than
+// one disagrees. To narrow bright spots such as the sun, rays of their own: an eighth, and half where any disagrees.
+// `errors`: the estimated standard error of the luminance of each, 0 where all rays agree.
+std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                const Progress& progress = {}, std::vector<float>* errors = nullptr);
+
+}  // namespace surflux
