@@ -212,7 +212,7 @@ void check_hdr(const std::string& path) {
     while (std::getline(in, line) && !line.empty()) {
     }
     std::string axes[2];
-    double sizes[2];
+    std::int32_t sizes[2];  // what is larger fails to be read
     if (!(in >> axes[0] >> sizes[0] >> axes[1] >> sizes[1])) return;
     const std::size_t across = axes[1].find('X') == std::string::npos ? 0 : 1;
     check_pixel_claim(path, sizes[across], sizes[1 - across], 3);
