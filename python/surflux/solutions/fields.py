@@ -6,7 +6,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.warn import warn
 
-RAYS = 128  # to the sky, of direct light that is traced
+RAYS = 256  # to the sky, of direct light that is traced
 
 
 def warn_of_mid_air(on_surface):
