@@ -13,7 +13,7 @@ struct Gap {
     Scene scene;
     Tracer tracer{scene};
     SurfelTree tree{scene, build_hierarchy(scene.surfels, scene.object, {}), scene.surfels.size()};
-    LightSampler skies{scene, LightSampler::usual_small_emitters, LightSampler::Sources::sky};
+    LightSampler skies{scene, LightSampler::usual_small_emitters, LightSampler::Sources::constant_sky};
     SurfelPoints points{scene.surfels};
     std::vector<double> sent = std::vector<double>(tree.size(), 0.0);
 
