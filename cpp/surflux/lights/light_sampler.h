@@ -35,6 +35,8 @@ public:
                           Sources sources = Sources::all);
 
     bool empty() const { return point_like_.empty() && areas_.empty() && images_.empty() && emitters_.empty(); }
+    // Radiance of the sky that is alike all around.
+    const Rgb& constant_sky() const { return constant_sky_; }
     // One light sample for all lights: of one candidate towards each, resampled in proportion to what it would bring.
     // (u, v) choose the place on each light, `choice` the light; all in [0, 1).
     LightRay sample(const Vec3& point, const Vec3& normal, double u, double v, double choice) const;

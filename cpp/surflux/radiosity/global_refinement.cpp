@@ -50,8 +50,8 @@ public:
         rays_ = std::make_unique<NodeRays>(tree_, gathering_, options.rays, usual_area_);
         sources_.update(stage("direct"));
         watch_.lap("direct");
-        const bool grey =
-            is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() && grey_skies();
+        const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() &&
+                          is_grey({skies_.constant_sky()});
         system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3);
     }
 
@@ -137,14 +137,6 @@ private:
             for (std::size_t k = 0; k < cut_.rows.size(); ++k)
                 unit.push_back(std::max(least, luminance(system_->value(values_, k) + system_->found(k))));
         return system_->solve(tolerance, most_applications, values_, unit, stage("solve"));
-    }
-
-    // Of those that rays of nodes find; what images bring, LitPoints has.
-    bool grey_skies() const {
-        return std::all_of(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
-            const auto* sky = std::get_if<Environment>(&light);
-            return !sky || !sky->pixels.empty() || is_grey({sky->radiance});
-        });
     }
 
     // The error that each node may have.

@@ -247,8 +247,8 @@ WRONG = [
     (FLOOR + "[solve]\nepsilon = 1.0", r"\(solve, epsilon\): wanted values in \(0, 1\), got 1"),
     (FLOOR + "[solve]\nmax_memory = 0", r"\(solve, max_memory\): wanted values above 0, got 0"),
     (FLOOR + "[solve]\nseed = -1", r"\(solve, seed\): wanted a whole number from 0"),
-    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is error, seconds, transport, zeta"),
-    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is error, seconds, transport, zeta"),
+    (FLOOR + "[solve]\nthreads = 2", r"\(solve, threads\): is not a key here; there is error, seconds"),
+    (FLOOR + "[solve]\nspeed = 3", r"\(solve, speed\): is not a key here; there is error, seconds"),
     ("name = 3\n" + FLOOR, r"\(name\): wanted text, got 3"),
 ]
 
