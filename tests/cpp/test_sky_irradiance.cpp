@@ -83,6 +83,25 @@ TEST(SkyCells, ASkyOfOneColourIsPiTimesItsRadiance) {
     }
 }
 
+// Nodes are in floats, radiance is not.
+TEST(SkyCells, RadianceMayBeOfAnySize) {
+    const Vec3 n = normalized({1, -1, 0.2});
+    const Rgb wanted = of_all_trees(SkyCells({image_of(64, 32)}), n);
+    for (const double scale : {1e-60, 1e60}) {
+        Environment e = image_of(64, 32);
+        for (Rgb& pixel : e.pixels) pixel *= scale;
+        const SkyCells sky({e});
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(of_all_trees(sky, n)[c] / scale, wanted[c], 1e-6 * wanted[c]);
+        std::vector<SkyCells::Part> parts;
+        sky.find_parts(0, n, parts);
+        Vec3 direction;
+        for (int k = 0; k < 64; ++k) {
+            sky.sample(0, parts, (k + 0.5) / 64, std::fmod(0.618 * k, 1.0), direction);
+            EXPECT_NEAR(length(direction), 1.0, 1e-9);
+        }
+    }
+}
+
 TEST(SkyCells, NarrowSpotsStandAlone) {
     Environment e = image_of(64, 32);
     EXPECT_EQ(SkyCells({e}).trees(), 1u);

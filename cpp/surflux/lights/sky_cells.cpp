@@ -15,7 +15,7 @@ namespace {
 // Sines of half the width of cells: of those in the open, of those that a horizon crosses, and of narrow spots.
 constexpr double open_width = 0.25, least_width = 0.06, narrow_width = 0.03;
 constexpr double open_share = 1.0 / 2048, least_share = 1e-5;  // of the power of the tree: cells that may be wider
-constexpr double bright_share = 1.0 / 16;                      // of spots, of what is left without them
+constexpr double bright_share = 1.0 / 16;                      // of spots, of what is left with them
 constexpr double brightness_of_spot = 4.0;                     // beside the mean radiance of what is left
 
 double weight(const Rgb& c) { return luminance({std::abs(c.x), std::abs(c.y), std::abs(c.z)}); }
@@ -129,13 +129,13 @@ struct SkyCells::Builder {
     Sums sum(const Block& b) const {
         Sums out;
         if (b.is_pixel()) {
-            out.add(pixels[b.top * width + b.left], integral_of_direction(b.high, b.low, b.from, b.to),
+            out.add(pixels[b.top * width + b.left] / unit, integral_of_direction(b.high, b.low, b.from, b.to),
                     (b.high - b.low) * (b.to - b.from));
             return out;
         }
         for (std::size_t row = b.top; row < b.bottom; ++row)
             for (std::size_t column = b.left; column < b.right; ++column)
-                out.add(pixels[row * width + column],
+                out.add(pixels[row * width + column] / unit,
                         {radii[row] * cosines[column], radii[row] * sines[column], levels[row] * step()},
                         solid_angle(row));
         return out;
@@ -207,7 +207,17 @@ struct SkyCells::Builder {
         for (const Block& half : halves(b)) find_spots(half, image, all, out);
     }
 
+    // The brightest of a block's pixels, in any channel: nodes are in units of it, so that floats take any radiance.
+    double brightest(const Block& b) const {
+        double out = 0.0;
+        for (std::size_t row = b.top; row < b.bottom; ++row)
+            for (std::size_t column = b.left; column < b.right; ++column)
+                for (int c = 0; c < 3; ++c) out = std::max(out, std::abs(pixels[row * width + column][c]));
+        return out;
+    }
+
     std::size_t width, height;
+    double unit = 1.0;
     std::vector<Rgb> pixels;
     std::vector<double> heights, azimuths;              // of borders
     std::vector<double> radii, levels, cosines, sines;  // of rows and columns, for integrals of the direction
@@ -226,6 +236,8 @@ SkyCells::SkyCells(const std::vector<Light>& lights, Sources sources) {
             Image image = builder.image_of(block, frame);
             Tree tree;
             tree.image = static_cast<std::uint32_t>(images_.size());
+            builder.unit = tree.unit = builder.brightest(block);
+            if (!(tree.unit > 1e-300)) return;  // whose reciprocal is finite
             builder.add(block, image, image.power(block), tree);
             if (tree.nodes.empty()) return;
             tree.is_narrow = tree.nodes[0].sine <= static_cast<float>(narrow_width);
@@ -277,10 +289,16 @@ struct SkyCells::Cut {
             return second == node.next ? 0.0f : add(second);
         }
         const auto behind = static_cast<std::uint32_t>(out.size());
-        const float weight = first + (second == node.next ? 0.0f : add(second));
+        const float other = second == node.next ? 0.0f : add(second);
+        if (other == 0.0f) {  // the first child stands for it
+            out.erase(out.begin() + static_cast<std::ptrdiff_t>(at));
+            for (std::size_t i = at; i < out.size(); ++i)
+                if (out[i].second != 0) --out[i].second;
+            return first;
+        }
         out[at].second = behind;
-        out[at].weight = weight;
-        return weight;
+        out[at].weight = first + other;
+        return first + other;
     }
 
     float add_cell(const Node& node, std::uint32_t k, float facing, bool is_open) {
@@ -309,7 +327,7 @@ Rgb SkyCells::find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>
             out,
             {}};
     cut.add(0);
-    return trees_[tree].even == Rgb{} ? cut.all : pi * trees_[tree].even;
+    return trees_[tree].even == Rgb{} ? trees_[tree].unit * cut.all : pi * trees_[tree].even;
 }
 
 const SkyCells::Part& SkyCells::sample(std::size_t tree, const std::vector<Part>& parts, double u, double v,

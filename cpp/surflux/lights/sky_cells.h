@@ -17,7 +17,7 @@ public:
     explicit SkyCells(const std::vector<Light>& lights, Sources sources = Sources::images);
 
     // Trees: of each image what is left of it by itself, and every narrow bright spot, such as the sun, by itself. A
-    // spot has a tree where it brings more than 1/16 of what is left without it.
+    // spot has a tree where it brings more than 1/16 of what is left, itself included.
     std::size_t trees() const { return trees_.size(); }
     bool empty() const { return trees_.empty(); }
     // Is it so small that shadow rays to it mostly agree?
@@ -28,9 +28,9 @@ public:
     struct Part {
         std::uint32_t node;
         std::uint32_t second = 0;  // part of the second child; 0 of a cell
-        float weight = 0.0f;       // luminance of what it brings
+        float weight = 0.0f;       // luminance of what it brings, in the unit of its tree
         float cosine = 0.0f;       // of a cell: mean over it, by its luminance
-        float irradiance[3] = {};  // of a cell
+        float irradiance[3] = {};  // of a cell, in the unit of its tree
     };
     // Cells are small where the plane's own horizon runs. None if nothing rises over it. What they bring altogether.
     Rgb find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>& out) const;
@@ -65,6 +65,7 @@ private:
     struct Tree {
         std::uint32_t image;
         bool is_narrow = false;
+        double unit = 1.0;        // radiance that nodes count in
         Rgb even;                 // radiance of a sky of one colour, of which any plane has pi times that; else 0
         std::vector<Node> nodes;  // those without power left out; children behind their parent
         std::vector<Block> blocks;

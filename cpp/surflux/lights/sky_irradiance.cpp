@@ -39,7 +39,7 @@ public:
         const double share = static_cast<double>(free_count_) / traced_;
         const double error = luminance(all) * evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
         variance += error * error;
-        for (int c = 0; c < 3; ++c) all[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : 0.0;
+        for (int c = 0; c < 3; ++c) all[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
         return all;
     }
 

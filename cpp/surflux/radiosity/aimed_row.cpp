@@ -13,6 +13,7 @@ namespace {
 // Rings of equal area of the disk below the hemisphere (Malley), and sectors of each.
 constexpr int rings = 8, sectors = 32, cells = rings * sectors;
 constexpr int fewest = 2, most = 128;  // rays of a cell; powers of 2
+constexpr int spread = 4;              // that part of the rays is for all cells alike: what was not aimed at
 
 using OfCell = std::array<double, cells>;
 
@@ -48,10 +49,12 @@ void gather_aimed_row(const SurfelPoints& points, const Tracer& tracer, const Pl
     out.units.clear();
     out.first.clear();
     out.unit = cells * most;
+    int least = fewest;
+    while (2 * least <= most && 2 * least * cells * spread <= count) least *= 2;
     const int dimensions = points.extends(place) ? 4 : 2;
     for (int cell = 0; cell < cells; ++cell) {
         const double share = sum > 0.0 ? wanted[static_cast<std::size_t>(cell)] / sum : 1.0 / cells;
-        int rays = fewest;
+        int rays = least;
         // To the nearest power of 2.
         while (rays < most && rays * std::sqrt(2.0) < share * count) rays *= 2;
         EvenPoints even(dimensions, seed, stream_of(place) * cells + static_cast<std::uint64_t>(cell));

@@ -109,6 +109,8 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
                     !row.is_aimed() && aimed >= fewest_aimed
                         ? static_cast<int>(fewest)
                         : rays_for(pooled / smallness(usual_area, tree_.area(cut.nodes[k])), row.rays, most_rays);
+                // What it was given already did not help.
+                if (k < cut.rays.size() && out.rays[k] <= cut.rays[k]) out.rays[k] = 0;
             }
         },
         progress);

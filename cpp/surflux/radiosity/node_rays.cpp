@@ -11,7 +11,6 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t rows_around = 9;
-constexpr double enough = 0.75;  // of the rays that are wanted: cells of aimed rows have powers of 2
 
 }  // namespace
 
@@ -27,12 +26,13 @@ void NodeRays::shoot(Cut& cut, const std::vector<double>* sent, std::size_t chan
     Fresh fresh, aimed;
     cut.rays.resize(cut.nodes.size(), 0);
     row_of_.resize(tree_.points(), SurfelTree::none);
+    asked_.resize(tree_.points(), 0);
     for (std::size_t k = 0; k < cut.nodes.size(); ++k) {
-        const std::uint32_t p = tree_.representative(cut.nodes[k]), row = row_of_[p];
+        const std::uint32_t p = tree_.representative(cut.nodes[k]);
         const int usual = usual_rays(cut.nodes[k]), wanted = sent ? cut.rays[k] : 0;
-        const double has = row == SurfelTree::none ? 0.0 : gathering_.row(row).rays;
         const bool aim = wanted >= 2 * usual;
-        if (aim ? has >= enough * wanted : has > 0.0) continue;
+        if (aim ? asked_[p] >= wanted : row_of_[p] != SurfelTree::none) continue;
+        asked_[p] = aim ? wanted : usual;
         Fresh& to = aim ? aimed : fresh;
         to.places.push_back(LitPoints::place(tree_, p));
         to.points.push_back(p);

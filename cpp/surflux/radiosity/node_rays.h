@@ -24,7 +24,10 @@ public:
     // Are any aimed?
     bool any_aimed() const { return any_aimed_; }
     // Nothing more is shot: gives back what that alone needs.
-    void end() { std::vector<std::uint32_t>().swap(row_of_); }
+    void end() {
+        std::vector<std::uint32_t>().swap(row_of_);
+        std::vector<int>().swap(asked_);
+    }
 
 private:
     struct Fresh {
@@ -42,6 +45,7 @@ private:
     double usual_area_;
     bool any_aimed_ = false;
     std::vector<std::uint32_t> row_of_;                   // of points that stand for a node
+    std::vector<int> asked_;                              // rays that their last rows were to have: aimed ones round
     std::vector<std::uint32_t> last_rows_, last_points_;  // of the cut that was solved last
 };
 

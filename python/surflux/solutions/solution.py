@@ -67,7 +67,7 @@ class Solution:
             up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max |d_i -
             1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb
             it), short_rows and closure_applications. Where an error or a time was asked for, the last one has
-            wanted_error, wanted_seconds, how many attempts there were, and the settings that were chosen.
+            wanted_error, wanted_seconds, and how many attempts there were.
         attempts: list of dicts, where an error or a time was asked for: settings, estimated error and seconds of each
             attempt; an error of NaN is of one that the time was not enough for.
         camera: Camera from which the scene wants to be seen, or None.

@@ -65,8 +65,10 @@ def solve_asked(ladder, attempt, error, seconds):
         start = perf_counter()
         try:
             found = attempt(settings, deadline)
-        except Overdue:
-            why = "the time is up"
+        except (Overdue, MemoryError) as fault:
+            if best is None:
+                raise
+            why = "the time is up" if isinstance(fault, Overdue) else "there is no memory for finer settings"
             tried.append({"rung": rung, **settings, "error": math.nan, "seconds": perf_counter() - start})
             break
         now = perf_counter()
@@ -80,9 +82,12 @@ def solve_asked(ladder, attempt, error, seconds):
             _text(settings),
         )
         if best is None or not estimate >= best[0].error:
-            coarser, best = best, found
+            coarser, best = None if best is None else best[0].per_surfel("irradiance"), found
+        del found
         if math.isnan(estimate):  # no light arrives
             why = "there is no light"
+        elif error is None and estimate == 0.0:
+            why = "nothing is left to gain"
         elif error is not None and estimate <= error:
             why = "the error is reached"
         elif rung >= ladder.top:
@@ -95,7 +100,7 @@ def solve_asked(ladder, attempt, error, seconds):
     solution, warn_of_it = best
     warn_of_it()
     if error is not None and solution.error > error:
-        where = "" if coarser is None else _places(coarser[0], solution)
+        where = "" if coarser is None else _places(coarser, solution)
         warn(
             f"error: wanted {_percent(error)}, reached an estimated {_percent(solution.error)}, for {why}{where}; what "
             "was tried stands in Solution.attempts"
@@ -133,11 +138,10 @@ def _next(ladder, tried, error, left):
 
 
 def _tell(solution, tried, error, seconds):
-    """What was asked, chosen and tried, in the solution's history and timings."""
+    """What was asked and tried, in the solution's history, timings and attempts."""
     of = next(entry for entry in tried if entry["error"] == solution.error or math.isnan(solution.error))
     wanted = {"wanted_error": error, "wanted_seconds": seconds, "attempts": len(tried)}
-    chosen = {name: value for name, value in of.items() if name not in ("rung", "error", "seconds")}
-    solution.history[-1] |= {name: value for name, value in (wanted | chosen).items() if value is not None}
+    solution.history[-1] |= {name: value for name, value in wanted.items() if value is not None}
     others = sum(entry["seconds"] for entry in tried if entry is not of)
     if others > 0.0:
         solution.timings["attempts"] = others
@@ -145,11 +149,13 @@ def _tell(solution, tried, error, seconds):
 
 
 def _places(coarse, fine):
-    """Where two solutions of a scene differ most, in words: cells of a grid in which the squares add up to most."""
+    """Where a solution differs most from the irradiance of a coarser one, by the scene's surfels, in words: cells of a
+    grid in which the squares add up to most.
+    """
     surfels, parents = fine.surfels, fine.parents
     areas = np.bincount(parents, surfels.areas)
     centers = np.stack([np.bincount(parents, surfels.areas * x) for x in surfels.points.T], axis=1) / areas[:, None]
-    off = (fine.per_surfel("irradiance") - coarse.per_surfel("irradiance")) ** 2
+    off = (fine.per_surfel("irradiance") - coarse) ** 2
     weights = areas * off.sum(axis=1)
     if not weights.sum() > 0.0:
         return ""

@@ -12,7 +12,7 @@ from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, check_scene
+from surflux.solving.run import attempt_by, check_scene, with_areas
 
 _TOP = 6.0  # epsilon_e .0025 and 32 000 rays
 
@@ -110,7 +110,9 @@ def solve_meshless(
         if bounces is not None:
             raise ValueError("bounces: estimates of the error are of all of them; wanted none with error or seconds")
         defaults = {"levels": 6, "epsilon_e": 0.04, "rays": 512, "probes": 16, "shadow_rays": 64}
-        return solve_asked(Ladder(_settings, top=_TOP), attempt, *check_asked(error, seconds, given, defaults))
+        error, seconds = check_asked(error, seconds, given, defaults)
+        with_areas(scene, threads, progress)
+        return solve_asked(Ladder(_settings, top=_TOP), attempt, error, seconds)
     solution, say = attempt()
     say()
     return solution

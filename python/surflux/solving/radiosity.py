@@ -11,7 +11,7 @@ from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, tuning, with_scene_options
+from surflux.solving.run import attempt_by, tuning, with_areas, with_scene_options
 
 _RAYS_BY_RUNG = 2.0 / 3.0  # powers of four by which rays grow where zeta is halved
 _TOP = 7.0  # zeta .0006 and 41 000 rays
@@ -68,7 +68,8 @@ def solve(
             there is (transport="rays"; the logarithmic mean of H that a node's rays meet, a thousandth of the RMS at
             least); positive.
         insert: False solves for the scene's own surfels alone.
-        tolerance: |residual| / |right-hand side| of the linear system; in (0, 1).
+        tolerance: |residual| / |right-hand side| of the linear system, with transport="rays" both in units of the light
+            that there is; in (0, 1).
         max_surfels: of the solution; None for twice those of the scene, but not 50 000 more. Where that is not enough,
             what matters most to the RMS goes first; `history` says how many were left out.
         transport: "auto", "pairs" or "rays".
@@ -124,7 +125,9 @@ def solve(
         count = sum(len(s) for s in scene.objects)
         ladder = _ladder(count, max_surfels is None and check.flag("insert", insert))
         defaults = {"zeta": 0.02, "rays": 256, "probes": 16, "shadow_rays": 64}
-        return solve_asked(ladder, attempt, *check_asked(error, seconds, given, defaults))
+        error, seconds = check_asked(error, seconds, given, defaults)
+        with_areas(scene, threads, progress)
+        return solve_asked(ladder, attempt, error, seconds)
     solution, say = attempt()
     say()
     return solution

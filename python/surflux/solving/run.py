@@ -73,6 +73,12 @@ def tuning():
     return _tuning.get() or {}
 
 
+def with_areas(scene, threads, progress):
+    """Compiles the scene, so that attempts find it compiled."""
+    with thread_limit(threads):
+        scene._to_core(progress=progress)
+
+
 def attempt_by(solver, scene, options, threads, progress, field=None, converges=True, deadline=None):
     """(Solution of a solver of _core, a function that warns of what is wrong with it).
 
@@ -83,12 +89,12 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
     with thread_limit(threads):
         start = perf_counter()
         core = scene._to_core(progress=progress)
-        warn_of_layers(scene)
         areas_seconds = perf_counter() - start
         with stage_callback(progress) as callback, until(deadline, callback) as goes_on:
             result = solver(core, **options, progress=goes_on)
 
     def say():
+        warn_of_layers(scene)
         residual = result["history"][-1]["residual"]
         if converges and residual > options["tolerance"]:
             warn(f"the linear solver stopped at a residual of {residual:.2g}")

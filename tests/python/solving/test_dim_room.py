@@ -32,6 +32,14 @@ def test_a_dim_room_has_its_light(seed):
     assert history[0] < 0.2 < history[1]
 
 
+def test_rays_that_did_not_help_are_not_shot_again():
+    """Nodes of which an aimed row knows too little as well stay as they are: the refinement comes to its end."""
+    solution = sf.solve(door_ajar(0.7), transport="rays", insert=False, rays=1024, zeta=0.0071)
+    assert len(solution.history) < 16  # as many rounds are the most
+    shot = np.diff([figures["rays"] for figures in solution.history])
+    assert len(set(shot[-4:])) == 4  # and none as the one before
+
+
 def test_local_errors_of_what_is_known():
     """10 % off at surfels of any brightness are 10 %, but where it is too dark to count; noise is taken off."""
     true = np.array([1.0, 0.01, 1e-4])[:, None] * np.ones(3)
