@@ -41,7 +41,8 @@ def mean_radiosity(solution, surfels):
 def test_furnace_beside_bright_spheres_is_exact(solver, rho):
     """E = 1 - rho makes B = 1. A factor for the energy of the whole scene made .11 to 1.25 of it at rho = .99."""
     room = cube_inside(10, rho, 1 - rho)
-    solution = solver(sf.Scene([room, *glowing_spheres()]))
+    # A residual counts 1 / (1 - rho) times.
+    solution = solver(sf.Scene([room, *glowing_spheres()]), tolerance=1e-6 * (1.0 - rho))
     own = solution.parents < len(room)
     np.testing.assert_allclose(solution.radiosity[own], 1.0, atol=1e-6)
     assert solution.history[-1]["parts"] >= 2
