@@ -3,37 +3,23 @@
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-BASH = shutil.which("bash")
+from copied_script import ROOT, CopiedScripts
 
 
 @pytest.fixture
 def setup(tmp_path):
     """Runs a copy of script/setup as an ordinary user without sudo, where dpkg knows all packages but `missing`."""
-    tools = tmp_path / "tools"
-    tools.mkdir()
-    (tmp_path / "script").mkdir()
-    shutil.copy(ROOT / "script/setup", tmp_path / "script")
+    scripts = CopiedScripts(tmp_path)
     for name in ("dirname", "grep"):
-        (tools / name).symlink_to(shutil.which(name))
-
-    def tool(name, text):
-        (tools / name).write_text(f"#!{BASH}\n{text}\n")
-        (tools / name).chmod(0o755)
+        (scripts.tools / name).symlink_to(shutil.which(name))
 
     def run(*arguments, missing=(), python="true", **environment):
-        tool("id", "echo 1000")
-        tool("apt-get", "echo apt-get was called; exit 1")
-        absent = " ".join(missing)
-        tool("dpkg-query", f'for p in "$@"; do [[ " {absent} " = *" $p "* ]] || echo "installed $p"; done')
-        tool("python3", python)
-        environment["PATH"] = str(tools)
-        command = [BASH, str(tmp_path / "script/setup"), *arguments]
-        return subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        scripts.tool("python3", python)
+        environment["PATH"] = str(scripts.tools)
+        return scripts.run("setup", *arguments, missing=missing, environment=environment)
 
     return run
 

@@ -1,37 +1,21 @@
 """What script/wheel and script/try_wheel say when something is missing; nothing is fetched, compiled or tried here."""
 
 import os
-import shutil
-import subprocess
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-BASH = shutil.which("bash")
+from copied_script import CopiedScripts
 
 
 @pytest.fixture
 def run(tmp_path):
     """Runs a copy of a script as an ordinary user, where dpkg knows all packages but `missing`."""
-    tools = tmp_path / "tools"
-    tools.mkdir()
-
-    def tool(name, text):
-        (tools / name).write_text(f"#!{BASH}\n{text}\n")
-        (tools / name).chmod(0o755)
+    scripts = CopiedScripts(tmp_path)
+    scripts.tool("mmdebstrap", "echo mmdebstrap was called; exit 1")
 
     def run(name, *arguments, missing=(), **environment):
-        (tmp_path / "script").mkdir(exist_ok=True)
-        shutil.copy(ROOT / "script" / name, tmp_path / "script")
-        tool("id", "echo 1000")
-        tool("apt-get", "echo apt-get was called; exit 1")
-        tool("mmdebstrap", "echo mmdebstrap was called; exit 1")
-        absent = " ".join(missing)
-        tool("dpkg-query", f'for p in "$@"; do [[ " {absent} " = *" $p "* ]] || echo "installed $p"; done')
-        environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", **environment}
-        command = [BASH, str(tmp_path / "script" / name), *arguments]
-        done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        environment = {**os.environ, "PATH": f"{scripts.tools}:{os.environ['PATH']}", **environment}
+        done = scripts.run(name, *arguments, missing=missing, environment=environment)
         return done.returncode, done.stdout, done.stderr
 
     return run
