@@ -12,7 +12,8 @@ from surflux._core import Cancelled as Cancelled
 from surflux._core import DeviceError as DeviceError
 from surflux._core import FileError as FileError
 
-# Where each public name lives. Modules are loaded when they are first asked for: the viewer brings pyvista along.
+# Where each public name lives; a room alone is that of a whole module. Modules are loaded when they are first asked for:
+# the viewer brings pyvista along.
 _HOME = {
     "AreaLight": "scenes.lights",
     "AreaShares": "geometry.areas",
@@ -48,6 +49,7 @@ _HOME = {
     "convolve_harmonics": "solving.harmonics",
     "divide_patches": "points.arranging",
     "effective_areas": "geometry.areas",
+    "examples": "scenes",
     "facing": "geometry.facing",
     "form_factor_operator": "solving.form_factor_operator",
     "form_factors": "solving.form_factors",
@@ -98,7 +100,9 @@ DeviceError.__doc__ = "There is no OpenGL to draw with, a RuntimeError: says wha
 def __getattr__(name):
     if name not in _HOME:
         raise AttributeError(f"module 'surflux' has no attribute {name!r}")
-    value = getattr(_import_module(f"surflux.{_HOME[name]}"), name)
+    room, _, module = _HOME[name].partition(".")
+    home = _import_module(f"surflux.{room}.{module or name}")
+    value = getattr(home, name) if module else home
     globals()[name] = value
     return value
 

@@ -23,6 +23,7 @@ from surflux.points.reading import read as read
 from surflux.points.scan import Scan as Scan
 from surflux.points.scan import read_scan as read_scan
 from surflux.points.surfels import Surfels as Surfels
+from surflux.scenes import examples as examples
 from surflux.scenes.camera_file import save_camera as save_camera
 from surflux.scenes.lamp_path import load_lamps as load_lamps
 from surflux.scenes.lights import AreaLight as AreaLight

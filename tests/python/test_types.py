@@ -21,6 +21,8 @@ def public():
         item = getattr(sf, name)
         if inspect.isfunction(item):
             yield name, item
+        elif inspect.ismodule(item):
+            yield from ((f"{name}.{inner}", getattr(item, inner)) for inner in item.__all__)
         elif item.__module__.startswith("surflux."):
             for member, value in vars(item).items():
                 value = getattr(value, "__func__", value)

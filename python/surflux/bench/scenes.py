@@ -6,7 +6,6 @@ Each scene comes with a `density`: 1 is the scene file as it stands, 0.5 has hal
 import os
 from copy import deepcopy
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -33,11 +32,10 @@ class BenchScene:
 
 def data_folder():
     """The folder with the scene files: the package's own, or that of the checkout that it runs from; or None."""
-    package = Path(__file__).resolve().parents[1]
-    for folder in (package / "examples", package.parents[1] / "data"):
-        if (folder / "three_spheres.toml").is_file():
-            return folder
-    return None
+    try:
+        return sf.examples.folder()
+    except sf.FileError:
+        return None
 
 
 def why_not(name):

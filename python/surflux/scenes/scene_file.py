@@ -40,7 +40,7 @@ _OPTIONAL = {"cone", "penumbra", "up", "azimuth", "radiance", "image", "fov", "h
 def load_scene(
     path: FilePath, *, surfels: int | None = None, threads: int | None = None, progress: Progress = False
 ) -> Scene:
-    """A Scene from a TOML file; data/*.toml, in an installed package surflux/examples, are examples.
+    """A Scene from a TOML file; those of sf.examples (data/*.toml) show how they go.
 
     At the top: name (text; default: the file's name), units (text, a remark), then the tables [[object]] (one or
     more), [[light]] (any number), [camera] and [solve] (one each, optional). Lengths are in one unit of your own.

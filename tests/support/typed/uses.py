@@ -55,6 +55,10 @@ floor.areas = None
 floor.plot(color="area", screenshot="areas.png")
 floor.plot_areas(pick=3)
 
+# scenes that come along
+assert_type(sf.examples.statues(surfels=5000), sf.Scene)
+assert_type(sf.examples.file("street"), Path)
+
 # functions of surfels
 assert_type(sf.effective_areas(cloud), Floats)
 assert_type(sf.inward_patches(cloud, rooms=True), NDArray[np.int64])
