@@ -48,6 +48,8 @@ def tile_header(path):
     kind = (frame["point_format"], extra)
     reference = {record.record_id: record.record_data_bytes() for record in frame["reference"]}
     low, high = np.array(header.mins, np.float64), np.array(header.maxs, np.float64)
+    if not np.all(np.isfinite([low, high])) or np.any(high < low):
+        raise file_error(path, f"its header has no box around its points: {low} to {high}")
     return TileHeader(os.fsdecode(path), int(header.point_count), low, high, kind, reference)
 
 
@@ -107,7 +109,7 @@ def points_around(path, low, high, names, label):
     for chunk in opened.chunks:
         count += len(chunk["points"])
         points = chunk["points"]
-        inside = np.all((points[:, :2] >= low) & (points[:, :2] <= high), axis=1) & np.isfinite(points[:, 2])
+        inside = np.all((points[:, :2] >= low) & (points[:, :2] <= high), axis=1) & np.all(np.isfinite(points), axis=1)
         if np.any(inside):
             kept.append({name: chunk[name][inside] for name in chunk if name in names or name == "points"})
         report(told, count, opened.count)
