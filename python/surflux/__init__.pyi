@@ -60,6 +60,9 @@ from surflux.solving.sky_view import sky_view_factor as sky_view_factor
 from surflux.solving.solar import solar_irradiation as solar_irradiation
 from surflux.solving.solar_result import SolarHours as SolarHours
 from surflux.solving.solar_result import SolarIrradiation as SolarIrradiation
+from surflux.solving.tile_result import SolvedTile as SolvedTile
+from surflux.solving.tile_result import SolvedTiles as SolvedTiles
+from surflux.solving.tiles import solve_tiles as solve_tiles
 from surflux.solving.transfer import Transfer as Transfer
 from surflux.solving.transfer_file import load_transfer as load_transfer
 from surflux.splats.gaussian_files import load_gaussians as load_gaussians

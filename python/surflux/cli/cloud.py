@@ -7,11 +7,12 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.color import tone_mapped_bytes
-from surflux._base.passes import LOG, stage, watched
+from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
 from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned
+from surflux.points.exposure import exposed_by, exposure_of_colors
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import layer_of, up_of_frame
@@ -20,14 +21,10 @@ from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
 from surflux.scenes.studio import BACKDROP, CLEAR_SKY, daylight, studio
 from surflux.solutions.about import about_solution
-from surflux.solutions.fields import light_between
+from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
 CLOUD_LIMIT = 1_000_000
-# Colours of scans were lit when they were taken: a mean reflectance outside of this is their exposure's.
-_DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
-_HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is exposed as far as it goes
-
 # What is seen behind a cloud, by its light.
 BEHIND = {"studio": BACKDROP, "sun": CLEAR_SKY, "sky": 0.0}
 
@@ -93,52 +90,25 @@ class Cloud:
         """
         lit = np.flatnonzero(self._whole_of_row >= 0)
         source = self._whole_of_row[lit]
-        count = len(self.scan)
-        found = self._light(solution, lit)
-        columns = {name: _spread(values, lit, count) for name, values in found.items()}
-        normals = _spread(self._normals[source], lit, count)
-        colors = None if albedo else self._colors(found["radiosity"], lit)
-        if np.any(self.alone) or "left_out" in self.scan.attributes:
-            columns["left_out"] = self.alone.astype(np.uint8)
-        is_ply = written_suffix(path) == ".ply"
-        if is_ply or not albedo:  # colours that are light are no reflectance to whoever reads them
-            columns["reflectance"] = _spread(self._whole.reflectance[source], lit, count)
-        comments = ()
-        if is_ply:
+        count, columns, comments = len(self.scan), {}, ()
+        places = self.scan.points[lit], self._normals[source]
+        rho, emission = self._whole.reflectance[source], self._whole.emission[source]
+        with watched(None, True):
+            found = light_at_points(solution, self.of_row[lit], *places, rho, emission)
+        colors = None if albedo else tone_mapped_bytes(found["radiosity"])
+        if written_suffix(path) == ".ply":
             areas = np.bincount(solution.parents, solution.surfels.areas)[: len(self.surfels)]
-            columns |= {
-                "emission": _spread(self._whole.emission[source], lit, count),
-                "radius": _spread(self.surfels.radii, self._row, count, np.float64),
-                "area": _spread(areas, self._row, count, np.float64),
+            columns = {
+                "reflectance": spread(rho, lit, count),
+                "emission": spread(emission, lit, count),
+                "radius": spread(self.surfels.radii, self._row, count, np.float64),
+                "area": spread(areas, self._row, count, np.float64),
             }
             comments = pack_comments(about_solution(solution) | {"points": 1})
-        return self.scan.save(
-            path, columns, normals=normals, colors=colors, comments=comments, up=up or (0.0, 0.0, 1.0)
-        )
-
-    def _light(self, solution, lit):
-        """{"irradiance", "direct", "radiosity": (m, 3) of the rows `lit`}."""
-        of = self.of_row[lit]
-        at = of >= 0
-        found = {}
-        for name in ("irradiance", "direct", "radiosity"):
-            found[name] = np.empty((len(lit), 3))
-            found[name][at] = solution.per_surfel(name)[of[at]]
-        if not np.all(at):
-            source = self._whole_of_row[lit[~at]]
-            with watched(None, True):
-                places = self.scan.points[lit[~at]], self._normals[source]
-                irradiance, direct = light_between(solution, *places, stage("irradiance"))
-            found["irradiance"][~at], found["direct"][~at] = irradiance, direct
-            rho, emission = self._whole.reflectance[source], self._whole.emission[source]
-            found["radiosity"][~at] = emission + rho * irradiance
-        return found
-
-    def _colors(self, radiosity, lit):
-        """(n, 3) bytes: of what is lit, exposed as views are; what is left out has its own colour."""
-        colors = self.scan.display_colors()
-        colors[lit] = tone_mapped_bytes(radiosity)
-        return colors
+        elif not albedo:  # colours that are light are no reflectance to whoever reads them
+            columns["reflectance"] = spread(rho, lit, count)
+        more = {"comments": comments, "up": up or (0.0, 0.0, 1.0)}
+        return save_lit(self.scan, path, found, lit, places[1], self.alone, colors, columns, **more)
 
 
 def patches_of_file(options):
@@ -159,22 +129,8 @@ def exposed(surfels):
     """
     rho = surfels.reflectance
     seen = rho[rho.any(axis=1)]
-    mean = float(seen.mean()) if len(seen) else 0.0
-    if mean == 0.0 or _DIMMEST <= mean <= _BRIGHTEST:
-        return surfels
-    factor = min(max(mean, _DIMMEST), _BRIGHTEST) / mean
-    if factor > 1.0:
-        factor = max(1.0, min(factor, _WHITE / float(np.percentile(seen.max(axis=1), 99))))
-    if abs(factor - 1.0) < _HARDLY:
-        return surfels
-    found = np.minimum(factor * rho, np.maximum(rho, _WHITE))
-    LOG.info(
-        "colours of the scan have a mean reflectance of %.2f, made %.2f (--raw-colors keeps them); "
-        "shading in them is not taken off",
-        mean,
-        factor * mean,
-    )
-    return surfels.replace(reflectance=found)
+    factor = exposure_of_colors(*((seen.mean(), np.percentile(seen.max(axis=1), 99)) if len(seen) else (0.0, 0.0)))
+    return surfels if factor == 1.0 else surfels.replace(reflectance=exposed_by(factor, rho))
 
 
 def camera_of_cloud(options, surfels):
@@ -213,8 +169,3 @@ def output_of(options):
     """The Path of `-o`, or the usual one."""
     return Path(options.output or f"{Path(os.fsdecode(options.input)).stem}_solved.ply")
 
-
-def _spread(values, rows, count, kind=np.float32):
-    out = np.full((count, *np.shape(values)[1:]), np.nan, dtype=kind)
-    out[rows] = values
-    return out

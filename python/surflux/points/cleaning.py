@@ -8,7 +8,7 @@ from surflux._base.passes import LOG
 
 _NEIGHBORS = 8
 _ALONE = 4.0  # times the distance that is usual around
-_MOST = 0.01  # of all points: where more stand alone, the sampling is uneven, and none of them strays
+MOST_ALONE = 0.01  # of all points: where more stand alone, the sampling is uneven, and none of them strays
 _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], dtype=np.uint64)
 
 
@@ -95,17 +95,25 @@ def isolated(points):
     sparse all around is not alone. Places count once. None where more than a hundredth of all would: such a cloud is
     sampled unevenly.
     """
-    none = np.zeros(len(points), dtype=bool)
+    found = standing_alone(points)
+    return found if some_stray(np.count_nonzero(found), len(points)) else np.zeros(len(points), dtype=bool)
+
+
+def some_stray(alone, count):
+    """Whether so many of all points that stand alone are strays: of an uneven sampling none is."""
+    return alone <= MOST_ALONE * count
+
+
+def standing_alone(points):
+    """The same however many these are."""
+    found = np.zeros(len(points), dtype=bool)
     first = first_of_each(points)
     places = np.flatnonzero(first == np.arange(len(points)))
     if len(places) <= 4 * _NEIGHBORS:
-        return none
+        return found
     at = points[places]
     neighbors = np.asarray(_core.nearest_points(at, _NEIGHBORS + 1)).astype(np.int64)
     reach = np.linalg.norm(at[neighbors[:, -1]] - at, axis=1)
     middle = np.sort(reach[neighbors[:, 1:]], axis=1)[:, _NEIGHBORS // 2 - 1 : _NEIGHBORS // 2 + 1]
-    alone = reach > _ALONE * middle.mean(axis=1)  # the median
-    found = none.copy()
-    found[places] = alone
-    found = found[first]
-    return found if np.count_nonzero(found) <= _MOST * len(points) else none
+    found[places] = reach > _ALONE * middle.mean(axis=1)  # the median
+    return found[first]

@@ -39,12 +39,15 @@ def viewed_from(points):
     if kind == "frame":
         return np.zeros(3), "the origin, as if a depth camera were there"
     if kind == "terrain":
-        low, high = points.min(axis=0), points.max(axis=0)
-        above = 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
-        return above, "upwards, as of a terrain seen from above"
+        return high_above(points.min(axis=0), points.max(axis=0)), "upwards, as of a terrain seen from above"
     if kind == "turn":
         return np.zeros(3), "the origin, as if a scanner had turned there"
     return None, ""
+
+
+def high_above(low, high):
+    """(3,) from where all of a terrain is seen that lies between two corners (3,)."""
+    return 0.5 * (low + high) + [0.0, 0.0, _HIGH * np.linalg.norm(high - low)]
 
 
 def layer_of(points):

@@ -33,6 +33,16 @@ def open_las(path):
     return PointFile(header.point_count, _chunks(path, reader), frame=frame_of(header))
 
 
+def las_header(path):
+    """The header of laspy, for whoever wants no points of it yet."""
+    _check_records(path)
+    with outside(path, "laspy"):
+        import laspy
+
+        with laspy.open(path) as reader:
+            return reader.header
+
+
 def _check_records(path):
     """Refuses a header with more records than the file has room for: laspy would go through all of them."""
     size = os.path.getsize(path)

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-_NEAR_BITS = 9  # of how near a point is to the middle of its cell
-# Odd numbers: sums of three whole numbers times these, modulo 2^64, tell cells apart by their upper 54 bits. Two of ten
-# million cells are taken for one with a probability of .3 %, and then one point fewer is kept.
-_MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], dtype=np.uint64)
+from surflux.scans.lattice import Lattice
+
 # The share of the limit with which no finer cells are tried: while points come, and in the end.
 _ROUGHLY, _CLOSELY = 0.85, 0.97
 _TRIES = 40
@@ -20,16 +18,13 @@ class EvenSample:
 
     def __init__(self, limit, seed=0):
         self._limit = limit
-        random = np.random.default_rng(seed)
-        self._turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
-        self._shift = random.random(3)
-        self._origin = self._cell = None
+        self._lattice, self._cell = Lattice(seed), None
         self._kept, self._count = [], 0
 
     def add(self, chunk):
         """Takes a chunk of columns, "points" among them."""
         if self._cell is not None:
-            chunk = _rows(chunk, self._nearest(self._turned(chunk["points"])))
+            chunk = _rows(chunk, self._nearest(self._lattice.turned(chunk["points"])))
         self._kept.append(chunk)
         self._count += len(chunk["points"])
         if self._count > 2 * self._limit:
@@ -46,8 +41,8 @@ class EvenSample:
         self._kept = []
         if self._cell is None:
             points = columns["points"]
-            self._origin = np.median(points[:: max(1, len(points) // 10_000)], axis=0)
-        turned = self._turned(columns["points"])
+            self._lattice.origin = np.median(points[:: max(1, len(points) // 10_000)], axis=0)
+        turned = self._lattice.turned(columns["points"])
         if self._cell is not None:
             keep = self._nearest(turned)
             columns, turned = _rows(columns, keep), turned[keep]
@@ -55,9 +50,6 @@ class EvenSample:
             self._cell = self._grown(turned, share)
             columns = _rows(columns, self._nearest(turned))
         self._kept, self._count = [columns], len(columns["points"])
-
-    def _turned(self, points):
-        return (points - self._origin) @ self._turn
 
     def _grown(self, turned, share):
         """A cell of which points are in no more than `limit`, and no fewer than that share of it where one is found.
@@ -72,7 +64,7 @@ class EvenSample:
         low, high = self._cell or 0.0, np.inf  # of too many cells, of few enough
         cell, slope, last = max(low, span / np.sqrt(self._limit)), -2.0, None
         for _ in range(_TRIES):
-            found = _different(self._cells(turned, cell))
+            found = _different(self._lattice.cells(turned, cell))
             if share * self._limit <= found <= self._limit:
                 return cell
             low, high = (cell, high) if found > self._limit else (low, cell)
@@ -87,27 +79,8 @@ class EvenSample:
                 cell = np.sqrt(low * high) if low and np.isfinite(high) else (2.0 * low if low else 0.5 * high)
         return high if np.isfinite(high) else 2.0 * low
 
-    def _cells(self, turned, cell):
-        """The number of the cell of each point, uint64 with as many bits as are mixed."""
-        number = np.zeros(len(turned), dtype=np.uint64)
-        for axis in range(3):
-            whole = np.floor(turned[:, axis] / cell + self._shift[axis])
-            number += np.clip(whole, -1e18, 1e18).astype(np.int64).view(np.uint64) * _MIXED[axis]
-        return number >> np.uint64(_NEAR_BITS + 1)
-
     def _nearest(self, turned):
-        """Indices, ascending: of the point in each cell that is nearest to its middle, the first of equal ones."""
-        near = np.zeros(len(turned))
-        for axis in range(3):
-            place = turned[:, axis] / self._cell + self._shift[axis]
-            near += (place - np.floor(place) - 0.5) ** 2
-        near *= (1 << _NEAR_BITS) / 0.76
-        number = (self._cells(turned, self._cell) << np.uint64(_NEAR_BITS)) | near.astype(np.uint64)
-        order = np.argsort(number, kind="stable")
-        number = number[order] >> np.uint64(_NEAR_BITS)
-        first = np.ones(len(number), dtype=bool)
-        first[1:] = number[1:] != number[:-1]
-        return np.sort(order[first])
+        return self._lattice.nearest(turned, self._cell)
 
 
 def _different(numbers):

@@ -41,7 +41,12 @@ def daylight(camera):
     x, y, _ = forward if abs(forward[2]) < 0.9 else -down  # of who looks down, what is up in the picture
     turn = np.radians(_SUN_LEFT)
     back = -np.cos(turn) * x - np.sin(turn) * y, -np.cos(turn) * y + np.sin(turn) * x
-    return Sky.from_sun(_SUN_HIGH, np.degrees(np.arctan2(back[0], back[1])), direct_normal=_SUN, diffuse=_CLEAR)
+    return clear_day(np.degrees(np.arctan2(back[0], back[1])))
+
+
+def clear_day(azimuth):
+    """The same with the sun so many degrees clockwise from +y."""
+    return Sky.from_sun(_SUN_HIGH, azimuth, direct_normal=_SUN, diffuse=_CLEAR)
 
 
 def ground(surfels, up, reflectance=0.4):

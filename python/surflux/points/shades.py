@@ -1,0 +1,64 @@
+"""Reflectance by colours or intensity, decided for all tiles of a survey together."""
+
+import numpy as np
+
+from surflux._base.color import WHITE, reflectance_of_colors
+from surflux.points.exposure import exposed_by, exposure_of_colors
+
+_LEVELS = 65536  # of 16 bits
+
+
+class Shades:
+    """What colours and intensities of all chunks amount to, and what reflectance those of any chunk mean by that."""
+
+    def __init__(self, raw_colors=False):
+        """raw_colors: leaves colours as bright as they are."""
+        self._raw, self._factor = raw_colors, None
+        self._channels = np.zeros(_LEVELS, np.int64)  # how many have each value, but for black points
+        self._brightest = np.zeros(_LEVELS, np.int64)
+        self._low, self._high, self._sum, self._count = np.inf, -np.inf, 0.0, 0
+
+    def add(self, columns):
+        """Takes a chunk: "colors" (n, 3) of 16 bits and "intensity" (n,), whatever there is of these."""
+        colors, intensity = columns.get("colors"), columns.get("intensity")
+        if colors is not None:
+            most = colors.max(axis=1)
+            self._channels += np.bincount(colors[most > 0].ravel(), minlength=_LEVELS)
+            self._brightest += np.bincount(most[most > 0], minlength=_LEVELS)
+        if intensity is not None and len(intensity):
+            self._low, self._high = min(self._low, intensity.min()), max(self._high, intensity.max())
+            self._sum += float(intensity.sum(dtype=np.float64))
+            self._count += len(intensity)
+
+    @property
+    def has_colors(self):
+        """Whether any point has a colour; records have room for them that may not be filled in."""
+        return bool(np.any(self._brightest))
+
+    def of_colors(self, colors):
+        """(n, 3) linear reflectance of colours as they are: .98 is white, of 8 or of 16 bits."""
+        return reflectance_of_colors(colors, self._white())
+
+    def reflectance(self, columns):
+        """(n, 3) linear reflectance of a chunk: of exposed colours, else grey by intensity, .5 at its mean, else .5."""
+        count = len(columns["points"])
+        if self.has_colors:
+            self._factor = self._exposure() if self._factor is None else self._factor
+            return exposed_by(self._factor, self.of_colors(columns["colors"]))
+        low = min(0.0, self._low)
+        mean = self._sum / self._count - low if self._count else 0.0
+        if mean <= 0.0 or self._low == self._high:
+            return np.full((count, 3), 0.5)
+        grey = np.minimum((columns["intensity"].astype(np.float64) - low) * (0.5 / mean), WHITE)
+        return np.repeat(grey[:, None], 3, axis=1)
+
+    def _white(self):
+        return 255.0 if np.flatnonzero(self._brightest)[-1] <= 255 else 65535.0
+
+    def _exposure(self):
+        if self._raw:
+            return 1.0
+        levels = reflectance_of_colors(np.arange(_LEVELS), self._white())
+        mean = self._channels @ levels / self._channels.sum()
+        bright = np.searchsorted(np.cumsum(self._brightest), 0.99 * self._brightest.sum())
+        return exposure_of_colors(mean, levels[bright])

@@ -1,0 +1,60 @@
+"""Which outputs of tiles are finished, and by what options: a file beside them, so that a run that was stopped goes on."""
+
+import hashlib
+import json
+import os
+import pickle
+from pathlib import Path
+
+from surflux._base.files import file_error, write_whole
+from surflux._base.installation import VERSION
+
+NAME = "surflux-tiles.json"
+
+
+def key_of(paths, lights, settings):
+    """What a run goes by, as text: the files as they are, lights and settings."""
+    files = []
+    for path in paths:
+        found = os.stat(path)
+        files.append((os.path.abspath(path), found.st_size, found.st_mtime_ns))
+    lights = [hashlib.sha256(pickle.dumps(light, protocol=4)).hexdigest() for light in lights]
+    text = json.dumps([VERSION, files, lights, settings], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class Record:
+    """The record of a folder of outputs."""
+
+    def __init__(self, folder):
+        self._path = Path(folder) / NAME
+        self._folder, self._tiles = Path(folder), {}
+        if self._path.exists():
+            try:
+                self._tiles = dict(json.loads(self._path.read_text())["tiles"])
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                raise file_error(self._path, f"is no record of solved tiles ({error}); wanted another folder") from error
+
+    def finished(self, name, key):
+        """The figures of an output that was finished by that key and is as it was written; None of any other."""
+        entry = self._tiles.get(name)
+        if not isinstance(entry, dict) or entry.get("key") != key or entry.get("file") != self._state(name):
+            return None
+        return entry["figures"]
+
+    def require_ours(self, name):
+        """Refuses a file that is there and that no run wrote."""
+        if (self._folder / name).exists() and name not in self._tiles:
+            raise file_error(self._folder / name, "is there already, and no tile that was solved; wanted another folder")
+
+    def add(self, name, key, figures):
+        """Notes an output that is written."""
+        self._tiles[name] = {"key": key, "file": self._state(name), "figures": figures}
+        write_whole(self._path, (json.dumps({"tiles": self._tiles}, indent=1) + "\n").encode())
+
+    def _state(self, name):
+        try:
+            found = os.stat(self._folder / name)
+        except FileNotFoundError:
+            return None
+        return [found.st_size, found.st_mtime_ns]

@@ -1,0 +1,110 @@
+"""One tile with what is around it, as surfels: its own points and those of the halo in full, the rest thinned."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.files import file_error
+from surflux.points.cleaning import first_of_each, standing_alone
+from surflux.points.scan import Scan, scan_of_columns
+from surflux.points.surfels import Surfels
+from surflux.scans.reading import read_columns
+from surflux.scans.thinning import joined
+from surflux.scans.tiling import points_around
+from surflux.solving.tile_survey import MATERIALS, NEEDED
+
+
+class TileScene:
+    """Attributes:
+    scan: sf.Scan, all points of the tile.
+    surfels: sf.Surfels of the tile and all around it.
+    around: how many of these are of other tiles.
+    of_row: (n,) the surfel of each point of the tile; -1 of those that are left out, or thinned away.
+    alone: (n,) booleans: points that are left out.
+    lit: (m,) rows of the tile that have light; normals, reflectance, emission: (m, 3) of these.
+    """
+
+    def __init__(self, survey, k, strict=False):
+        tile = survey.headers[k]
+        read = read_columns(tile.path, None, None, 0, strict)
+        near = [{name: values for name, values in read.columns.items() if name in NEEDED or name == "points"}]
+        own = len(read.rows)
+        low, high = (survey.low[k, :2] - survey.options.halo, survey.high[k, :2] + survey.options.halo)
+        for j, other in enumerate(survey.headers):
+            apart = np.any(survey.low[j, :2] > high) or np.any(survey.high[j, :2] < low)
+            if j != k and not apart:
+                found = points_around(other.path, low, high, NEEDED, "reading")
+                if found is not None:
+                    near.append(found)
+        colors = read.columns.pop("colors", None)
+        self.scan = scan_of_columns(tile.path, read)
+        if survey.shades.has_colors and colors is not None:
+            self.scan = replace(self.scan, reflectance=survey.shades.of_colors(colors))
+        near = joined(near)
+        first, alone = _cleaned(survey, near)
+        used = np.flatnonzero((first == np.arange(len(first))) & ~alone)
+        self.alone = alone[:own]
+        if len(used) < 3:
+            raise file_error(tile.path, f"wanted at least 3 points of the tile and its halo, got {len(used)}")
+        whole = _surfels_of(survey, tile.path, {name: values[used] for name, values in near.items()})
+        kept = np.arange(len(used))
+        if survey.cell is not None:
+            kept = survey.lattice.nearest(survey.lattice.turned(whole.points), survey.cell)
+        kept = kept[_core.morton_order(np.ascontiguousarray(whole.points[kept]))]
+        of_near, of_whole = np.full(len(first), -1), np.full(len(first), -1)
+        of_near[used[kept]], of_whole[used] = np.arange(len(kept)), np.arange(len(used))
+        of_near[first != np.arange(len(first))] = of_near[first[first != np.arange(len(first))]]
+        of_whole[first != np.arange(len(first))] = of_whole[first[first != np.arange(len(first))]]
+        self.of_row, of_whole = of_near[:own], of_whole[:own]
+        self.lit = np.flatnonzero(of_whole >= 0)
+        source = of_whole[self.lit]
+        self.normals, self.reflectance = whole.normals[source], whole.reflectance[source]
+        self.emission = whole.emission[source]
+        self.surfels = _with_far(survey, k, whole, kept)
+        self.around = len(self.surfels) - int(np.count_nonzero(used[kept] < own))
+
+
+def _cleaned(survey, columns):
+    """((n,) the first point at each one's place, (n,) booleans: left out)."""
+    points = columns["points"]
+    first = first_of_each(points, columns.get("normals"))
+    alone = standing_alone(points) if survey.strays else np.zeros(len(points), bool)
+    if not survey.options.keep_outliers and "withheld" in columns:
+        alone |= columns["withheld"] == 1
+    return first, alone
+
+
+def _surfels_of(survey, path, columns):
+    """Surfels of points as their files have them, towards the side that the survey says."""
+    attributes = {name: columns[name] for name in MATERIALS if name in columns}
+    rho = survey.shades.reflectance(columns)
+    scan = Scan(columns["points"], columns.get("normals"), rho, attributes, name=path)
+    found = scan.surfels(viewpoint=survey.viewpoint)
+    return found.flipped() if survey.turned else found
+
+
+def _with_far(survey, k, whole, kept):
+    """Surfels of what is near, and of what is far, radii by all of them."""
+    far = survey.around(k)
+    parts = [(whole.points[kept], whole.normals[kept], whole.reflectance[kept], whole.emission[kept])]
+    if far is not None:
+        parts.append(thinned_parts(survey, far))
+    points, normals, rho, emission = (np.concatenate(some) for some in zip(*parts, strict=True))
+    return Surfels(points, normals, reflectance=rho, emission=emission)
+
+
+def thinned_parts(survey, columns):
+    """(points, normals, reflectance, emission), (n, 3) each, of columns of the first pass."""
+    normals = survey.facing(columns["points"], columns["normals"])
+    rho, emission = survey.shades.reflectance(columns), np.zeros(normals.shape)
+    given = [_given(columns, name) for name in ("reflectance", "emission")]
+    rho = rho if given[0] is None else np.where(np.isnan(given[0]), rho, given[0])
+    emission = emission if given[1] is None else np.where(np.isnan(given[1]), 0.0, given[1])
+    return columns["points"], normals, rho, emission
+
+
+def _given(columns, name):
+    """(n, 3) of a property that the files have; None where they do not."""
+    names = [f"{name}_{c}" for c in "rgb"]
+    return np.stack([columns[one] for one in names], axis=-1) if names[0] in columns else None
