@@ -12,7 +12,7 @@ from surflux._core import Cancelled as Cancelled
 from surflux._core import DeviceError as DeviceError
 from surflux._core import FileError as FileError
 
-# Where each public name lives; a room alone is that of a whole module. Modules are loaded when they are first asked for:
+# Where each public name lives; a room alone is that of a whole module. Modules are loaded when first asked for:
 # the viewer brings pyvista along.
 _HOME = {
     "AreaLight": "scenes.lights",

@@ -168,4 +168,3 @@ def lights_of_cloud(options, surfels, camera):
 def output_of(options):
     """The Path of `-o`, or the usual one."""
     return Path(options.output or f"{Path(os.fsdecode(options.input)).stem}_solved.ply")
-

@@ -9,7 +9,7 @@ _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], 
 
 
 class Lattice:
-    """Cells around an origin, turned and shifted at random: the same for the same origin and seed, whatever points come.
+    """Cells around an origin, turned and shifted at random: the same for an origin and a seed, whatever points come.
 
     So which point of a place is the nearest to the middle of its cell does not depend on the other points that were
     read with it.

@@ -23,7 +23,7 @@ class FarField:
         self._lattice, self._cell, self._halo = lattice, cell, halo
         self.levels = int(np.clip(np.ceil(np.log2(max(reach / halo, 1.0))), 1, _MOST_LEVELS))
         try:
-            self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115: closed with the object
+            self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115
         except OSError as error:
             raise file_error(folder, f"cannot be written to: {error.strerror or error}") from error
         self._places, self._boxes = [], []

@@ -1,4 +1,4 @@
-"""Which outputs of tiles are finished, and by what options: a file beside them, so that a run that was stopped goes on."""
+"""Which outputs of tiles are finished, and by what options: a file beside them, so that a stopped run goes on."""
 
 import hashlib
 import json
@@ -33,7 +33,9 @@ class Record:
             try:
                 self._tiles = dict(json.loads(self._path.read_text())["tiles"])
             except (OSError, ValueError, KeyError, TypeError) as error:
-                raise file_error(self._path, f"is no record of solved tiles ({error}); wanted another folder") from error
+                raise file_error(
+                    self._path, f"is no record of solved tiles ({error}); wanted another folder"
+                ) from error
 
     def finished(self, name, key):
         """The figures of an output that was finished by that key and is as it was written; None of any other."""
@@ -45,7 +47,9 @@ class Record:
     def require_ours(self, name):
         """Refuses a file that is there and that no run wrote."""
         if (self._folder / name).exists() and name not in self._tiles:
-            raise file_error(self._folder / name, "is there already, and no tile that was solved; wanted another folder")
+            raise file_error(
+                self._folder / name, "is there already, and no tile that was solved; wanted another folder"
+            )
 
     def add(self, name, key, figures):
         """Notes an output that is written."""

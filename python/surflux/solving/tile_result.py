@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from surflux._base import check
-from surflux._base.passes import stage, watched
+from surflux._base.passes import watched
 from surflux._base.types import Image, Integer, Progress
 from surflux.pictures.plan import Plan
 from surflux.scans.tiling import points_around, tile_header

@@ -74,8 +74,8 @@ def solve_tiles(
             degrees high at 150 degrees from +y, 800 W/m2, and 100 of the sky.
         halo: metres around the box of a tile, above 0.
         far: how far points beyond are apart, over those of the tile, at least 1.
-        points: at most about so many of a tile with its halo: all tiles are thinned alike where one has more, and points
-            that are thinned away have the light of the surface around them.
+        points: at most about so many of a tile with its halo: all tiles are thinned alike where one has more, and
+            points that are thinned away have the light of the surface around them.
         unit: metres of the files' unit; None for what their coordinate reference system says, 1 where they have none.
         viewpoint: (3,), towards which estimated normals turn; None for upwards where the points are a terrain.
         normals: of files that have some: "check" turns all over where most face away from above, "keep" takes them as
@@ -95,8 +95,8 @@ def solve_tiles(
 
     Raises:
         ValueError: an argument, by name; an output that would be an input.
-        FileError: a tile that cannot be read, or does not go with the first; an output that cannot be written, or stands
-            in the place of a file that is none. Outputs that are finished stay.
+        FileError: a tile that cannot be read, or does not go with the first; an output that cannot be written, or
+            stands in the place of a file that is none. Outputs that are finished stay.
         ImportError: the unit of a coordinate reference system needs pyproj (`pip install 'surflux[solar]'`).
         Cancelled: the callback returned False.
 
@@ -105,7 +105,7 @@ def solve_tiles(
     >>> for k in range(2):
     ...     xy = rng.uniform([100.0 * k, 0.0], [100.0 * k + 100.0, 100.0], (1500, 2))
     ...     _ = sf.Scan(np.column_stack([xy, 2.0 * np.sin(xy[:, 0] / 9.0)])).save(f"{k}.laz")
-    >>> solved = sf.solve_tiles(["0.laz", "1.laz"], "lit", halo=30)
+    >>> solved = sf.solve_tiles(["0.laz", "1.laz"], "lit", halo=30, viewpoint=(100, 50, 1e4))
     >>> [tile.output.name for tile in solved], len(sf.read_scan("lit/1.laz"))
     (['0.laz', '1.laz'], 1500)
     """

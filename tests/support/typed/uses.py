@@ -218,3 +218,7 @@ except sf.FileError as fault:
     assert_type(fault.strerror, str | None)
 except (sf.Cancelled, sf.DeviceError):
     pass
+
+tiles: sf.SolvedTiles = sf.solve_tiles([Path("a.laz")], "lit", halo=30, lights=[sf.DirectionalLight((0, 0, -1), 1.0)])
+tile: sf.SolvedTile = tiles[0]
+seconds: float = tile.seconds
