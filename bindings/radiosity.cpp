@@ -9,6 +9,7 @@
 #include "surflux/radiosity/form_factors.h"
 #include "surflux/radiosity/hierarchy.h"
 #include "surflux/radiosity/solve.h"
+#include "team.h"
 
 namespace surflux::bindings {
 
@@ -31,7 +32,7 @@ void set_tuning(RefinementTuning& tuning, const std::map<std::string, double>& v
 py::dict solve_scene(const CompiledScene& scene, const std::string& transport, double zeta, bool insert,
                      std::size_t max_surfels, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
                      double max_memory, std::uint64_t seed, const std::map<std::string, double>& tuning,
-                     const py::object& progress) {
+                     const py::object& progress, const py::object& team) {
     SolveOptions options;
     options.transport = transport == "pairs"  ? Transport::pairs
                         : transport == "rays" ? Transport::rays
@@ -46,6 +47,7 @@ py::dict solve_scene(const CompiledScene& scene, const std::string& transport, d
     options.exchange.max_memory = max_memory;
     options.seed = seed;
     set_tuning(options.tuning, tuning);
+    options.team = to_team(team);
     const StageProgress report = to_stage_progress(progress);
     Solution solution = without_gil([&] { return solve(scene, options, report); });
     return to_dict(scene.scene(), std::move(solution));
@@ -86,9 +88,10 @@ py::list hierarchy_of(const Surfels& surfels, const Indices& object, double epsi
 }
 
 FormFactorOperator operator_of_scene(const CompiledScene& scene, int rays, std::uint64_t seed,
-                                     const py::object& progress) {
+                                     const py::object& progress, const py::object& team) {
     const StageProgress stages = to_stage_progress(progress);
-    return without_gil([&] { return form_factor_operator(scene, {rays, seed}, stages); });
+    const FormFactorOperatorOptions options{rays, seed, to_team(team)};
+    return without_gil([&] { return form_factor_operator(scene, options, stages); });
 }
 
 FormFactorOperator operator_of_arrays(
@@ -159,7 +162,7 @@ void bind_operator(py::module_& module) {
     property("escape", [](const State& s) -> const auto& { return s.escape; });
     property("absorbed", [](const State& s) -> const auto& { return s.absorbed; });
     module.def("form_factor_operator", &operator_of_scene, py::arg("scene"), py::arg("rays"), py::arg("seed"),
-               py::arg("progress") = py::none());
+               py::arg("progress") = py::none(), py::arg("team") = py::none());
 }
 
 }  // namespace
@@ -170,7 +173,8 @@ void bind_radiosity(py::module_& module) {
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("transport"), py::arg("zeta"), py::arg("insert"),
                py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"), py::arg("shadow_rays"),
                py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
-               py::arg("tuning") = std::map<std::string, double>(), py::arg("progress") = py::none());
+               py::arg("tuning") = std::map<std::string, double>(), py::arg("progress") = py::none(),
+               py::arg("team") = py::none());
     // Constants of global refinement by name, as they are unless "tuning" sets them.
     module.def("refinement_tuning", [] {
         py::dict out;

@@ -2,6 +2,7 @@
 #include "convert.h"
 #include "rooms.h"
 #include "surflux/reference/glossy_reference.h"
+#include "team.h"
 
 namespace surflux::bindings {
 
@@ -10,9 +11,9 @@ namespace {
 // Irradiance, its standard error, and the number of rays.
 py::tuple irradiance_at_points(const CompiledScene& scene, const Doubles& points, const Doubles& normals,
                                std::size_t samples, std::uint64_t seed, double small_emitters,
-                               const py::object& progress) {
+                               const py::object& progress, const py::object& team) {
     const std::vector<Vec3> at = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-    const ReferenceOptions options{samples, seed, small_emitters};
+    const ReferenceOptions options{samples, seed, small_emitters, to_team(team)};
     const Progress report = to_progress(progress);
     const Reference out = without_gil([&] { return reference_irradiance(scene, at, facing, options, report); });
     return py::make_tuple(to_array(out.irradiance), to_array(out.error), out.rays);
@@ -42,7 +43,7 @@ py::tuple radiance_at_points(const CompiledScene& scene, const Doubles& points, 
 void bind_reference(py::module_& module) {
     module.def("reference_irradiance", &irradiance_at_points, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("samples"), py::arg("seed"), py::arg("small_emitters") = ReferenceOptions{}.small_emitters,
-               py::arg("progress") = py::none());
+               py::arg("progress") = py::none(), py::arg("team") = py::none());
     module.def("reference_radiance", &radiance_at_points, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("directions"), py::arg("reflectance"), py::arg("specular"), py::arg("exponent"),
                py::arg("glossy_bounces"), py::arg("samples"), py::arg("seed"), py::arg("progress") = py::none());

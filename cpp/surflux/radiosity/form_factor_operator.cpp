@@ -164,7 +164,7 @@ FormFactorOperator form_factor_operator(const CompiledScene& compiled, const For
     state.areas = s.areas;
     const Tracer& tracer = compiled.tracer(progress("trace"));
     state.rows = gather_rows(compiled.scene(), tracer, places_of(s), std::vector<int>(s.size(), options.rays),
-                             options.seed, progress("rays"));
+                             options.seed, progress("rays"), options.team);
     const std::vector<double> density = densities(state.rows, state.areas);
     ScalingProblem problem;
     problem.totals = s.areas;

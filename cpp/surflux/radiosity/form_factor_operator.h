@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/radiosity/row_block.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -13,6 +14,7 @@ namespace surflux {
 struct FormFactorOperatorOptions {
     int rays = 256;  // per surfel
     std::uint64_t seed = 0;
+    Team team = {};
 };
 
 // Form factors K of all pairs, for any number of surfels: a sparse matrix of rays' ends, never of pairs. Rays of i that

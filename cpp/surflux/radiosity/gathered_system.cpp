@@ -11,8 +11,13 @@
 namespace surflux {
 
 GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
-                               bool emitters_apart, std::size_t channels)
-    : tree_(tree), gathering_(gathering), sources_(sources), emitters_apart_(emitters_apart), channels_(channels) {}
+                               bool emitters_apart, std::size_t channels, Team team)
+    : tree_(tree),
+      gathering_(gathering),
+      sources_(sources),
+      emitters_apart_(emitters_apart),
+      channels_(channels),
+      team_(std::move(team)) {}
 
 void GatheredSystem::take_by_nodes(const Cut& cut) {
     cut_ = &cut;
@@ -38,7 +43,12 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
                                tree_.is_inserted(p) ? Sight::none : own))
             near.assign(1, {own, 1.0});
     };
-    weights_.fill(tree_.points(), at_leaf, progress);
+    const auto digest = [&] {
+        Digest of;
+        for (const double value : light) of.add(value);
+        return of.value();
+    };
+    weights_.fill(tree_.points(), at_leaf, progress, team_, digest);
 }
 
 TiltedRgb GatheredSystem::tilted_sky(std::size_t place) const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathering.h"
 #include "surflux/radiosity/lit_points.h"
@@ -20,7 +21,7 @@ namespace surflux {
 class GatheredSystem {
 public:
     GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources, bool emitters_apart,
-                   std::size_t channels);
+                   std::size_t channels, Team team = {});
 
     // Sets P, the weights that take values at nodes to leaves. First of zeroth order: each leaf has the value of its
     // node.
@@ -80,6 +81,7 @@ private:
     const LitPoints& sources_;
     const bool emitters_apart_;
     const std::size_t channels_;
+    const Team team_;
     const Cut* cut_ = nullptr;
     std::vector<double> row_scale_, row_area_;  // of places of the cut; empty: 1
     std::vector<double> sender_scale_;          // of points; empty: 1

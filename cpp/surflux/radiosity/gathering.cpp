@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "surflux/core/parallel.h"
 #include "surflux/lights/hemisphere_row.h"
 
 namespace surflux {
@@ -20,6 +19,8 @@ void level(TiltedRgb& light, const Gathering::Row& row) {
     light.v -= static_cast<double>(row.v) * light.value;
 }
 
+bool is_lit(const TiltedRgb& light) { return !(light.value == Rgb{}); }
+
 }  // namespace
 
 struct Gathering::Shot {
@@ -30,12 +31,16 @@ struct Gathering::Shot {
 };
 
 Gathering::Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree,
-                     const LightSampler& skies, std::uint64_t seed, const RefinementTuning& tuning)
-    : points_(points), tracer_(tracer), tree_(tree), skies_(skies), seed_(seed), grazing_(tuning.grazing) {}
+                     const LightSampler& skies, std::uint64_t seed, const RefinementTuning& tuning, Team team)
+    : points_(points),
+      tracer_(tracer),
+      tree_(tree),
+      skies_(skies),
+      seed_(seed),
+      grazing_(tuning.grazing),
+      team_(std::move(team)) {}
 
-bool Gathering::has_sky() const {
-    return std::any_of(sky_.begin(), sky_.end(), [](const TiltedRgb& light) { return !(light.value == Rgb{}); });
-}
+bool Gathering::has_sky() const { return std::any_of(sky_.begin(), sky_.end(), is_lit); }
 
 void Gathering::shoot(const Place& receiver, int count, const std::vector<Aim>* aims, Shot& out) const {
     const Frame frame = frame_around(receiver.normal);
@@ -139,8 +144,17 @@ void Gathering::add_rows(const std::vector<Place>& receivers, const std::vector<
     rows_.resize(before + receivers.size());
     sky_.resize(before + receivers.size());
     links_.resize(first_block + (receivers.size() + grain - 1) / grain);
-    parallel_blocks(
-        receivers.size(), grain,
+    const auto digest = [&] {
+        Digest of;
+        of.add(seed_);
+        for (std::size_t k = 0; k < receivers.size(); ++k) {
+            of.add(receivers[k].position);
+            of.add(static_cast<std::uint64_t>(counts[k]));
+        }
+        return of.value();
+    };
+    shared_blocks(
+        team_, "rays", digest, receivers.size(), grain,
         [&](std::size_t begin, std::size_t end) {
             const std::size_t block = first_block + begin / grain;
             std::vector<Link> links;
@@ -158,6 +172,23 @@ void Gathering::add_rows(const std::vector<Place>& receivers, const std::vector<
                 sky_[before + k] = shot.sky;
             }
             links_[block].assign(links.begin(), links.end());  // as many as there are, and no more
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            const Row* rows = rows_.data() + before;
+            const TiltedRgb* sky = sky_.data() + before;
+            const bool any_sky = std::any_of(sky + begin, sky + end, is_lit);
+            to.add(rows + begin, end - begin);
+            to.add(any_sky);
+            if (any_sky) to.add(sky + begin, end - begin);
+            const std::vector<Link>& links = links_[first_block + begin / grain];
+            to.add(links.data(), links.size());
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            from.take(rows_.data() + before + begin, end - begin);
+            if (from.take<bool>()) from.take(sky_.data() + before + begin, end - begin);
+            std::vector<Link>& links = links_[first_block + begin / grain];
+            links.resize(rows_[before + end - 1].end);
+            from.take(links.data(), links.size());
         },
         progress);
     for (std::size_t k = before; k < rows_.size(); ++k) rays_ += rows_[k].rays;

@@ -7,6 +7,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/radiosity/aimed_row.h"
@@ -43,7 +44,7 @@ public:
     };
     // The sky is in no link: rays find that of one colour here; images of it are lights (LitPoints).
     Gathering(const SurfelPoints& points, const Tracer& tracer, const SurfelTree& tree, const LightSampler& skies,
-              std::uint64_t seed, const RefinementTuning& tuning = {});
+              std::uint64_t seed, const RefinementTuning& tuning = {}, Team team = {});
 
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
     void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
@@ -98,6 +99,7 @@ private:
     const LightSampler& skies_;
     std::uint64_t seed_;
     double grazing_;
+    Team team_;
     std::vector<Place> places_;
     std::vector<Row> rows_;
     std::vector<std::vector<Link>> links_;  // of some rows each

@@ -40,10 +40,11 @@ public:
           sight_(sight),
           tree_(tree),
           points_(scene.surfels),
-          gathering_(points_, tracer, tree_, skies_, options.seed, options.tuning),
-          probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning),
+          gathering_(points_, tracer, tree_, skies_, options.seed, options.tuning, options.team),
+          probes_(points_, tracer, tree_, skies_, options.seed + probe_stream, options.tuning, options.team),
           test_(std::make_unique<CutTest>(tree_, gathering_, probes_, options.seed + probe_stream, options.tuning)),
-          sources_(scene, points_, tracer, tree_, &emitters_, &sky_cells_, options.direct, options.rays, options.seed) {
+          sources_(scene, points_, tracer, tree_, &emitters_, &sky_cells_, options.direct, options.rays, options.seed,
+                   options.team) {
         double squared = 0.0, total = 0.0;
         for (double area : scene.surfels.areas) squared += area * area, total += area;
         usual_area_ = options.tuning.usual_share * squared / total;
@@ -52,7 +53,8 @@ public:
         watch_.lap("direct");
         const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() &&
                           is_grey({skies_.constant_sky()});
-        system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3);
+        system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3,
+                                                   options.team);
     }
 
     void run() {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/radiosity/tuning.h"
 #include "surflux/solution/solution.h"
@@ -22,6 +23,7 @@ struct RefinementOptions {
     RefinementTuning tuning;
     DirectOptions direct;
     std::uint64_t seed = 0;
+    Team team = {};
 };
 
 // Radiosity with global refinement (D04 section 7, after Stamminger, Scheel and Seidel 2000): solved on a cut through

@@ -12,7 +12,7 @@ namespace surflux {
 
 LitPoints::LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
                      const LightSampler* emitters, const SkyCells* sky, const DirectOptions& options, int light_samples,
-                     std::uint64_t seed)
+                     std::uint64_t seed, Team team)
     : scene_(scene),
       surfels_(surfels),
       tracer_(tracer),
@@ -21,7 +21,8 @@ LitPoints::LitPoints(const Scene& scene, const SurfelPoints& surfels, const Trac
       cells_(sky),
       options_(options),
       light_samples_(light_samples),
-      seed_(seed) {}
+      seed_(seed),
+      team_(std::move(team)) {}
 
 void LitPoints::update(const Progress& progress) {
     std::vector<std::uint32_t> fresh(tree_.points() - lights_.size());
@@ -40,31 +41,75 @@ void LitPoints::update(const Progress& progress) {
         places[k].is_part = !first;
     };
     parallel_for(places.size(), 1024, find_place, standing_at(0, places.size(), progress));
-    const auto append = [](std::vector<Rgb>& to, std::vector<Rgb> more) {
+    Light found = team_.shares() ? shine_together(points, places, progress) : shine(points, places, progress);
+    const auto append = [](auto& to, auto&& more) {
         if (to.empty()) return void(to = std::move(more));
         to.reserve(to.size() + more.size());  // and no more: most points were there from the beginning
         to.insert(to.end(), more.begin(), more.end());
     };
+    append(lights_, std::move(found.lights));
+    append(emitters_, std::move(found.emitters));
+    append(sky_, std::move(found.sky));
+    append(standard_error_, std::move(found.standard_error));
+}
+
+LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<Place>& places,
+                                  const Progress& progress) const {
     // Parts are small, and there are four of them.
-    const auto each = [first](int rays) { return first ? rays : std::max(1, rays / 2); };
+    const auto each = [first = lights_.empty()](int rays) { return first ? rays : std::max(1, rays / 2); };
     const DirectOptions direct{each(options_.probes), each(options_.rays)};
+    Light out;
     std::vector<Rgb> errors;
-    append(lights_, direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors));
-    const std::size_t known = standard_error_.size();
-    standard_error_.reserve(known + errors.size());
-    for (const Rgb& error : errors) standard_error_.push_back(static_cast<float>(luminance(error)));
+    out.lights = direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors);
+    out.standard_error.reserve(errors.size());
+    for (const Rgb& error : errors) out.standard_error.push_back(static_cast<float>(luminance(error)));
     std::vector<Rgb>().swap(errors);
     const DirectOptions samples = light_sampling_options(options_, light_samples_);
-    if (sampled_emitters_ && !sampled_emitters_->empty())
-        append(emitters_,
-               emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress));
-    if (cells_ && !cells_->empty()) {
+    if (has_emitters())
+        out.emitters =
+            emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress);
+    if (has_sky()) {
         std::vector<float> of_sky;
-        append(sky_, sky_irradiance(tracer_, *cells_, points, places, each(light_samples_ / 2), seed_ + 1, progress,
-                                    &of_sky));
+        out.sky =
+            sky_irradiance(tracer_, *cells_, points, places, each(light_samples_ / 2), seed_ + 1, progress, &of_sky);
         for (std::size_t k = 0; k < of_sky.size(); ++k)
-            standard_error_[known + k] = std::hypot(standard_error_[known + k], of_sky[k]);
+            out.standard_error[k] = std::hypot(out.standard_error[k], of_sky[k]);
     }
+    return out;
+}
+
+LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std::vector<Place>& places,
+                                           const Progress& progress) const {
+    constexpr std::size_t grain = 16;
+    Light own, all;
+    all.lights.resize(places.size());
+    all.standard_error.resize(places.size());
+    if (has_emitters()) all.emitters.resize(places.size());
+    if (has_sky()) all.sky.resize(places.size());
+    Digest digest;
+    digest.add(seed_);
+    for (const Place& place : places) digest.add(place.position);
+    const auto make = [&] {
+        std::vector<Place> mine;
+        for_own_blocks(team_, places.size(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) mine.push_back(places[k]);
+        });
+        own = shine(points, mine, progress);
+    };
+    std::size_t packed = 0;  // of own
+    const auto pack = [&](std::size_t begin, std::size_t end, Packed& to) {
+        own.for_each([&](const auto& values) {
+            if (!values.empty()) to.add(values.data() + packed, end - begin);
+        });
+        packed += end - begin;
+    };
+    const auto unpack = [&](std::size_t begin, std::size_t end, Unpacking& from) {
+        all.for_each([&](auto& values) {
+            if (!values.empty()) from.take(values.data() + begin, end - begin);
+        });
+    };
+    exchange_blocks(team_, "direct light", digest.value(), places.size(), grain, make, pack, unpack);
+    return all;
 }
 
 bool LitPoints::is_grey() const {

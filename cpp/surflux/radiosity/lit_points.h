@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sky_cells.h"
@@ -23,7 +24,7 @@ public:
     // that steep light has to be interpolated. Half of `light_samples` go to the sky.
     LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
               const LightSampler* emitters, const SkyCells* sky, const DirectOptions& options, int light_samples,
-              std::uint64_t seed);
+              std::uint64_t seed, Team team = {});
 
     // Lights up what the tree has more since the last time.
     void update(const Progress& progress = {});
@@ -44,6 +45,21 @@ public:
     }
 
 private:
+    // Of some points: irradiance, the last two empty where there are none, and standard errors.
+    struct Light {
+        std::vector<Rgb> lights, emitters, sky;
+        std::vector<float> standard_error;
+        template <class Visit>
+        void for_each(const Visit& visit) {
+            visit(lights), visit(emitters), visit(sky), visit(standard_error);
+        }
+    };
+    Light shine(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
+    // The same, of which each process of the team makes a part.
+    Light shine_together(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
+    bool has_emitters() const { return sampled_emitters_ && !sampled_emitters_->empty(); }
+    bool has_sky() const { return cells_ && !cells_->empty(); }
+
     const Scene& scene_;
     const SurfelPoints& surfels_;
     const Tracer& tracer_;
@@ -53,6 +69,7 @@ private:
     DirectOptions options_;
     int light_samples_;
     std::uint64_t seed_;
+    Team team_;
     std::vector<Rgb> lights_, emitters_, sky_;  // the last two empty where there are none
     std::vector<float> standard_error_;
 };

@@ -14,7 +14,7 @@ constexpr std::uint64_t row_stream = 0x5e1ec7;
 }  // namespace
 
 RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
-                     const std::vector<int>& counts, std::uint64_t seed, const Progress& progress) {
+                     const std::vector<int>& counts, std::uint64_t seed, const Progress& progress, const Team& team) {
     const SurfelPoints points(scene.surfels);
     RowBlock out;
     out.rays.assign(counts.begin(), counts.end());
@@ -24,8 +24,15 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
     for (std::size_t row = 0; row < places.size(); ++row) room[row + 1] = room[row] + out.rays[row];
     out.met.resize(room.back());
     Scratch<HemisphereRow> scratch;
-    parallel_blocks(
-        places.size(), 16,
+    const auto digest = [&] {
+        Digest of;
+        of.add(seed);
+        for (const Place& place : places) of.add(place.position);
+        for (const int count : counts) of.add(static_cast<std::uint64_t>(count));
+        return of.value();
+    };
+    shared_blocks(
+        team, "rays", digest, places.size(), 16,
         [&](std::size_t first, std::size_t last) {
             const Scratch<HemisphereRow>::Lent shot(scratch);
             for (std::size_t row = first; row < last; ++row) {
@@ -39,6 +46,20 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
                         ++out.into_backs[row];
                 }
                 std::sort(met, met + found[row]);
+            }
+        },
+        [&](std::size_t first, std::size_t last, Packed& to) {
+            for (std::size_t row = first; row < last; ++row) {
+                to.add(static_cast<std::uint32_t>(found[row]));
+                to.add(out.into_backs[row]);
+                to.add(out.met.data() + room[row], found[row]);
+            }
+        },
+        [&](std::size_t first, std::size_t last, Unpacking& from) {
+            for (std::size_t row = first; row < last; ++row) {
+                found[row] = from.take<std::uint32_t>();
+                out.into_backs[row] = from.take<std::uint32_t>();
+                from.take(out.met.data() + room[row], found[row]);
             }
         },
         progress);

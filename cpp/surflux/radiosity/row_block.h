@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
@@ -25,6 +26,7 @@ struct RowBlock {
 
 // One row for each place, of as many rays as `counts` has; evenest by powers of 2. Pure in (scene, place, seed).
 RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector<Place>& places,
-                     const std::vector<int>& counts, std::uint64_t seed, const Progress& progress = {});
+                     const std::vector<int>& counts, std::uint64_t seed, const Progress& progress = {},
+                     const Team& team = {});
 
 }  // namespace surflux

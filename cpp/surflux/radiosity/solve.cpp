@@ -42,10 +42,11 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
         refinement.direct = options.direct;
         refinement.seed = options.seed;
         refinement.tuning = options.tuning;
+        refinement.team = options.team;
         solve_by_gathering(scene, tracer, refinement, progress, out);
     }
     give_back_memory();
-    check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out);
+    check_solution(scene, tracer, options.seed, progress ? progress("self-check") : Progress{}, out, options.team);
     return out;
 }
 

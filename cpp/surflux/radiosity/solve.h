@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/radiosity/exchange.h"
 #include "surflux/radiosity/tuning.h"
@@ -28,6 +29,7 @@ struct SolveOptions {
     ExchangeOptions exchange;
     std::uint64_t seed = 0;
     RefinementTuning tuning;  // of what takes rays
+    Team team = {};           // of processes that share out what is expensive
 };
 
 // Radiosity of the scene's surfels (D04 section 7). The scene needs areas.

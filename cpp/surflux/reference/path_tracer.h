@@ -6,6 +6,7 @@
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/reference/batches.h"
 #include "surflux/reference/reference.h"
@@ -31,6 +32,7 @@ public:
           seed_(options.seed) {}
 
     const Tracer& tracer() const { return tracer_; }
+    std::uint64_t seed() const { return seed_; }
 
     // Sums of batches [first, last), each of per_batch paths from the place; returns the number of rays.
     std::size_t trace(const Departure& start, const Vertex& vertex, std::uint64_t stream, const Batches& batches,
@@ -167,7 +169,7 @@ std::size_t PathTracer<Vertex>::trace(const Departure& start, const Vertex& vert
 // Means over batches, with their standard error, of all places; vertex(i) is that of place i.
 template <class Vertex, class MakeVertex>
 Reference means_of_paths(const PathTracer<Vertex>& paths, const std::vector<Departure>& places, std::size_t samples,
-                         const MakeVertex& vertex, const Progress& progress) {
+                         const MakeVertex& vertex, const Progress& progress, const Team& team = {}) {
     const Batches batches(samples);
     std::vector<Vec3> positions;
     positions.reserve(places.size());
@@ -175,8 +177,14 @@ Reference means_of_paths(const PathTracer<Vertex>& paths, const std::vector<Depa
     const std::vector<std::uint32_t> order = morton_order(positions);
     std::vector<Moments> parts(places.size() * batches.chunks);
     std::vector<std::size_t> rays(parts.size(), 0);
-    parallel_blocks(
-        parts.size(), 1,
+    const auto digest = [&] {
+        Digest of;
+        of.add(paths.seed());
+        for (const Departure& place : places) of.add(place.position);
+        return of.value();
+    };
+    shared_blocks(
+        team, "paths", digest, parts.size(), 1,
         [&](std::size_t begin, std::size_t end) {
             std::vector<Rgb> sums;
             for (std::size_t k = begin; k < end; ++k) {
@@ -186,6 +194,14 @@ Reference means_of_paths(const PathTracer<Vertex>& paths, const std::vector<Depa
                 rays[k] = paths.trace(places[i], vertex(i), i, batches, first, last, sums);
                 for (const Rgb& sum : sums) parts[k].add({1.0, sum / static_cast<double>(batches.per_batch), {}});
             }
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            to.add(parts.data() + begin, end - begin);
+            to.add(rays.data() + begin, end - begin);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            from.take(parts.data() + begin, end - begin);
+            from.take(rays.data() + begin, end - begin);
         },
         progress);
 

@@ -33,7 +33,8 @@ Reference reference_irradiance(const CompiledScene& compiled, const std::vector<
             normals.size());
     const PathTracer<DiffuseVertex> paths(compiled, options, progress);
     const std::vector<Departure> places = departures(paths.tracer(), points, normals);
-    return means_of_paths(paths, places, options.samples, [](std::size_t) { return DiffuseVertex{}; }, progress);
+    return means_of_paths(
+        paths, places, options.samples, [](std::size_t) { return DiffuseVertex{}; }, progress, options.team);
 }
 
 std::vector<Departure> departures(const Tracer& tracer, const std::vector<Vec3>& points,

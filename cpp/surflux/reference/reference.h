@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -13,6 +14,7 @@ struct ReferenceOptions {
     std::size_t samples = 4096;  // paths per point, rounded up to equal batches
     std::uint64_t seed = 0;
     double small_emitters = LightSampler::usual_small_emitters;
+    Team team = {};
 };
 
 struct Reference {

@@ -1,14 +1,13 @@
 #include "surflux/solution/interpolation_matrix.h"
 
-#include "surflux/core/parallel.h"
-
 namespace surflux {
 
-void InterpolationMatrix::fill(std::size_t places, const WeightsAt& weights_at, const Progress& progress) {
+void InterpolationMatrix::fill(std::size_t places, const WeightsAt& weights_at, const Progress& progress,
+                               const Team& team, const std::function<std::uint64_t()>& digest) {
     clear();
     blocks_.resize((places + grain - 1) / grain);
-    parallel_blocks(
-        places, grain,
+    shared_blocks(
+        team, "interpolation", digest, places, grain,
         [&](std::size_t from, std::size_t to) {
             std::vector<Interpolation::Weight> near;
             std::vector<Entry> entries;
@@ -21,6 +20,17 @@ void InterpolationMatrix::fill(std::size_t places, const WeightsAt& weights_at, 
                 block.begin[place - from + 1] = static_cast<std::uint16_t>(entries.size());
             }
             block.entries.assign(entries.begin(), entries.end());
+        },
+        [&](std::size_t from, std::size_t to, Packed& bytes) {
+            const Block& block = blocks_[from / grain];
+            bytes.add(block.begin.data(), to - from + 1);
+            bytes.add(block.entries.data(), block.entries.size());
+        },
+        [&](std::size_t from, std::size_t to, Unpacking& bytes) {
+            Block& block = blocks_[from / grain];
+            bytes.take(block.begin.data(), to - from + 1);
+            block.entries.resize(block.begin[to - from]);
+            bytes.take(block.entries.data(), block.entries.size());
         },
         progress);
 }

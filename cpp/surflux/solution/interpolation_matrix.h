@@ -7,6 +7,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
+#include "surflux/core/team.h"
 #include "surflux/solution/interpolation.h"
 
 namespace surflux {
@@ -34,7 +35,9 @@ public:
 
     // Each place's row as `weights_at` has it, which is asked on many threads at once.
     using WeightsAt = std::function<void(std::size_t place, std::vector<Interpolation::Weight>& out)>;
-    void fill(std::size_t places, const WeightsAt& weights_at, const Progress& progress = {});
+    // `digest`: of what the weights go by, for a team that shares (core/team.h).
+    void fill(std::size_t places, const WeightsAt& weights_at, const Progress& progress = {}, const Team& team = {},
+              const std::function<std::uint64_t()>& digest = {});
     void clear();
     bool empty() const { return blocks_.empty(); }
 

@@ -231,6 +231,28 @@ double quantile(std::vector<std::pair<double, double>> values, double share) {
 
 }  // namespace
 
+void Gathered::pack(Packed& to) const {
+    std::uint32_t count = 0;
+    const auto is_met = [&](std::size_t k) { return met[k] > 0.0 || !(from[k] == Rgb{}); };
+    for (std::size_t k = 0; k < met.size(); ++k) count += is_met(k);
+    to.add(count);
+    for (std::size_t k = 0; k < met.size(); ++k)
+        if (is_met(k)) to.add(static_cast<std::uint32_t>(k)), to.add(met[k]), to.add(from[k]);
+    to.add(lamps), to.add(irradiance), to.add(lost), to.add(of_surfels), to.add(of_all);
+}
+
+void Gathered::unpack(Unpacking& bytes) {
+    std::fill(met.begin(), met.end(), 0.0);
+    std::fill(from.begin(), from.end(), Rgb{});
+    for (auto count = bytes.take<std::uint32_t>(); count > 0; --count) {
+        const auto k = bytes.take<std::uint32_t>();
+        if (k >= met.size()) throw DeviceError("another process sent a region that there is not");
+        bytes.take(&met[k], 1), bytes.take(&from[k], 1);
+    }
+    bytes.take(&lamps, 1), bytes.take(&irradiance, 1), bytes.take(&lost, 1);
+    bytes.take(&of_surfels, 1), bytes.take(&of_all, 1);
+}
+
 Regions::Regions(const Surfels& surfels, std::size_t wanted, const Progress& progress) : of(surfels.size()) {
     std::vector<std::uint32_t> along_curve[6];
     std::size_t done = 0;

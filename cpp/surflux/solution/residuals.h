@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/packing.h"
 #include "surflux/scene/surfels.h"
 
 namespace surflux {
@@ -34,6 +35,10 @@ struct Gathered {
     std::vector<double> met;
     double lost = 0.0;
     Rgb of_surfels, of_all;
+
+    // For other processes (core/team.h): regions alone that something was met in.
+    void pack(Packed& to) const;
+    void unpack(Unpacking& bytes);
 };
 
 // A surfel of a solution, and what the two independent halves of its rays gathered, as sums.

@@ -1,11 +1,10 @@
 #include "surflux/solution/self_check.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
-#include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
 #include "surflux/solution/residual_rays.h"
 #include "surflux/solution/stopwatch.h"
@@ -55,7 +54,7 @@ std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, st
 }  // namespace
 
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
-                          const SelfCheckOptions& options, const Progress& progress) {
+                          const SelfCheckOptions& options, const Progress& progress, const Team& team) {
     const Surfels& leaves = solution.surfels;
     const Progress starting = standing_at(0, 1, progress);
     report(starting, 0, 1);
@@ -91,16 +90,23 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
         area += leaves.areas[i];
     }
     balance *= 1.0 / area;
+    const auto digest = [&] {
+        Digest of;
+        of.add(options.seed);
+        for (const Rgb& h : solution.irradiance) of.add(h);
+        return of.value();
+    };
     // Rounds, of which each doubles the rays.
-    std::atomic<std::size_t> traced{0};
+    constexpr std::size_t grain = 8;
+    std::vector<std::uint64_t> rays_of((drawn.size() + grain - 1) / grain, 0);  // by block, of all rounds
     std::size_t each = 0, more = least_rays_each, planned = drawn.size() * least_rays_each;
     while (4 * planned <= options.most_rays) planned *= 2;
     for (;; more = each) {
         const Progress of_round = [&](std::size_t done, std::size_t) {
             return !progress || progress(std::min(planned, drawn.size() * each + done * more), planned);
         };
-        parallel_blocks(
-            drawn.size(), 8,
+        shared_blocks(
+            team, "self-check", digest, drawn.size(), grain,
             [&](std::size_t begin, std::size_t end) {
                 ResidualRays rays(scene.surfels, tracer, lights, of_scene, regions, points);
                 for (std::size_t k = 2 * begin; k < 2 * end; ++k) {
@@ -108,10 +114,21 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
                     const Place place{leaves.positions[i], leaves.normals[i], solution.parents[i], i, true};
                     rays.gather(place, static_cast<int>(more), sequences[k], sums[k]);
                 }
-                traced += rays.rays;
+                rays_of[begin / grain] += rays.rays;
+            },
+            [&](std::size_t begin, std::size_t end, Packed& to) {
+                to.add(rays_of[begin / grain]);
+                to.add(sequences.data() + 2 * begin, 2 * (end - begin));  // which go on where these rays end
+                for (std::size_t k = 2 * begin; k < 2 * end; ++k) sums[k].pack(to);
+            },
+            [&](std::size_t begin, std::size_t end, Unpacking& from) {
+                from.take(&rays_of[begin / grain], 1);
+                from.take(sequences.data() + 2 * begin, 2 * (end - begin));
+                for (std::size_t k = 2 * begin; k < 2 * end; ++k) sums[k].unpack(from);
             },
             of_round);
         each += more;
+        const std::size_t traced = std::accumulate(rays_of.begin(), rays_of.end(), std::size_t{0});
         const ErrorEstimate estimate = error_from(residuals, regions, static_cast<double>(each), balance);
         const bool is_known = !(estimate.uncertainty > enough * estimate.error) || 2 * traced > options.most_rays;
         const bool is_known_locally =
@@ -124,14 +141,14 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
 }
 
 void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress,
-                    Solution& solution) {
+                    Solution& solution, const Team& team) {
     Stopwatch watch(solution.timings);
     SelfCheckOptions options;
     options.seed = seed;
     Figures& figures = solution.history.back();
     options.most_local_rays = static_cast<std::size_t>(most_share * figure(figures, "rays"));
     options.most_rays = std::max(least_rays, options.most_local_rays);
-    const SelfCheck check = gathering_error(scene, tracer, solution, options, progress);
+    const SelfCheck check = gathering_error(scene, tracer, solution, options, progress, team);
     watch.lap("self-check");
     solution.error = check.estimate.error;
     figure(figures, "rays") += static_cast<double>(check.rays);

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/residuals.h"
 #include "surflux/solution/solution.h"
@@ -26,11 +27,11 @@ struct SelfCheckOptions {
 // how far it is from path tracing. Of a patch, or piece of one, the mean is checked, of a disk the value at its centre.
 // Rays are added until the standard error of the estimate is small enough.
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
-                          const SelfCheckOptions& options, const Progress& progress = {});
+                          const SelfCheckOptions& options, const Progress& progress = {}, const Team& team = {});
 
 // The last stage of every solver: checks what it found, and fills in its error, and error, rays and seconds of the last
 // entry of its history.
 void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress,
-                    Solution& solution);
+                    Solution& solution, const Team& team = {});
 
 }  // namespace surflux
