@@ -25,7 +25,7 @@ _CELLS = 1.5  # of a turned lattice, that a surface goes through, for each that 
 _BACKWARDS = 0.8  # of the points that face away from above: the files have their normals the other way round
 
 
-@dataclass
+@dataclass(eq=False)
 class TileOptions:
     """What solve_tiles takes, checked; lengths in the unit of the files."""
 
