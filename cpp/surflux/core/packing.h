@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "surflux/core/error.h"
@@ -68,11 +69,25 @@ public:
         std::memcpy(&word, &value, sizeof(word));
         add(word);
     }
+    void add(int value) { add(static_cast<std::uint64_t>(value)); }
     void add(const Vec3& v) { add(v.x), add(v.y), add(v.z); }
+    template <class T>
+    void add(const std::vector<T>& values) {
+        for (const T& value : values) add(value);
+    }
     std::uint64_t value() const { return hash_; }
 
 private:
     std::uint64_t hash_ = 0xcbf29ce484222325ull;
 };
+
+// Of what random numbers go by, and of where each of some places is.
+template <class Place>
+Digest digest_of_places(std::uint64_t seed, const std::vector<Place>& places) {
+    Digest out;
+    out.add(seed);
+    for (const Place& place : places) out.add(place.position);
+    return out;
+}
 
 }  // namespace surflux

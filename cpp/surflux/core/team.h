@@ -68,8 +68,8 @@ void exchange_blocks(const Team& team, const char* pass, std::uint64_t digest, s
 
 // parallel_blocks() of which each block is computed by one process, by body(begin, end), and known to all afterwards.
 // `digest`: asked for by a team that shares alone.
-template <class Digest, class Body, class Pack, class Unpack>
-void shared_blocks(const Team& team, const char* pass, const Digest& digest, std::size_t count, std::size_t grain,
+template <class MakeDigest, class Body, class Pack, class Unpack>
+void shared_blocks(const Team& team, const char* pass, const MakeDigest& digest, std::size_t count, std::size_t grain,
                    const Body& body, const Pack& pack, const Unpack& unpack, const Progress& progress) {
     if (!team.shares()) return parallel_blocks(count, grain, body, progress);
     const auto make = [&] {

@@ -45,7 +45,7 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
     };
     const auto digest = [&] {
         Digest of;
-        for (const double value : light) of.add(value);
+        of.add(light);
         return of.value();
     };
     weights_.fill(tree_.points(), at_leaf, progress, team_, digest);

@@ -145,12 +145,8 @@ void Gathering::add_rows(const std::vector<Place>& receivers, const std::vector<
     sky_.resize(before + receivers.size());
     links_.resize(first_block + (receivers.size() + grain - 1) / grain);
     const auto digest = [&] {
-        Digest of;
-        of.add(seed_);
-        for (std::size_t k = 0; k < receivers.size(); ++k) {
-            of.add(receivers[k].position);
-            of.add(static_cast<std::uint64_t>(counts[k]));
-        }
+        Digest of = digest_of_places(seed_, receivers);
+        of.add(counts);
         return of.value();
     };
     shared_blocks(

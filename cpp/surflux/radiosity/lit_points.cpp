@@ -86,9 +86,7 @@ LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std
     all.standard_error.resize(places.size());
     if (has_emitters()) all.emitters.resize(places.size());
     if (has_sky()) all.sky.resize(places.size());
-    Digest digest;
-    digest.add(seed_);
-    for (const Place& place : places) digest.add(place.position);
+    const std::uint64_t digest = digest_of_places(seed_, places).value();
     const auto make = [&] {
         std::vector<Place> mine;
         for_own_blocks(team_, places.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -108,7 +106,7 @@ LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std
             if (!values.empty()) from.take(values.data() + begin, end - begin);
         });
     };
-    exchange_blocks(team_, "direct light", digest.value(), places.size(), grain, make, pack, unpack);
+    exchange_blocks(team_, "direct light", digest, places.size(), grain, make, pack, unpack);
     return all;
 }
 

@@ -25,10 +25,8 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
     out.met.resize(room.back());
     Scratch<HemisphereRow> scratch;
     const auto digest = [&] {
-        Digest of;
-        of.add(seed);
-        for (const Place& place : places) of.add(place.position);
-        for (const int count : counts) of.add(static_cast<std::uint64_t>(count));
+        Digest of = digest_of_places(seed, places);
+        of.add(counts);
         return of.value();
     };
     shared_blocks(

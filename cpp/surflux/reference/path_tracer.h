@@ -177,12 +177,7 @@ Reference means_of_paths(const PathTracer<Vertex>& paths, const std::vector<Depa
     const std::vector<std::uint32_t> order = morton_order(positions);
     std::vector<Moments> parts(places.size() * batches.chunks);
     std::vector<std::size_t> rays(parts.size(), 0);
-    const auto digest = [&] {
-        Digest of;
-        of.add(paths.seed());
-        for (const Departure& place : places) of.add(place.position);
-        return of.value();
-    };
+    const auto digest = [&] { return digest_of_places(paths.seed(), places).value(); };
     shared_blocks(
         team, "paths", digest, parts.size(), 1,
         [&](std::size_t begin, std::size_t end) {

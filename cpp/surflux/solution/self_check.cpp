@@ -93,7 +93,7 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     const auto digest = [&] {
         Digest of;
         of.add(options.seed);
-        for (const Rgb& h : solution.irradiance) of.add(h);
+        of.add(solution.irradiance);
         return of.value();
     };
     // Rounds, of which each doubles the rays.

@@ -11,7 +11,7 @@ from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
 from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
-from surflux.points.cleaning import cleaned
+from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.exposure import exposed_by, exposure_of_colors
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
@@ -58,7 +58,6 @@ class Cloud:
         if options.points is not None and count > 0 and scan.rows[-1] >= options.points:
             LOG.info("%d points are taken of the file, evenly, and written (--points; --thin writes all)", count)
         used, first, self.alone = cleaned(scan, options.keep_outliers)
-        repeats = np.flatnonzero(first != np.arange(count))
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
         whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
         whole = whole.flipped() if options.normals == "flip" else whole
@@ -74,12 +73,7 @@ class Cloud:
             along = _core.morton_order(thinned.points)
             self.surfels, rows = thinned[along], used[kept[along]]
         self._row = rows
-        self.of_row = np.full(count, -1)
-        self.of_row[rows] = np.arange(len(rows))
-        self.of_row[repeats] = self.of_row[first[repeats]]
-        self._whole_of_row = np.full(count, -1)
-        self._whole_of_row[used] = np.arange(len(used))
-        self._whole_of_row[repeats] = self._whole_of_row[first[repeats]]
+        self.of_row, self._whole_of_row = numbers_of_rows(rows, first), numbers_of_rows(used, first)
 
     def save(self, path, solution, albedo=False, up=None):
         """Writes all points of the file in their order, with the light that was found.
@@ -129,7 +123,9 @@ def exposed(surfels):
     """
     rho = surfels.reflectance
     seen = rho[rho.any(axis=1)]
-    factor = exposure_of_colors(*((seen.mean(), np.percentile(seen.max(axis=1), 99)) if len(seen) else (0.0, 0.0)))
+    if len(seen) == 0:
+        return surfels
+    factor = exposure_of_colors(seen.mean(), np.percentile(seen.max(axis=1), 99))
     return surfels if factor == 1.0 else surfels.replace(reflectance=exposed_by(factor, rho))
 
 

@@ -75,6 +75,13 @@ def first_of_each(points, normals=None):
     return first
 
 
+def numbers_of_rows(used, first):
+    """(n,) the number that each row of a cloud has in `used`, repeats that of their `first`; -1 of those with none."""
+    number = np.full(len(first), -1)
+    number[used] = np.arange(len(used))
+    return number[first]
+
+
 def _lead(points):
     """(n,): the first row that is equal."""
     bits = (points + 0.0).view(np.uint64)  # -0 becomes 0

@@ -101,7 +101,7 @@ def points_around(path, low, high, names, label):
     """Columns of the points of a file whose x and y lie in a box, read by chunks; None where there are none.
 
     Args:
-        low, high: (2,) corners, both of them inside.
+        low, high: (2,) corners, both of them inside, or one number for x and y.
         names: set of the columns that are wanted beside "points".
         label: of the stage that progress is told for.
     """

@@ -102,7 +102,6 @@ class SolvedTiles:
         names = [f"{of}_{c}" for c in "rgb"]
         with watched(None, progress):
             for tile in self:
-                inf = np.full(2, np.inf)
-                columns = points_around(tile.output, -inf, inf, {*names}, "map")
+                columns = points_around(tile.output, -np.inf, np.inf, {*names}, "map")
                 plan.add(columns["points"], np.stack([columns[name] for name in names], axis=-1))
         return np.nan_to_num(plan.image())

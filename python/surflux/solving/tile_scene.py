@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.files import file_error
-from surflux.points.cleaning import first_of_each, standing_alone
+from surflux.points.cleaning import first_of_each, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
 from surflux.points.surfels import Surfels
 from surflux.scans.reading import read_columns
@@ -52,11 +52,7 @@ class TileScene:
         if survey.cell is not None:
             kept = survey.lattice.nearest(survey.lattice.turned(whole.points), survey.cell)
         kept = kept[_core.morton_order(np.ascontiguousarray(whole.points[kept]))]
-        of_near, of_whole = np.full(len(first), -1), np.full(len(first), -1)
-        of_near[used[kept]], of_whole[used] = np.arange(len(kept)), np.arange(len(used))
-        of_near[first != np.arange(len(first))] = of_near[first[first != np.arange(len(first))]]
-        of_whole[first != np.arange(len(first))] = of_whole[first[first != np.arange(len(first))]]
-        self.of_row, of_whole = of_near[:own], of_whole[:own]
+        self.of_row, of_whole = numbers_of_rows(used[kept], first)[:own], numbers_of_rows(used, first)[:own]
         self.lit = np.flatnonzero(of_whole >= 0)
         source = of_whole[self.lit]
         self.normals, self.reflectance = whole.normals[source], whole.reflectance[source]

@@ -146,13 +146,13 @@ def _near_cell(counts, low, high, spacing, options):
     if most <= options.points:
         return None
     cell = spacing * np.sqrt(_CELLS * most / options.points)
-    what = "tiles with their halos have up to %.3g points: thinned to one in %.3g of the files' unit (--thin)"
+    what = "tiles with their halos have up to %.3g points: thinned to one in %.3g of the files' unit (points)"
     LOG.info(what, most, cell)
     return float(cell)
 
 
 def _columns_of(path):
-    columns = points_around(path, np.full(2, -np.inf), np.full(2, np.inf), NEEDED, "reading")
+    columns = points_around(path, -np.inf, np.inf, NEEDED, "reading")
     if columns is None:
         raise file_error(path, "no points: none has finite coordinates")
     return columns
