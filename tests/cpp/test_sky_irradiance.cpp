@@ -204,6 +204,20 @@ TEST(SkyIrradiance, BesideAWallIsWhatItsHeightSays) {
     EXPECT_GT(std::sqrt(squared[0]), 0.25 * stated);
 }
 
+TEST(SkyIrradiance, WhatHidesLessThanOneRayIsNotLost) {
+    // As above, from 3 before the wall: it hides .026 of the sky, .8 of 32 rays. The mean of many has no bias.
+    Environment e = image_of(32, 16);
+    for (Rgb& pixel : e.pixels) pixel = {1, 2, 3};
+    const Scene scene = scene_of({floor_of(4), screen()}, {e});
+    const double hidden = pi * (0.5 - 0.5 / std::sqrt(1.0 + 1.0 / 9.0));
+    constexpr int places = 4000;
+    std::vector<Vec3> points;
+    for (int k = 0; k < places; ++k) points.push_back({-1.9999, 2.0 * (k + 0.5) / places, 0});
+    double mean = 0.0;
+    for (const Rgb& found : on_floor(scene, points, 32)) mean += (pi - found.x) / places;
+    EXPECT_NEAR(mean, hidden, 0.05 * hidden);
+}
+
 TEST(SkyIrradiance, TheSunInAPixelHasShadowsWithSharpEdges) {
     // A pixel of 1.4 degrees at 45 over +x, and a wall that hides it up to 1 before its foot.
     Environment e = image_of(256, 128);

@@ -27,13 +27,14 @@ public:
         EvenPoints even(points_.extends(place) ? 4 : 2, seed, stream_of(place));
         faced_ = arrived_ = {};
         taken_ = traced_ = free_count_ = 0;
-        const bool narrow = sky_.is_narrow(tree);
-        const int rays = narrow ? std::max(2, most_rays_ / 2) : most_rays_;
-        shoot(narrow ? std::max(2, most_rays_ / 8) : std::max(1, most_rays_ / 2), tree, place, even);
-        // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp; and a spot may
-        // hardly rise over the horizon.
-        if (std::min(free_count_, traced_ - free_count_) > (narrow ? 0 : 1) || traced_ == 0)
-            shoot(rays, tree, place, even);
+        if (sky_.is_narrow(tree)) {  // most places see all of a spot or nothing
+            shoot(std::max(2, most_rays_ / 8), tree, place, even);
+            const bool all_agree = traced_ > 0 && (free_count_ == 0 || free_count_ == traced_);
+            if (!all_agree) shoot(std::max(2, most_rays_ / 2), tree, place, even);
+        } else {
+            // All of them at once: stopping where the first ones agree would miss what hides little of the sky.
+            shoot(most_rays_, tree, place, even);
+        }
         if (free_count_ == 0) return {};
         if (free_count_ == traced_) return all;
         const double share = static_cast<double>(free_count_) / traced_;
