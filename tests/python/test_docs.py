@@ -17,6 +17,8 @@ import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
 GUIDE = sorted((README.parent / "python" / "guide").glob("*.md"))
+FRONT = README.parent / "python" / "guide" / "index.md"
+REFERENCE = README.parent / "python" / "guide" / "reference.rst"
 NOTEBOOKS = sorted((README.parent / "python" / "guide").glob("*.ipynb"))
 MODULES = ["surflux", *(m.name for m in pkgutil.walk_packages(sf.__path__, "surflux.") if m.name != "surflux.__main__")]
 
@@ -64,6 +66,7 @@ def test_docstrings_have_one_style(module):
 
 # Of pages that take seconds each.
 SLOW = ("choosing-a-solver", "final-images", "inspection")
+WITHOUT_CODE = ("index",)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +76,7 @@ def test_guide(page, elsewhere):
     """The examples of one page go on from each other."""
     shared = {"__name__": "__main__"}
     found = blocks(page.read_text())
-    assert found
+    assert bool(found) != (page.stem in WITHOUT_CODE)
     for block in found:
         exec(compile(block, page, "exec"), shared)
 
@@ -97,7 +100,7 @@ def test_notebook(book, elsewhere):
 
 @pytest.mark.parametrize("book", NOTEBOOKS, ids=lambda book: book.stem)
 def test_a_page_of_the_guide_leads_to_the_notebook(book):
-    assert f"({book.name})" in book.with_suffix(".md").read_text()
+    assert any(f"({book.name})" in page.read_text() for page in GUIDE)
     for cell in cells(book, "markdown"):
         for link in re.findall(r"\]\((?!https?:)([^)#]+)", "".join(cell["source"])):
             assert (book.parent / link).exists(), f"{book.name} links to {link}"
@@ -109,9 +112,14 @@ def test_links_lead_somewhere(page):
         assert (page.parent / link).exists(), f"{page.name} links to {link}"
 
 
-@pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [page for page in GUIDE if page != FRONT], ids=lambda page: page.stem)
 def test_the_readme_links_every_guide(page):
     assert f"(python/guide/{page.name})" in README.read_text()
+
+
+def test_the_reference_has_every_public_name_once():
+    listed = re.findall(r"^   (\w+)$", REFERENCE.read_text(), re.MULTILINE)
+    assert sorted(listed) == sf.__all__
 
 
 def test_every_figure_of_the_history_is_explained():
