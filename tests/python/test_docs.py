@@ -8,6 +8,7 @@ import json
 import os
 import pkgutil
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_docstrings_have_one_style(module):
 
 # Of pages that take seconds each.
 SLOW = ("choosing-a-solver", "final-images", "inspection")
-WITHOUT_CODE = ("index",)
+WITHOUT_CODE = ("commands", "index", "install")
 
 
 @pytest.mark.parametrize(
@@ -114,6 +115,7 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", [page for page in GUIDE if page != FRONT], ids=lambda page: page.stem)
 def test_the_front_page_lists_every_page(page):
+    assert f"(python/guide/{page.name})" in README.read_text()
     contents = re.findall(r"^```{toctree}\n(.*?)^```", FRONT.read_text(), re.MULTILINE | re.DOTALL)
     assert page.stem in "\n".join(contents).splitlines()
 
@@ -151,12 +153,21 @@ def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})
 
 
-def test_the_scene_file_of_the_readme_is_solved(elsewhere):
-    (scene,) = re.findall(r"^```toml\n(.*?)^```", README.read_text(), re.MULTILINE | re.DOTALL)
-    Path("room.toml").write_text(scene)
-    solution = sf.solve(sf.load_scene("room.toml"), rays=16, insert=False)
-    assert len(solution.surfels) == 6 * 12**2  # six walls of 12 x 12 patches
-    assert np.all(solution.direct > 0)  # a convex room under a lamp inside of it
+def test_the_readme_is_short_and_says_how_to_begin_on_its_first_screen():
+    lines = README.read_text().splitlines()
+    assert len(lines) <= 120
+    first = "\n".join(lines[:25])
+    assert "script/demo" in first
+    assert "script/test" in first
+    assert len(set(re.findall(r"data/thumb_\w+\.png", README.read_text()))) == 6
+
+
+def test_a_package_index_shows_no_broken_link():
+    """It has no pictures and no pages: nothing may be relative there. The example is that of the README."""
+    project = tomllib.loads((README.parent / "pyproject.toml").read_text())["project"]
+    page = (README.parent / project["readme"]).read_text()
+    assert re.findall(r"\]\((?!https?:)", page) + re.findall("<img|<a ", page) == []
+    assert blocks(page) == blocks(README.read_text())
 
 
 def test_the_readme_has_its_example():

@@ -1,4 +1,4 @@
-"""Pictures of the method for the guide: shares of a disk, the cut of a scene, and where the light of a surfel comes from.
+"""Pictures of the method for the guide: shares of a disk, the cut of a scene, where the light of a surfel comes from.
 
 python tests/support/method_pictures.py data
 """
