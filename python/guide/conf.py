@@ -1,5 +1,6 @@
 """The site, as Sphinx builds it: script/docs."""
 
+import logging
 import sys
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pyvista
 import surflux as sf
 
 pyvista.OFF_SCREEN = True
+logging.getLogger("surflux").setLevel(logging.WARNING)  # what is taken for granted of clouds is no fault of a page
 plain_docstrings.public_names_stand_in_the_face()
 
 project = "surflux"
@@ -57,6 +59,7 @@ sphinx_gallery_conf = {
     "reset_modules": (),
     "abort_on_example_error": True,
     "download_all_examples": False,
+    "capture_repr": (),
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 1e6,

@@ -56,7 +56,7 @@ def test_a_browser_opens_every_page_without_complaint(site, browser):
         browser.events.clear()
         browser.visit(page)
         assert browser.complaints() == [], page
-        assert browser.run("document.querySelectorAll('h1, h2').length") > 0, page
+        assert browser.run("document.title"), page
         broken = "[...document.images].filter(i => i.complete && !i.naturalWidth).map(i => i.src)"
         assert browser.run(broken) == [], page
         assert [address for address in browser.requests() if not address.startswith(("file:", "data:"))] == [], page

@@ -30,7 +30,7 @@ def main():
     quick = "--quick" in sys.argv[1:]
     (out,) = (Path(argument).resolve() for argument in sys.argv[1:] if argument != "--quick")
     guide = copy_of_the_guide(out / "docs")
-    options = ["-b", "html", "-q", "-W", "--keep-going", "-d", out / "docs" / "doctrees"]
+    options = ["-b", "html", "-a", "-q", "-W", "--keep-going", "-d", out / "docs" / "doctrees"]
     options += ["-D", "plot_gallery=0"] * quick
     done = subprocess.run([sys.executable, "-m", "sphinx", *options, guide, out / "site"], check=False)
     sys.exit(done.returncode)

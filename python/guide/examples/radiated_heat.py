@@ -14,7 +14,7 @@ from surflux.scenes import shapes
 furnace = sf.Surfels.from_mesh(shapes.box([2.0, 1.0, 1.0], patches=[32, 16, 16], inward=True)[:2])
 vertices, faces, _ = shapes.box([0.2, 0.5, 0.35], patches=[4, 8, 6])
 block = sf.Surfels.from_mesh((np.add(vertices, [1.2, 0.25, 0.2]), faces))
-K = sf.form_factor_operator(sf.Scene([furnace, block]))
+K = sf.form_factor_operator(sf.Scene([furnace, block]), rays=512)
 sigma, capacity = 5.670374e-8, 7850 * 490 * 0.002  # W/m2/K4; J/m2/K
 points = np.concatenate([furnace.points, block.points])
 held = (points[:, 2] < 1e-6) | (np.arange(len(points)) >= len(furnace))
