@@ -66,7 +66,7 @@ def test_docstrings_have_one_style(module):
 
 # Of pages that take seconds each.
 SLOW = ("choosing-a-solver", "final-images", "inspection")
-WITHOUT_CODE = ("commands", "index", "install")
+WITHOUT_CODE = ("commands", "index", "install", "tour")
 
 
 @pytest.mark.parametrize(
