@@ -8,15 +8,17 @@ import json
 import os
 import pkgutil
 import re
+import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import surflux as sf
 
 README = Path(__file__).parents[2] / "README.md"
 GUIDE = sorted((README.parent / "python" / "guide").glob("*.md"))
+FRONT = README.parent / "python" / "guide" / "index.md"
+REFERENCE = README.parent / "python" / "guide" / "reference.rst"
 NOTEBOOKS = sorted((README.parent / "python" / "guide").glob("*.ipynb"))
 MODULES = ["surflux", *(m.name for m in pkgutil.walk_packages(sf.__path__, "surflux.") if m.name != "surflux.__main__")]
 
@@ -64,6 +66,7 @@ def test_docstrings_have_one_style(module):
 
 # Of pages that take seconds each.
 SLOW = ("choosing-a-solver", "final-images", "inspection")
+WITHOUT_CODE = ("commands", "index", "install", "tour")
 
 
 @pytest.mark.parametrize(
@@ -73,7 +76,7 @@ def test_guide(page, elsewhere):
     """The examples of one page go on from each other."""
     shared = {"__name__": "__main__"}
     found = blocks(page.read_text())
-    assert found
+    assert bool(found) != (page.stem in WITHOUT_CODE)
     for block in found:
         exec(compile(block, page, "exec"), shared)
 
@@ -97,7 +100,7 @@ def test_notebook(book, elsewhere):
 
 @pytest.mark.parametrize("book", NOTEBOOKS, ids=lambda book: book.stem)
 def test_a_page_of_the_guide_leads_to_the_notebook(book):
-    assert f"({book.name})" in book.with_suffix(".md").read_text()
+    assert any(f"({book.name})" in page.read_text() for page in GUIDE)
     for cell in cells(book, "markdown"):
         for link in re.findall(r"\]\((?!https?:)([^)#]+)", "".join(cell["source"])):
             assert (book.parent / link).exists(), f"{book.name} links to {link}"
@@ -109,9 +112,16 @@ def test_links_lead_somewhere(page):
         assert (page.parent / link).exists(), f"{page.name} links to {link}"
 
 
-@pytest.mark.parametrize("page", GUIDE, ids=lambda page: page.stem)
-def test_the_readme_links_every_guide(page):
+@pytest.mark.parametrize("page", [page for page in GUIDE if page != FRONT], ids=lambda page: page.stem)
+def test_the_front_page_lists_every_page(page):
     assert f"(python/guide/{page.name})" in README.read_text()
+    contents = re.findall(r"^```{toctree}\n(.*?)^```", FRONT.read_text(), re.MULTILINE | re.DOTALL)
+    assert page.stem in "\n".join(contents).splitlines()
+
+
+def test_the_reference_has_every_public_name_once():
+    listed = re.findall(r"^   (\w+)$", REFERENCE.read_text(), re.MULTILINE)
+    assert sorted(listed) == sf.__all__
 
 
 def test_every_figure_of_the_history_is_explained():
@@ -142,12 +152,21 @@ def test_readme(block, elsewhere):
     exec(compile(block, README, "exec"), {"__name__": "__main__"})
 
 
-def test_the_scene_file_of_the_readme_is_solved(elsewhere):
-    (scene,) = re.findall(r"^```toml\n(.*?)^```", README.read_text(), re.MULTILINE | re.DOTALL)
-    Path("room.toml").write_text(scene)
-    solution = sf.solve(sf.load_scene("room.toml"), rays=16, insert=False)
-    assert len(solution.surfels) == 6 * 12**2  # six walls of 12 x 12 patches
-    assert np.all(solution.direct > 0)  # a convex room under a lamp inside of it
+def test_the_readme_is_short_and_says_how_to_begin_on_its_first_screen():
+    lines = README.read_text().splitlines()
+    assert len(lines) <= 120
+    first = "\n".join(lines[:25])
+    assert "script/demo" in first
+    assert "script/test" in first
+    assert len(set(re.findall(r"data/thumb_\w+\.png", README.read_text()))) == 6
+
+
+def test_a_package_index_shows_no_broken_link():
+    """It has no pictures and no pages: nothing may be relative there. The example is that of the README."""
+    project = tomllib.loads((README.parent / "pyproject.toml").read_text())["project"]
+    page = (README.parent / project["readme"]).read_text()
+    assert re.findall(r"\]\((?!https?:)", page) + re.findall("<img|<a ", page) == []
+    assert blocks(page) == blocks(README.read_text())
 
 
 def test_the_readme_has_its_example():

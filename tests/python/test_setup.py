@@ -69,7 +69,7 @@ def test_a_python_that_is_not_there_is_named(setup):
 def test_an_unknown_option_is_named(setup):
     result = setup("--tests")
     assert result.returncode == 1
-    assert result.stderr == "setup: unknown option --tests (known: --test, --dev)\n"
+    assert result.stderr == "setup: unknown option --tests (known: --test, --docs, --dev)\n"
 
 
 def configure(build, *settings):

@@ -110,6 +110,12 @@ class Browser:
         self.ask("Page.navigate", url=Path(path).resolve().as_uri() + hash)
         self.wait('document.body?.dataset.still || document.getElementById("fault")?.textContent')
 
+    def visit(self, path):
+        """Loads a file that is no page of surflux, with all that it loads."""
+        address = Path(path).resolve().as_uri()
+        self.ask("Page.navigate", url=address)
+        self.wait(f'location.href === {json.dumps(address)} && document.readyState === "complete"')
+
     def run(self, script):
         """The value of an expression on the page."""
         found = self.ask("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)

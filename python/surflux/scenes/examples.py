@@ -8,7 +8,7 @@ from surflux._core import FileError
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_file import load_scene
 
-__all__ = ["colonnade", "cornell_box", "file", "folder", "statues", "street", "three_spheres"]
+__all__ = ["colonnade", "cornell_box", "file", "folder", "schema", "statues", "street", "three_spheres"]
 
 
 def folder() -> Path:
@@ -48,6 +48,22 @@ def file(name: str) -> Path:
     if name not in _FILES:
         raise ValueError(f"name: wanted one of {', '.join(sorted(_FILES))}, got {name!r}")
     return folder() / f"{_FILES[name]}.toml"
+
+
+def schema() -> Path:
+    """The JSON schema of scene files, with which editors complete keys and mark faults while a file is written.
+
+    It knows keys, types, ranges and which keys go together; what needs a look at files or at geometry load_scene says.
+
+    Returns:
+        The Path of a JSON file (draft 2020-12).
+
+    >>> import json
+    >>> import surflux as sf
+    >>> sorted(json.loads(sf.examples.schema().read_text())["properties"])
+    ['camera', 'light', 'name', 'object', 'solve', 'units']
+    """
+    return Path(__file__).resolve().parent / "scene.schema.json"
 
 
 def three_spheres(*, surfels: int | None = None) -> Scene:

@@ -10,7 +10,7 @@ SCENES = ("colonnade", "cornell_box", "statues", "street", "three_spheres")
 
 
 def test_every_example_is_tested():
-    assert {*SCENES} == {*sf.examples.__all__} - {"file", "folder"}
+    assert {*SCENES} == {*sf.examples.__all__} - {"file", "folder", "schema"}
     assert sf.examples is examples
 
 
