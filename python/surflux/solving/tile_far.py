@@ -32,19 +32,20 @@ class FarField:
         """Frees the disk."""
         self._file.close()
 
+    def thinned(self, columns, level=0):
+        """Columns of one point in each cell of a level."""
+        rows = self._lattice.nearest(self._lattice.turned(columns["points"]), self._cell * 2.0**level)
+        return {name: values[rows] for name, values in columns.items()}
+
     def add(self, columns):
-        """Takes the columns of the next tile; returns those of its level 0."""
-        found, first = [], None
+        """Takes the next tile: its columns of level 0."""
+        found = []
         self._boxes.append((columns["points"][:, :2].min(axis=0), columns["points"][:, :2].max(axis=0)))
         for level in range(self.levels):
-            turned = self._lattice.turned(columns["points"])
-            rows = self._lattice.nearest(turned, self._cell * 2.0**level)
-            columns = {name: values[rows] for name, values in columns.items()}
-            first = columns if first is None else first
+            columns = self.thinned(columns, level) if level else columns
             found.append(self._file.tell())
             pickle.dump(columns, self._file, protocol=5)
         self._places.append(found)
-        return first
 
     def around(self, low, high):
         """Columns of what is farther than the halo from the box of a tile, the larger of x and y; None if nothing is.

@@ -61,21 +61,22 @@ def test_light_is_that_of_the_whole_survey_also_at_borders(solved):
         assert np.sqrt(np.mean((found - whole)[of] ** 2)) < 1.5 * chance
 
 
-def test_a_finished_run_is_kept_and_other_options_solve_again(solved, tmp_path):
-    paths, _ = in_tiles(hills(1), tmp_path)
-    first = sf.solve_tiles(paths, tmp_path / "lit", halo=HALO, viewpoint=ABOVE)
+def test_a_finished_run_is_kept_and_other_options_solve_again(tmp_path):
+    paths, _ = in_tiles(hills(1, 800), tmp_path)
+    rough = {"transport": "rays", "rays": 16, "zeta": 1.0, "insert": False}
+
+    def solved(halo=HALO):
+        given = {"halo": halo, "lights": [sf.Environment(1.0)], "solve_options": rough, "viewpoint": ABOVE}
+        return sf.solve_tiles(paths, tmp_path / "lit", **given)
+
+    first = solved()
     assert not any(tile.kept for tile in first)
-    again = sf.solve_tiles(paths, tmp_path / "lit", halo=HALO, viewpoint=ABOVE)
+    again = solved()
     assert all(tile.kept for tile in again)
     assert [tile.error for tile in again] == [tile.error for tile in first]
     (tmp_path / "lit" / "tile2.laz").unlink()
-    assert [tile.kept for tile in sf.solve_tiles(paths, tmp_path / "lit", halo=HALO, viewpoint=ABOVE)] == [
-        True,
-        True,
-        False,
-        True,
-    ]
-    assert not any(tile.kept for tile in sf.solve_tiles(paths, tmp_path / "lit", halo=2 * HALO, viewpoint=ABOVE))
+    assert [tile.kept for tile in solved()] == [True, True, False, True]
+    assert not any(tile.kept for tile in solved(2 * HALO))
 
 
 def test_what_cannot_be_is_refused_by_name(solved, tmp_path):
