@@ -51,6 +51,7 @@ class Survey:
         strays: whether points that stand alone are left out.
         viewpoint: (3,) towards which estimated normals turn; None where the files have normals.
         turned: whether the normals of the files face the wrong way, all of them.
+        spacing: how far points are apart, about.
         lattice: Lattice of all samples.
         cell: of points in a tile and its halo; None where all are taken.
         far: FarField.
@@ -61,11 +62,11 @@ class Survey:
         self.headers, self.options = headers, options
         counts = np.array([tile.count for tile in headers])
         low, high = (np.array([getattr(tile, name) for tile in headers]) for name in ("low", "high"))
-        spacing = _spacing(counts, low, high)
+        self.spacing = _spacing(counts, low, high)
         self.lattice = Lattice(options.seed, low.min(axis=0))
-        self.cell = _near_cell(counts, low, high, spacing, options)
+        self.cell = _near_cell(counts, low, high, self.spacing, options)
         reach = float(np.max(high.max(axis=0) - low.min(axis=0)))
-        wide = max(options.far * spacing * np.sqrt(_CELLS), 2.0 * (self.cell or 0.0))
+        wide = max(options.far * self.spacing * np.sqrt(_CELLS), 2.0 * (self.cell or 0.0))
         self.far = FarField(folder, self.lattice, wide, options.halo, reach)
         self.shades = Shades(options.raw_colors)
         sample, places = (EvenSample(_OVERVIEW, options.seed) for _ in range(2))
