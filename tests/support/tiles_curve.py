@@ -2,9 +2,11 @@
 
 `python tests/support/tiles_curve.py town --runs 150:4 50:4` makes towns of three seeds, ground, houses and trees, in
 3 x 3 tiles, and solves them by these halos and thinnings; `... tile.laz --cut 2` cuts a file of its own; `... --row`
-measures memory of 1, 2, 4 and 8 tiles in a row instead. Errors are relative to the RMS of the irradiance, over all
-points, those by an inner border of tiles, and those inside; `by chance` is what two untiled solutions differ by that
-have another seed.
+measures memory of 1, 2, 4 and 8 tiles in a row instead.
+
+Errors are differences from the untiled solution in % of the RMS irradiance: of all points, of those by an inner border
+of tiles, and of those inside. Each is solved by two seeds; `chance` is what follows from how these two differ: of tiles
+and untiled, half of both squares. `left` is what chance does not explain: of all points, and by borders.
 """
 
 import argparse
@@ -25,7 +27,8 @@ from surflux.scenes.studio import clear_day
 SIDE, SPACING, LOT = 600.0, 2.2, 30.0  # of a town, of its points, of the square of a house: metres
 BORDER = 0.03  # of the side of a tile: points nearer to an inner border than that are by it
 CUT, COUNTS = 3, (1, 2, 4, 8)
-TILED = 2  # the seed of tiles; the untiled ones have 0 and 1
+SEEDS = {"untiled": (0, 1), "tiles": (2, 3)}
+PARTS = ("all", "border", "inside")
 
 
 def town(seed, size=(SIDE, SIDE)):
@@ -103,12 +106,13 @@ def lights_of(name):
 
 
 def solved(paths, folder, light, options):
-    """Solves in a process of its own; its processor seconds, peak of memory, most surfels of a tile, and estimate."""
+    """What _solved says, in a process of its own."""
     with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
         return fresh.submit(_solved, paths, folder, light, options).result()
 
 
 def _solved(paths, folder, light, options):
+    """Processor seconds, peak of memory, the most surfels of a tile, and the largest estimate of one, %."""
     found = sf.solve_tiles(paths, folder, lights=lights_of(light), **options)
     used = resource.getrusage(resource.RUSAGE_SELF)
     most, error = max(tile.surfels for tile in found), max(tile.error for tile in found)
@@ -138,32 +142,43 @@ def by_borders(points, columns, rows):
     return np.any((np.abs(at - nearest) < BORDER) & (nearest > 0) & (nearest < cells), axis=1)
 
 
-def figures(a, b, border):
-    """Differences of two solutions, % of the RMS of the second: of all, by borders, inside."""
+def squares(a, b, border):
+    """Mean squares of how two solutions differ, of PARTS, in those of the second."""
     known = np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1)
-    rms = np.sqrt(np.mean(b[known] ** 2))
-    parts = {"all": known, "border": known & border, "inside": known & ~border}
-    return {name: 100.0 * float(np.sqrt(np.mean((a - b)[of] ** 2)) / rms) for name, of in parts.items()}
+    mean = np.mean(b[known] ** 2)
+    return np.array([np.mean((a - b)[of] ** 2) / mean for of in (known, known & border, known & ~border)])
+
+
+def figures(found, untiled, border):
+    """What a row says of errors: mean squares by PARTS, and those of chance."""
+    chance = 0.5 * (squares(*found, border) + squares(*untiled, border))
+    between = np.mean([squares(a, b, border) for a in found for b in untiled], axis=0)
+    named = {name: float(value) for name, value in zip(PARTS, between, strict=True)}
+    return named | {f"chance, {name}": float(value) for name, value in zip(PARTS, chance, strict=True)}
 
 
 def curve(path, folder, options, kept):
-    """Rows of one survey: the untiled solution twice, and tiles for each halo and thinning."""
+    """Rows of one survey: the untiled solution, and tiles for each halo and thinning; each by two seeds."""
     points = sf.read_scan(path).points
     paths, rows = cut(path, folder, options.cut, options.cut)
     border, whole, everything = by_borders(points, options.cut, options.cut), [np.arange(len(points))], []
-    more = {"insert": options.insert}
+
+    def both(of, rows, light, seeds, **given):
+        outs = [folder / f"{light} {seed} {given}" for seed in seeds]
+        more = {"solve_options": {"insert": options.insert}, **given}
+        runs = [solved(of, out, light, {"seed": seed} | more) for seed, out in zip(seeds, outs, strict=True)]
+        found = [irradiance([out / one.name for one in of], rows, len(points)) for out in outs]
+        return {name: float(np.mean([run[name] for run in runs])) for name in runs[0]}, found
+
     for light in options.lights:
-        names = [folder / f"{light} {seed}" for seed in (0, 1)]
-        runs = [solved([path], name, light, {"seed": seed, "solve_options": more}) for seed, name in enumerate(names)]
-        untiled = [irradiance([name / path.name], whole, len(points)) for name in names]
-        row = {"light": light, "run": "untiled, by chance"} | runs[0] | figures(*untiled, border)
-        everything.append(kept(row))
+        run, untiled = both([path], whole, light, SEEDS["untiled"])
+        mean = {name: float(value) for name, value in zip(PARTS, squares(*untiled, border), strict=True)}
+        chance = {f"chance, {name}": value for name, value in mean.items()}
+        everything.append(kept({"light": light, "run": "untiled", "points": len(points)} | run | mean | chance))
         for halo, far in (map(float, run.split(":")) for run in options.runs):
-            out = folder / f"{light} {halo} {far}"
-            run = solved(paths, out, light, {"halo": halo, "far": far, "seed": TILED, "solve_options": more})
-            found = irradiance([out / one.name for one in paths], rows, len(points))
-            row = {"light": light, "run": f"halo {halo:g}, far {far:g}"} | run | figures(found, untiled[0], border)
-            everything.append(kept(row))
+            run, found = both(paths, rows, light, SEEDS["tiles"], halo=halo, far=far)
+            row = {"light": light, "run": f"halo {halo:g}, far {far:g}", "points": len(points)}
+            everything.append(kept(row | run | figures(found, untiled, border)))
     return everything
 
 
@@ -175,18 +190,24 @@ def row_of_tiles(folder, kept):
         town(0, (count * SIDE / CUT, SIDE / CUT)).save(path)
         paths, _ = cut(path, folder, count, 1)
         run = solved(paths, folder / f"of {count}", "both", {"halo": 50.0})
-        everything.append(kept({"light": "both", "run": f"{count} in a row"} | run))
+        everything.append(kept({"light": "both", "run": f"{count} in a row", "points": len(sf.read_scan(path))} | run))
     return everything
 
 
 def table(rows):
-    """Markdown: means over surveys of what was measured under one name."""
-    columns = ("seconds", "gigabytes", "surfels", "estimate", "all", "border", "inside")
-    lines = ["| light | run | " + " | ".join(columns) + " |", "|---|---|" + "--:|" * len(columns)]
+    """Markdown: means over surveys of what was measured under one name, of squares where they are errors."""
+    columns = ("points", "surfels", "seconds", "gigabytes", "estimate")
+    squared = (*PARTS, *(f"chance, {name}" for name in PARTS))
+    heads = (*columns, *squared, "left, all", "left, border")
+    lines = ["| light | run | " + " | ".join(heads) + " |", "|---|---|" + "--:|" * len(heads)]
     for light, run in dict.fromkeys((row["light"], row["run"]) for row in rows):
         same = [row for row in rows if (row["light"], row["run"]) == (light, run)]
-        means = [np.mean([row[name] for row in same]) if name in same[0] else np.nan for name in columns]
-        lines.append(f"| {light} | {run} | " + " | ".join(f"{mean:.3g}" for mean in means) + " |")
+        mean = {name: np.mean([row[name] for row in same]) for name in (*columns, *squared) if name in same[0]}
+        values = [f"{mean[name]:.3g}" if name in mean else "" for name in columns]
+        if PARTS[0] in mean:
+            left = [max(0.0, mean[name] - mean[f"chance, {name}"]) for name in PARTS[:2]]
+            values += [f"{100.0 * np.sqrt(value):.2f}" for value in [*(mean[name] for name in squared), *left]]
+        lines.append(f"| {light} | {run} | " + " | ".join(values) + " |")
     return "\n".join(lines)
 
 
