@@ -1,5 +1,7 @@
 """`surflux solve TILES --tiles`: a survey tile by tile, into a folder, and a map of it."""
 
+import contextlib
+import re
 from pathlib import Path
 
 import surflux as sf
@@ -20,6 +22,7 @@ _REFUSED = {
     **dict.fromkeys(("size", "eye", "target", "up", "fov"), "; --image is a map from above, of all tiles"),
 }
 _FLAGS = {"folder": "-o", "paths": "tiles", "viewpoint": "--viewpoint"}  # of arguments that only solve_tiles can check
+_HINT = re.compile(r"(?<=\()(unit|points|viewpoint|raw_colors)(?=\)|: | keeps)")  # as in "(viewpoint: elsewhere)"
 
 
 def check_options(options):
@@ -56,10 +59,8 @@ def run(options):
     if options.light is None:
         LOG.info("tiles have no light: they get the sun and sky of a clear day, in W/m2 (--light sky)")
     lights = [Environment(1.0)] if options.light == "sky" else None
-    try:
+    with _named_by_flags():
         found = sf.solve_tiles(options.inputs, folder, lights=lights, **given, solve_options=settings, progress=True)
-    except ValueError as error:
-        raise _by_its_flag(error) from error
     if images:
         picture = found.map(progress=True)
         tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
@@ -70,10 +71,24 @@ def run(options):
     return result, _lines(found, folder, images)
 
 
-def _by_its_flag(error):
-    """The error of an argument as one of the option that has it."""
-    name, colon, rest = str(error).partition(": ")
-    return ValueError(f"{_FLAGS[name]}: {rest}") if colon and name in _FLAGS else error
+@contextlib.contextmanager
+def _named_by_flags():
+    """What solve_tiles logs and refuses while the block runs names options of the command, not arguments."""
+
+    def renamed(record):
+        record.msg, record.args = _HINT.sub(lambda hint: f"--{hint[0].replace('_', '-')}", record.getMessage()), ()
+        return True
+
+    LOG.addFilter(renamed)
+    try:
+        yield
+    except ValueError as error:
+        name, colon, rest = str(error).partition(": ")
+        if colon and name in _FLAGS:
+            raise ValueError(f"{_FLAGS[name]}: {rest}") from error
+        raise
+    finally:
+        LOG.removeFilter(renamed)
 
 
 def _lines(found, folder, images):
