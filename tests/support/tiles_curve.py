@@ -26,16 +26,16 @@ from surflux.scenes.studio import clear_day
 
 SIDE, SPACING, LOT = 600.0, 2.2, 30.0  # of a town, of its points, of the square of a house: metres
 BORDER = 0.03  # of the side of a tile: points nearer to an inner border than that are by it
-CUT, COUNTS = 3, (1, 2, 4, 8)
+CUT, COUNTS, DENSE = 3, (1, 2, 4, 8), 1.2  # in a row: so many tiles, and their spacing
 SEEDS = {"untiled": (0, 1), "tiles": (2, 3)}
 PARTS = ("all", "border", "inside")
 
 
-def town(seed, size=(SIDE, SIDE)):
+def town(seed, size=(SIDE, SIDE), spacing=SPACING):
     """A Scan of rolling ground with a house or trees on most lots, as airborne LiDAR has it: few points on walls."""
     random = np.random.default_rng(seed)
     size, area = np.asarray(size), float(np.prod(size))
-    xy = random.uniform(0.0, size, (int(area / SPACING**2), 2))
+    xy = random.uniform(0.0, size, (int(area / spacing**2), 2))
     points = np.column_stack([xy, _ground(xy)])
     colors = np.tile([0.25, 0.35, 0.15], (len(xy), 1))
     parts = []
@@ -43,10 +43,10 @@ def town(seed, size=(SIDE, SIDE)):
         kind, middle = random.random(), corner + random.uniform(0.4, 0.6, 2) * LOT
         if kind < 0.6:
             half, height = random.uniform([5.0, 4.0], [10.0, 8.0]), random.uniform(4.0, 15.0)
-            points, colors, house = _house(random, points, colors, middle, half, height)
+            points, colors, house = _house(random, points, colors, middle, half, height, spacing)
             parts.append(house)
         elif kind < 0.9:
-            parts += [_tree(random, middle + random.uniform(-9.0, 9.0, 2)) for _ in range(4)]
+            parts += [_tree(random, middle + random.uniform(-9.0, 9.0, 2), spacing) for _ in range(4)]
     points = np.concatenate([points, *(part[0] for part in parts)])
     colors = np.concatenate([colors, *(part[1] for part in parts)])
     points[:, 2] += random.normal(0.0, 0.03, len(points))
@@ -58,14 +58,14 @@ def _ground(xy):
     return 4.0 * np.sin(xy[:, 0] / 70.0) * np.cos(xy[:, 1] / 90.0)
 
 
-def _house(random, points, colors, middle, half, height):
+def _house(random, points, colors, middle, half, height, spacing):
     """(points and colours with the ground under a gabled roof lifted up to it; the points of its walls)."""
     base = float(_ground(middle[None])[0])
     at = points[:, :2] - middle
     under = np.all(np.abs(at) < half, axis=1)
     points[under, 2] = base + height + 0.5 * (half[1] - np.abs(at[under, 1]))
     colors[under] = random.choice([[0.5, 0.2, 0.15], [0.35, 0.35, 0.35], [0.6, 0.55, 0.5]])
-    count = int(0.15 * 4.0 * half.sum() * height / SPACING**2)  # seen at a slant
+    count = int(0.15 * 4.0 * half.sum() * height / spacing**2)  # seen at a slant
     along, side = random.uniform(-1.0, 1.0, count), random.integers(0, 4, count)
     sign = np.where(side % 2, 1.0, -1.0)
     place = np.where((side < 2)[:, None], np.column_stack([along, sign]), np.column_stack([sign, along]))
@@ -73,10 +73,10 @@ def _house(random, points, colors, middle, half, height):
     return points, colors, (walls, np.tile([0.7, 0.68, 0.6], (count, 1)))
 
 
-def _tree(random, middle):
+def _tree(random, middle, spacing):
     """The upper half of a crown."""
     radius, height = random.uniform(2.0, 4.0), random.uniform(6.0, 14.0)
-    direction = random.normal(size=(int(2.0 * np.pi * radius**2 / SPACING**2), 3))
+    direction = random.normal(size=(int(2.0 * np.pi * radius**2 / spacing**2), 3))
     direction *= np.sign(direction[:, 2:]) / np.linalg.norm(direction, axis=1)[:, None]
     crown = [*middle, _ground(middle[None])[0] + height] + direction * [radius, radius, 1.3 * radius]
     return crown, np.tile([0.12, 0.25, 0.08], (len(crown), 1))
@@ -187,9 +187,9 @@ def row_of_tiles(folder, kept):
     everything = []
     for count in COUNTS:
         path = folder / f"row{count}.laz"
-        town(0, (count * SIDE / CUT, SIDE / CUT)).save(path)
+        town(0, (count * SIDE / CUT, SIDE / CUT), DENSE).save(path)
         paths, _ = cut(path, folder, count, 1)
-        run = solved(paths, folder / f"of {count}", "both", {"halo": 50.0})
+        run = solved(paths, folder / f"of {count}", "both", {"halo": 50.0, "solve_options": {"insert": False}})
         everything.append(kept({"light": "both", "run": f"{count} in a row", "points": len(sf.read_scan(path))} | run))
     return everything
 

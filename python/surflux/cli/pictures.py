@@ -18,7 +18,7 @@ def check_images(images, made=None):
     for image in map(Path, images):
         if image.suffix.lower() not in (".exr", ".png", ".hdr"):
             raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
-        if image.parent != made or image.parent.exists():
+        if made is None or image.parent.exists() or image.parent.resolve() != made.resolve():
             require_place(image)
 
 
