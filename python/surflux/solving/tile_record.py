@@ -29,10 +29,11 @@ class Record:
 
     def __init__(self, folder):
         self._path = Path(folder) / NAME
-        self._folder, self._tiles = Path(folder), {}
+        self._folder, self._tiles, self._ours = Path(folder), {}, set()
         if self._path.exists():
             try:
-                self._tiles = dict(json.loads(self._path.read_text())["tiles"])
+                found = json.loads(self._path.read_text())
+                self._tiles, self._ours = dict(found["tiles"]), set(map(str, found.get("outputs", ())))
             except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
                 raise file_error(
                     self._path, f"is no record of solved tiles ({error}); wanted another folder"
@@ -52,15 +53,24 @@ class Record:
 
     def require_ours(self, name):
         """Refuses a file that is there and that no run wrote."""
-        if (self._folder / name).exists() and name not in self._tiles:
+        if (self._folder / name).exists() and name not in self._tiles and name not in self._ours:
             raise file_error(
                 self._folder / name, "is there already, and no tile that was solved; wanted another folder"
             )
 
+    def claim(self, names):
+        """Notes outputs that will be written: one that is there without its figures, as after a power cut, is ours."""
+        self._ours |= set(names)
+        self._write()
+
     def add(self, name, key, figures):
         """Notes an output that is written."""
         self._tiles[name] = {"key": key, "file": self._state(name), "figures": figures}
-        write_whole(self._path, (json.dumps({"tiles": self._tiles}, indent=1) + "\n").encode())
+        self._write()
+
+    def _write(self):
+        text = json.dumps({"outputs": sorted(self._ours), "tiles": self._tiles}, indent=1)
+        write_whole(self._path, (text + "\n").encode())
 
     def _state(self, name):
         try:

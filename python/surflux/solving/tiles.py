@@ -165,6 +165,8 @@ class _Run:
                 self.left.append(k)
             else:
                 self._take(k, figures, True)
+        if self.left:
+            self.record.claim(self.names[k] for k in self.left)
         if self.done:
             LOG.info(
                 "kept: %d of %s, solved before from the same files by the same options",

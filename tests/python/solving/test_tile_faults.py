@@ -43,7 +43,9 @@ def test_an_altered_record_is_refused_by_file_and_place(tmp_path, entry, wrong):
         sf.solve_tiles(paths, tmp_path / "lit")
 
 
-@pytest.mark.parametrize("text", ["[", "[]", '{"tiles": 3}', '{"tile": {}}', "[" * 100_000])
+@pytest.mark.parametrize(
+    "text", ["[", "[]", '{"tiles": 3}', '{"tile": {}}', '{"tiles": {}, "outputs": 1}', "[" * 100_000]
+)
 def test_what_is_no_record_is_refused(tmp_path, text):
     paths = saved(tmp_path, *waves(100))
     (tmp_path / "lit").mkdir()
