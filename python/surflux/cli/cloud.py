@@ -125,7 +125,7 @@ def exposed(surfels):
     seen = rho[rho.any(axis=1)]
     if len(seen) == 0:
         return surfels
-    factor = exposure_of_colors(seen.mean(), np.percentile(seen.max(axis=1), 99))
+    factor = exposure_of_colors(seen.mean(), np.percentile(seen.max(axis=1), 99), "--raw-colors")
     return surfels if factor == 1.0 else surfels.replace(reflectance=exposed_by(factor, rho))
 
 

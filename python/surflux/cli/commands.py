@@ -13,7 +13,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
-from surflux.cli import areas, checking
+from surflux.cli import areas, checking, tiles
 from surflux.cli.cloud import (
     BEHIND,
     CLOUD_LIMIT,
@@ -114,6 +114,8 @@ def _check_options(options):
     for name, checked in checks.items():
         if name in given:
             checked(f"--{name.replace('_', '-')}", given[name])
+    if given.get("command") == "solve":
+        tiles.check_options(options)
     if "viewpoint" in given and _is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
     if "points" in given and _is_scene(options.input):
@@ -127,7 +129,7 @@ def _check_options(options):
             raise ValueError(f"--exposure: wanted a number above 0 or auto, got {options.exposure!r}") from None
     for side in given.get("size", ()):
         check.count("--size", side, 1, 16384)
-    if "output" in given:
+    if "output" in given and not given.get("tiles"):
         output = Path(given["output"])
         if options.command == "solve" and is_cloud(options.input):
             written_suffix(output, "-o")
@@ -153,6 +155,8 @@ def _solve(options):
             raise ValueError(f"--{name}: is chosen where --{asked} is given; wanted one of the two")
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
+    if options.tiles:
+        return _told(options, *tiles.run(options))
     output = output_of(options)
     images = [] if options.no_image else options.image or [_default_image(output)]
     require_place(output)

@@ -9,6 +9,7 @@ EXAMPLES = {
             "a scene, all layers and a picture",
         ),
         ("room.toml --error 1%", "finer until the estimated error is at most that"),
+        ("tiles/*.laz --tiles --halo 150 -o lit --image map.png", "a survey tile by tile, into a folder, and its map"),
     ),
     "area": (
         ("scan.ply -o areas.ply", "the area of each surfel"),

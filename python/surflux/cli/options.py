@@ -36,10 +36,21 @@ def command_line(runs, cloud_limit):
         return sub
 
     solve = command("solve", "Solve a scene file, or a point cloud under light that it is given.")
-    solve.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml) or a file of points")
+    text = "a scene (.toml) or a file of points; with --tiles several of LAS, LAZ or COPC"
+    solve.add_argument("input", metavar="SCENE|CLOUD", nargs="+", action=_Inputs, help=text)
     text = "the points of a cloud as read, with their light, as .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf; the "
-    text += "solved surfels of a scene, as .ply (default: INPUT's name + _solved.ply)"
+    text += "solved surfels of a scene, as .ply (default: INPUT's name + _solved.ply); of --tiles a folder (default: "
+    text += "tiles_solved)"
     solve.add_argument("-o", "--output", metavar="OUT", help=text)
+    text = "the files are tiles of one survey, solved one after another, each with what is around it; a run that was "
+    text += "stopped goes on, and --image is a map from above"
+    solve.add_argument("--tiles", action="store_true", help=text)
+    text = "of --tiles: metres around each that its neighbours are taken in full (default: 150)"
+    solve.add_argument("--halo", type=float, metavar="M", help=text)
+    text = "of --tiles: how far points beyond are apart, over those of the tiles (default: 4)"
+    solve.add_argument("--far", type=float, metavar="TIMES", help=text)
+    text = "of --tiles: metres of the files' unit (default: what their coordinate reference system says)"
+    solve.add_argument("--unit", type=float, metavar="M", help=text)
     text = "of a cloud: write the solved surfels, too, inserted ones among them, for surflux render and view"
     solve.add_argument("--solution", metavar="OUT.ply", help=text)
     text = "of a cloud: -o has its own colours, not those of its light"
@@ -78,6 +89,7 @@ def command_line(runs, cloud_limit):
     _background_option(solve, "dark grey behind a cloud in studio light, else black")
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)
+    solve.set_defaults(usual=solve.parse_args(["-"]))  # by whose values, the very objects, what is given is told
 
     area = command("area", "Effective areas of a point cloud.")
     area.add_argument("input", metavar="CLOUD")
@@ -200,6 +212,13 @@ def command_line(runs, cloud_limit):
     completion = command("completion", "Print a script by which a shell completes commands and options.")
     completion.add_argument("shell", choices=SHELLS)
     return parser
+
+
+class _Inputs(argparse.Action):
+    """One or more files: the first is `input`, all are `inputs`."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        namespace.input, namespace.inputs = values[0], values
 
 
 def _loudness_options(parser):

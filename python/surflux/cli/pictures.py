@@ -13,12 +13,13 @@ from surflux.pictures.framing import own_or_framing
 from surflux.pictures.images import resolved_exposure
 
 
-def check_images(images):
-    """Refuses what is no name of a single picture."""
+def check_images(images, made=None):
+    """Refuses what is no name of a single picture. made: a folder that may be made until then."""
     for image in map(Path, images):
         if image.suffix.lower() not in (".exr", ".png", ".hdr"):
             raise ValueError(f"--image: wanted a name ending in .exr, .png or .hdr, got {str(image)!r}")
-        require_place(image)
+        if made is None or image.parent.exists() or image.parent.resolve() != made.resolve():
+            require_place(image)
 
 
 def write_images(solution, camera, options, images, *, background=0.0, **settings):

@@ -62,7 +62,7 @@ def how_much(options):
 
 def settings_text(options):
     """The options of a command as text: those that have a value."""
-    unsaid = ("run", "command", "quiet", "verbose", "json")
+    unsaid = ("run", "command", "quiet", "verbose", "json", "usual")
     found = {name: value for name, value in vars(options).items() if name not in unsaid}
     given = [f"{name} = {value}" for name, value in found.items() if value is not None and value is not False]
     return f"settings: {', '.join(given)}"

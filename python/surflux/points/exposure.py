@@ -9,12 +9,13 @@ _DIMMEST, _BRIGHTEST, _WHITE = 0.3, 0.5, 0.98
 _HARDLY = 0.05  # a factor so close to 1 is none: what has white in it is exposed as far as it goes
 
 
-def exposure_of_colors(mean, bright):
+def exposure_of_colors(mean, bright, raw):
     """The factor on reflectance that makes its mean plausible, 1 where it is; what is done is logged.
 
     Args:
         mean: of all that are not black.
         bright: what the brightest channel of 99 % of these is below: hardly any of them become white.
+        raw: what the caller calls the option that leaves colours as they are.
     """
     if mean == 0.0 or _DIMMEST <= mean <= _BRIGHTEST:
         return 1.0
@@ -24,10 +25,11 @@ def exposure_of_colors(mean, bright):
     if abs(factor - 1.0) < _HARDLY:
         return 1.0
     LOG.info(
-        "colours of the scan have a mean reflectance of %.2f, made %.2f (--raw-colors keeps them); "
+        "colours of the scan have a mean reflectance of %.2f, made %.2f (%s keeps them); "
         "shading in them is not taken off",
         mean,
         factor * mean,
+        raw,
     )
     return float(factor)
 

@@ -157,13 +157,7 @@ def _complete_normals(path, arrays, viewpoint, orient):
         normals = np.array(estimated_normals(arrays["points"], guess))
         found = facing_of(arrays["points"], normals, guess[None])
         return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
-    out = normals
-    if np.any(bad):
-        estimated = np.array(estimated_normals(arrays["points"], viewpoint))
-        nearest = _nearest(arrays["points"][~bad], arrays["points"][bad])
-        flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
-        out = normals.copy()
-        out[bad] = np.where(flipped[:, None], -estimated[bad], estimated[bad])
+    out, estimated = with_estimated(arrays["points"], normals, bad, viewpoint) if np.any(bad) else (normals, None)
     if orient is not None and not len(arrays.get("triangles", ())):
         places = orient if viewpoint is None else np.vstack([orient, viewpoint])
         out = _turned_over(path, arrays["points"], out, places)
@@ -204,6 +198,18 @@ def _turned_over(path, points, normals, places):
             percent(against),
         )
     return np.where(found.turned[:, None], -normals, normals)
+
+
+def with_estimated(points, normals, bad, viewpoint):
+    """((n, 3) normals with those that are bad, some but not all, estimated and to the side of the nearest good one;
+    (n, 3) estimates of all, towards the viewpoint).
+    """
+    estimated = np.array(estimated_normals(points, viewpoint))
+    nearest = _nearest(points[~bad], points[bad])
+    flipped = np.sum(estimated[bad] * normals[~bad][nearest], axis=1) < 0.0
+    out = normals.copy()
+    out[bad] = np.where(flipped[:, None], -estimated[bad], estimated[bad])
+    return out, estimated
 
 
 def _towards_scanners(arrays):

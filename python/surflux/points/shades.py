@@ -61,4 +61,4 @@ class Shades:
         levels = reflectance_of_colors(np.arange(_LEVELS), self._white())
         mean = self._channels @ levels / self._channels.sum()
         bright = np.searchsorted(np.cumsum(self._brightest), 0.99 * self._brightest.sum())
-        return exposure_of_colors(mean, levels[bright])
+        return exposure_of_colors(mean, levels[bright], "raw_colors")

@@ -35,6 +35,18 @@ class Lattice:
 
     def nearest(self, turned, cell):
         """Indices, ascending: of the point in each cell that is nearest to its middle, the first of equal ones."""
+        order, first = self._in_cells(turned, cell)
+        return np.sort(order[first])
+
+    def nearest_and_most(self, turned, cell, values):
+        """(the indices of `nearest`, the largest of the values (n,) of the points in each one's cell)."""
+        order, first = self._in_cells(turned, cell)
+        rows, most = order[first], np.maximum.reduceat(values[order], first)
+        ascending = np.argsort(rows)
+        return rows[ascending], most[ascending]
+
+    def _in_cells(self, turned, cell):
+        """(an order of the points by cells, the nearest to its middle first; where in it each cell begins)."""
         near = np.zeros(len(turned))
         for axis in range(3):
             place = turned[:, axis] / cell + self._shift[axis]
@@ -45,4 +57,4 @@ class Lattice:
         number = number[order] >> np.uint64(_NEAR_BITS)
         first = np.ones(len(number), dtype=bool)
         first[1:] = number[1:] != number[:-1]
-        return np.sort(order[first])
+        return order, np.flatnonzero(first)

@@ -14,13 +14,17 @@ _MOST_LEVELS = 24  # the last is sixteen million halos away
 class FarField:
     """Thinned points of each tile, level by level: cells of each are twice as wide as those of the level before.
 
+    Attributes:
+        cell: of level 0.
+        levels: how many there are.
+
     Level 0 is for points up to twice the halo away, level 1 for those up to four times, and so on: what a cell hides of
     the sky is the same at all of them, and each adds about as many points.
     """
 
     def __init__(self, folder, lattice, cell, halo, reach):
         """folder: where the file is, without a name, so that it goes with the process. reach: of the farthest point."""
-        self._lattice, self._cell, self._halo = lattice, cell, halo
+        self._lattice, self.cell, self._halo = lattice, cell, halo
         self.levels = int(np.clip(np.ceil(np.log2(max(reach / halo, 1.0))), 1, _MOST_LEVELS))
         try:
             self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115
@@ -32,19 +36,22 @@ class FarField:
         """Frees the disk."""
         self._file.close()
 
+    def thinned(self, columns, level=0):
+        """Columns of one point in each cell of a level, and "top": the height of the highest that it stands for."""
+        tops = columns.get("top", columns["points"][:, 2])
+        turned = self._lattice.turned(columns["points"])
+        rows, tops = self._lattice.nearest_and_most(turned, self.cell * 2.0**level, tops)
+        return {name: values[rows] for name, values in columns.items()} | {"top": tops}
+
     def add(self, columns):
-        """Takes the columns of the next tile; returns those of its level 0."""
-        found, first = [], None
+        """Takes the next tile: its columns of level 0."""
+        found = []
         self._boxes.append((columns["points"][:, :2].min(axis=0), columns["points"][:, :2].max(axis=0)))
         for level in range(self.levels):
-            turned = self._lattice.turned(columns["points"])
-            rows = self._lattice.nearest(turned, self._cell * 2.0**level)
-            columns = {name: values[rows] for name, values in columns.items()}
-            first = columns if first is None else first
+            columns = self.thinned(columns, level) if level else columns
             found.append(self._file.tell())
             pickle.dump(columns, self._file, protocol=5)
         self._places.append(found)
-        return first
 
     def around(self, low, high):
         """Columns of what is farther than the halo from the box of a tile, the larger of x and y; None if nothing is.

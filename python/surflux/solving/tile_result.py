@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from surflux._base import check
+from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import Image, Integer, Progress
 from surflux.pictures.plan import Plan
@@ -88,7 +89,7 @@ class SolvedTiles:
 
         Raises:
             ValueError: an argument, by name.
-            FileError: an output that cannot be read.
+            FileError: an output that cannot be read, or that holds no light any more.
             Cancelled: the callback returned False.
         """
         check.choice("of", of, LIGHT)
@@ -102,6 +103,9 @@ class SolvedTiles:
         names = [f"{of}_{c}" for c in "rgb"]
         with watched(None, progress):
             for tile in self:
-                columns = points_around(tile.output, -np.inf, np.inf, {*names}, "map")
+                columns = points_around(tile.output, -np.inf, np.inf, {*names}, "map") or {}
+                for name in names:
+                    if name not in columns:
+                        raise file_error(tile.output, f"has no {name}, as solve_tiles wrote it; wanted it solved again")
                 plan.add(columns["points"], np.stack([columns[name] for name in names], axis=-1))
         return np.nan_to_num(plan.image())

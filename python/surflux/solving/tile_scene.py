@@ -6,6 +6,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.files import file_error
+from surflux.geometry.estimates import estimated_radii
 from surflux.points.cleaning import first_of_each, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
 from surflux.points.surfels import Surfels
@@ -81,13 +82,31 @@ def _surfels_of(survey, path, columns):
 
 
 def _with_far(survey, k, whole, kept):
-    """Surfels of what is near, and of what is far, radii by all of them."""
-    far = survey.around(k)
-    parts = [(whole.points[kept], whole.normals[kept], whole.reflectance[kept], whole.emission[kept])]
-    if far is not None:
-        parts.append(thinned_parts(survey, far))
-    points, normals, rho, emission = (np.concatenate(some) for some in zip(*parts, strict=True))
-    return Surfels(points, normals, reflectance=rho, emission=emission)
+    """Surfels of what is near, radii by themselves, and of what is far.
+
+    Were radii made of all together, disks of walls at the end of the halo would reach from thinned point to thinned
+    point, and stand high above all houses.
+    """
+    near = whole.points[kept], whole.normals[kept], whole.reflectance[kept], whole.emission[kept]
+    radii, far = estimated_radii(*near[:2]), survey.around(k)
+    if far is None:
+        return _surfels(near, radii)
+    parts = thinned_parts(survey, far)
+    both = [np.concatenate(some) for some in zip(near, parts, strict=True)]
+    return _surfels(both, np.concatenate([radii, _radii_below_tops(survey, far, parts[1])]))
+
+
+def _surfels(parts, radii):
+    points, normals, reflectance, emission = parts
+    return Surfels(points, normals, radii=radii, reflectance=reflectance, emission=emission)
+
+
+def _radii_below_tops(survey, columns, normals):
+    """(n,) radii of thinned points: none rises above what it stands for by more than points are apart."""
+    points = columns["points"]
+    radii = estimated_radii(points, normals) if len(points) > 1 else np.full(len(points), survey.far.cell)
+    steep = np.sqrt(np.clip(1.0 - normals[:, 2] ** 2, 1e-12, 1.0))
+    return np.minimum(radii, (columns["top"] - points[:, 2] + survey.spacing) / steep)
 
 
 def thinned_parts(survey, columns):

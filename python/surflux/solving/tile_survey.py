@@ -10,6 +10,7 @@ from surflux._base.passes import LOG, report, stage
 from surflux.geometry.estimates import estimated_normals
 from surflux.points.cleaning import some_stray, standing_alone
 from surflux.points.properties import unit_normals
+from surflux.points.scan_surfels import with_estimated
 from surflux.points.seen_from import high_above, layer_of
 from surflux.points.shades import Shades
 from surflux.scans.lattice import Lattice
@@ -21,6 +22,7 @@ MATERIALS = tuple(f"{name}_{c}" for name in ("reflectance", "emission") for c in
 # Columns of points that light goes by.
 NEEDED = {"normals", "colors", "intensity", "withheld", *MATERIALS}
 _OVERVIEW = 40_000  # points
+_FEW = 100  # points of a thinned tile, whose normals are estimated before it is thinned
 _CELLS = 1.5  # of a turned lattice, that a surface goes through, for each that its area holds: a mean of directions
 _BACKWARDS = 0.8  # of the points that face away from above: the files have their normals the other way round
 
@@ -49,6 +51,7 @@ class Survey:
         strays: whether points that stand alone are left out.
         viewpoint: (3,) towards which estimated normals turn; None where the files have normals.
         turned: whether the normals of the files face the wrong way, all of them.
+        spacing: how far points are apart, about.
         lattice: Lattice of all samples.
         cell: of points in a tile and its halo; None where all are taken.
         far: FarField.
@@ -59,13 +62,15 @@ class Survey:
         self.headers, self.options = headers, options
         counts = np.array([tile.count for tile in headers])
         low, high = (np.array([getattr(tile, name) for tile in headers]) for name in ("low", "high"))
-        spacing = _spacing(counts, low, high)
+        self.spacing = _spacing(counts, low, high)
         self.lattice = Lattice(options.seed, low.min(axis=0))
-        self.cell = _near_cell(counts, low, high, spacing, options)
+        self.cell = _near_cell(counts, low, high, self.spacing, options)
         reach = float(np.max(high.max(axis=0) - low.min(axis=0)))
-        wide = max(options.far * spacing * np.sqrt(_CELLS), 2.0 * (self.cell or 0.0))
+        wide = max(options.far * self.spacing * np.sqrt(_CELLS), 2.0 * (self.cell or 0.0))
         self.far = FarField(folder, self.lattice, wide, options.halo, reach)
-        self.shades, sample = Shades(options.raw_colors), EvenSample(_OVERVIEW, options.seed)
+        self.shades = Shades(options.raw_colors)
+        sample, places = (EvenSample(_OVERVIEW, options.seed) for _ in range(2))
+        self._side = high_above(low.min(axis=0), high.max(axis=0)) if options.viewpoint is None else options.viewpoint
         told, boxes, alone, has_normals = stage("tiles, first pass"), [], 0, False
         for k, tile in enumerate(headers):
             report(told, k, len(headers))
@@ -73,7 +78,6 @@ class Survey:
             boxes.append((columns["points"].min(axis=0), columns["points"].max(axis=0)))
             self.shades.add(columns)
             has_normals = "normals" in columns
-            columns = _with_normals(tile.path, columns)
             columns["alone"] = standing_alone(columns["points"])
             alone += int(np.count_nonzero(columns["alone"]))
             if not options.keep_outliers and "withheld" in columns:
@@ -82,12 +86,26 @@ class Survey:
                     raise file_error(tile.path, "all of its points are withheld; keep_outliers takes them")
                 columns = {name: values[rows] for name, values in columns.items()}
             columns.pop("withheld", None)
-            sample.add(self.far.add(columns))
+            places.add({"points": columns["points"]})
+            first = self._first_level(tile.path, columns)
+            self.far.add(first)
+            sample.add(first)
         report(told, len(headers), len(headers))
         self.low, self.high = (np.array([box[side] for box in boxes]) for side in (0, 1))
         self.strays = not options.keep_outliers and some_stray(alone, counts.sum())
         self.overview = self._kept(sample.columns())
-        self.viewpoint, self.turned = self._orientation(has_normals)
+        self.viewpoint, self.turned = self._orientation(has_normals, places.columns()["points"])
+
+    def _first_level(self, path, columns):
+        """Columns of level 0 of what lies far, with normals: where the file has none, those of the thinned surface.
+
+        They are towards the viewpoint, or upwards as of a terrain, which tiles without normals have to be where there
+        is none: who knows the side need not look for it.
+        """
+        first = self.far.thinned(columns)
+        if len(first["points"]) >= _FEW:
+            return _with_normals(path, first, self._side)
+        return self.far.thinned(_with_normals(path, columns, self._side))
 
     def _kept(self, columns):
         """Columns without what stands alone, where that is left out."""
@@ -107,13 +125,16 @@ class Survey:
             normals = np.where(away[:, None], -normals, normals)
         return -normals if self.turned else normals
 
-    def _orientation(self, has_normals):
-        """(the viewpoint of estimated normals or None, whether all normals are turned over)."""
+    def _orientation(self, has_normals, places):
+        """(the viewpoint of estimated normals or None, whether all normals are turned over).
+
+        places: points (n, 3) of all tiles, evenly.
+        """
         given, how = self.options.viewpoint, self.options.normals
         if given is not None:
             return (None if has_normals else given), how == "flip"
         place = None
-        if layer_of(self.overview["points"]) == "terrain":
+        if layer_of(places) == "terrain":
             place = high_above(self.low.min(axis=0), self.high.max(axis=0))
         if has_normals:
             if how == "check" and place is not None:
@@ -158,13 +179,15 @@ def _columns_of(path):
     return columns
 
 
-def _with_normals(path, columns):
+def _with_normals(path, columns, viewpoint):
     """Columns with unit normals, estimated where the file has none."""
     points = columns["points"]
     normals = unit_normals(columns["normals"]) if "normals" in columns else np.full((len(points), 3), np.nan)
     bad = np.isnan(normals[:, 0])
-    if np.any(bad):
-        if len(points) < 3:
-            raise file_error(path, f"has {check.counted(len(points), 'point')}; wanted at least 3, or normals")
-        normals[bad] = np.array(estimated_normals(points, None))[bad]
+    if np.any(bad) and len(points) < 3:
+        raise file_error(path, f"has {check.counted(len(points), 'point')}; wanted at least 3, or normals")
+    if np.all(bad):
+        normals = np.array(estimated_normals(points, viewpoint))
+    elif np.any(bad):
+        normals, _ = with_estimated(points, normals, bad, viewpoint)
     return columns | {"normals": normals}

@@ -103,11 +103,12 @@ def solve_tiles(
     >>> import numpy as np, surflux as sf
     >>> rng = np.random.default_rng(0)
     >>> for k in range(2):
-    ...     xy = rng.uniform([100.0 * k, 0.0], [100.0 * k + 100.0, 100.0], (1500, 2))
+    ...     xy = rng.uniform([100.0 * k, 0.0], [100.0 * k + 100.0, 100.0], (500, 2))
     ...     _ = sf.Scan(np.column_stack([xy, 2.0 * np.sin(xy[:, 0] / 9.0)])).save(f"{k}.laz")
-    >>> solved = sf.solve_tiles(["0.laz", "1.laz"], "lit", halo=30, viewpoint=(100, 50, 1e4))
+    >>> given = {"lights": [sf.Environment(1.0)], "viewpoint": (100, 50, 1e4)}
+    >>> solved = sf.solve_tiles(["0.laz", "1.laz"], "lit", halo=30, **given)
     >>> [tile.output.name for tile in solved], len(sf.read_scan("lit/1.laz"))
-    (['0.laz', '1.laz'], 1500)
+    (['0.laz', '1.laz'], 500)
     """
     paths, folder = _checked_paths(paths), Path(check.path("folder", folder))
     names = _output_names(paths, folder)
@@ -164,6 +165,8 @@ class _Run:
                 self.left.append(k)
             else:
                 self._take(k, figures, True)
+        if self.left:
+            self.record.claim(self.names[k] for k in self.left)
         if self.done:
             LOG.info(
                 "kept: %d of %s, solved before from the same files by the same options",

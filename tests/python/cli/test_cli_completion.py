@@ -74,6 +74,7 @@ def test_bash_completes_values_by_their_names_and_leaves_others_to_files(complet
     assert completed("surflux", "solve", "--solver", "=") == ["radiosity", "meshless"]
     assert completed("surflux", "solve", "a.ply", "--light", "s") == ["studio", "sun", "sky"]
     assert completed("surflux", "solve", "--transport", "p") == ["pairs"]
+    assert completed("surflux", "solve", "a.laz", "b.laz", "--ti") == ["--tiles"]
     assert {"bash", "zsh", "fish"} <= set(completed("surflux", "completion", ""))
     # Nothing here: `complete -o default` offers names of files.
     assert completed("surflux", "solve", "-o", "") == []
