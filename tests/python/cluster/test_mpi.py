@@ -1,8 +1,10 @@
 """Processes of mpirun that share a pass out have the bits of one alone, and end together where one fails."""
 
 import json
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import surflux as sf
@@ -55,3 +57,65 @@ def test_what_is_no_cluster_is_refused(cluster):
     floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
     with pytest.raises(ValueError, match="cluster: wanted a communicator of mpi4py"):
         sf.solve(sf.Scene([floor]), cluster=cluster)
+
+
+SCENE = """
+[[object]]
+shape = "room"
+size = 3.0
+patches = 6
+reflectance = 0.6
+
+[[light]]
+type = "point"
+position = [1.0, 1.2, 2.5]
+intensity = 20.0
+"""
+
+
+def solve_command(folder, *options, size=2):
+    command = ["-m", "surflux", "solve", folder / "room.toml", "--transport", "rays", "--no-image", *options]
+    return mpirun(size, *command, cwd=folder)
+
+
+@pytest.mark.slow
+@needs_mpi
+def test_the_command_solves_in_all_processes_and_the_first_writes(tmp_path):
+    (tmp_path / "room.toml").write_text(SCENE)
+    done = solve_command(tmp_path, "--mpi", "-o", "two.ply", "--checkpoint", "kept", "--json", size=3)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["output"] == "two.ply"
+    alone = sf.solve(sf.load_scene(tmp_path / "room.toml"), transport="rays")
+    assert np.array_equal(sf.load_solution(tmp_path / "two.ply").irradiance, alone.irradiance.astype(np.float32))
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["kept", "room.toml", "two.ply"]
+
+
+@pytest.mark.slow
+@needs_mpi
+@pytest.mark.parametrize(
+    ("options", "status", "wanted"),
+    [
+        (["--rays", "3"], 2, "surflux: error: --rays: wanted a whole number from 16 to 65535, got 3"),
+        (["--seconds", "3"], 2, "surflux: error: --seconds: does not go with --mpi"),
+        (["--solver", "meshless"], 2, "surflux: error: --mpi: goes with --solver radiosity"),
+        (["-o", "/dev/full/out.ply"], 2, "surflux: error: /dev/full/out.ply: cannot be written"),
+    ],
+)
+def test_the_command_says_once_what_is_wrong_and_ends_in_all_processes(tmp_path, options, status, wanted):
+    (tmp_path / "room.toml").write_text(SCENE)
+    done = solve_command(tmp_path, "--mpi", *options)
+    assert done.returncode == status
+    assert [line[: len(wanted)] for line in done.stderr.splitlines() if "error:" in line] == [wanted]
+
+
+@pytest.mark.slow
+@needs_mpi
+def test_the_command_ends_where_another_process_cannot_read(tmp_path):
+    """As on a machine that lacks a file: the second process stands in another folder."""
+    (tmp_path / "room.toml").write_text(SCENE)
+    (tmp_path / "elsewhere").mkdir()
+    command = [sys.executable, "-m", "surflux", "solve", "room.toml", "--no-image", "--mpi"]
+    done = mpirun(1, *command[1:], ":", "-n", "1", "-wdir", tmp_path / "elsewhere", *command, cwd=tmp_path)
+    assert done.returncode == 1
+    (said,) = [line for line in done.stderr.splitlines() if "error:" in line]
+    assert said.startswith("surflux: error: process 1 of 2 has failed: FileError: room.toml: ")
