@@ -69,6 +69,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--seed", type=int, help="of everything random")
     text = "share the work out among the processes of mpirun, of which the first writes and prints"
     solve.add_argument("--mpi", action="store_true", help=text)
+    text = "share the work out among the workers of a Dask cluster, by the address of its scheduler, tcp://HOST:PORT"
+    solve.add_argument("--cluster", metavar="ADDRESS", help=text)
     text = "keep what is computed in FOLDER, stage by stage, and go on from what is there"
     solve.add_argument("--checkpoint", metavar="FOLDER", help=text)
     _cloud_options(solve)

@@ -6,6 +6,7 @@ from time import sleep
 
 from surflux.cli.saying import fail
 
+_CONNECT = 10.0  # seconds in which a scheduler has to answer
 _NAP = 0.02  # seconds between two looks whether the first process has ended
 
 
@@ -31,13 +32,32 @@ def in_all_processes(options, run):
     return status
 
 
+@contextlib.contextmanager
 def joined(options):
-    """A block that ends in all processes where one fails."""
-    if getattr(options, "comm", None) is None:
-        return contextlib.nullcontext()
-    from surflux.cluster.mpi import Members
+    """A block with what --mpi or --cluster names, that ends in all processes of MPI where one fails."""
+    if getattr(options, "comm", None) is not None:
+        from surflux.cluster.mpi import Members
 
-    return Members(options.comm)
+        with Members(options.comm):
+            yield
+    elif getattr(options, "cluster", None) is not None:
+        with _client(options.cluster) as options.client:
+            yield
+    else:
+        yield
+
+
+def _client(address):
+    try:
+        from distributed import Client
+    except ImportError as fault:
+        raise ImportError(f"--cluster: needs dask.distributed, pip install surflux[dask] ({fault})") from fault
+    try:
+        return Client(address, timeout=_CONNECT)
+    except (OSError, ValueError) as fault:
+        raise ValueError(
+            f"--cluster: wanted the address of a Dask scheduler, tcp://HOST:PORT; {address}: {fault}"
+        ) from fault
 
 
 def is_first(options):
@@ -48,7 +68,9 @@ def is_first(options):
 
 def check_processes(options):
     """Refuses what does not go with several processes or a checkpoint."""
-    for name in ("mpi", "checkpoint"):
+    if options.mpi and options.cluster:
+        raise ValueError("--mpi: does not go with --cluster; wanted one of the two")
+    for name in ("mpi", "cluster", "checkpoint"):
         if getattr(options, name):
             if options.solver == "meshless":
                 raise ValueError(f"--{name}: goes with --solver radiosity")
@@ -58,5 +80,6 @@ def check_processes(options):
 
 def processes_given(options):
     """cluster= and checkpoint= of sf.solve."""
-    given = {"cluster": getattr(options, "comm", None), "checkpoint": options.checkpoint}
+    cluster = getattr(options, "client", None) if getattr(options, "comm", None) is None else options.comm
+    given = {"cluster": cluster, "checkpoint": options.checkpoint}
     return {name: value for name, value in given.items() if value is not None}

@@ -13,6 +13,7 @@ from surflux.cluster.agreement import difference, machine_facts
 _ABOUT = "checkpoint.json"
 _MAGIC = b"surflux exchange 1\n"
 _HEAD = struct.Struct("<32sQ")  # the digest of all behind it, and its length
+_START = len(_MAGIC) + _HEAD.size
 _FORMAT = 1
 
 
@@ -42,7 +43,7 @@ class Checkpoint:
         else:
             write_whole(about, json.dumps({"format": _FORMAT, "facts": facts}, indent=1).encode())
         names = {entry.name for entry in self._folder.iterdir()}
-        self.count = 0
+        self.count = 0  # of exchanges that are there, from the first on
         while self._file(self.count).name in names:
             self.count += 1
 
@@ -66,32 +67,40 @@ class Checkpoint:
         Raises:
             FileError: it is damaged, or another exchange.
         """
+        found, parts = self.entry(k)
+        if found != name:
+            raise file_error(
+                self._file(k), f"is exchange {k}, {found!r}, where {name!r} was wanted", f"byte {_START + 8}"
+            )
+        return parts
+
+    def entry(self, k):
+        """(name, parts) of exchange k. Raises FileError where it is damaged."""
         path = self._file(k)
         try:
             data = memoryview(path.read_bytes())
         except OSError as fault:
             raise file_error(path, fault.strerror or str(fault)) from fault
-        start = len(_MAGIC) + _HEAD.size
         if data[: len(_MAGIC)] != _MAGIC:
             raise file_error(path, "is no exchange of a checkpoint", "byte 0")
-        if len(data) < start:
+        if len(data) < _START:
             raise file_error(path, "is cut off", f"byte {len(data)}")
-        digest, length = _HEAD.unpack(data[len(_MAGIC) : start])
-        if len(data) != start + length:
-            raise file_error(path, f"is cut off, or goes on: wanted {start + length} bytes", f"byte {len(data)}")
-        if hashlib.blake2b(data[start:], digest_size=32).digest() != digest:
-            raise file_error(path, "is damaged: its checksum is another", f"from byte {start}")
-        (head_length,) = struct.unpack_from("<Q", data, start)
-        at = start + 8 + head_length
-        head = json.loads(bytes(data[start + 8 : at]))
-        if head["name"] != name or head["index"] != k:
-            other = f"exchange {head['index']}, {head['name']!r}"
-            raise file_error(path, f"is {other}, where exchange {k}, {name!r}, was wanted", f"byte {start + 8}")
+        digest, length = _HEAD.unpack(data[len(_MAGIC) : _START])
+        if len(data) != _START + length:
+            raise file_error(path, f"is cut off, or goes on: wanted {_START + length} bytes", f"byte {len(data)}")
+        if hashlib.blake2b(data[_START:], digest_size=32).digest() != digest:
+            raise file_error(path, "is damaged: its checksum is another", f"from byte {_START}")
+        (head_length,) = struct.unpack_from("<Q", data, _START)
+        at = _START + 8 + head_length
+        head = json.loads(bytes(data[_START + 8 : at]))
+        if head["index"] != k:
+            text = f"is exchange {head['index']}, {head['name']!r}, where exchange {k} was wanted"
+            raise file_error(path, text, f"byte {_START + 8}")
         parts = []
         for size in head["sizes"]:
             parts.append(bytes(data[at : at + size]))
             at += size
-        return parts
+        return head["name"], parts
 
     def write(self, k, name, parts):
         """Keeps the parts of exchange k.

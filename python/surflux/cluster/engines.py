@@ -88,8 +88,12 @@ def engine_of(cluster, checkpoint=None):
 
         with Members(cluster) as members:
             yield Engine(members, checkpoint_folder(checkpoint))
+    elif "distributed" in packages and hasattr(cluster, "submit"):
+        from surflux.cluster.dask_engine import DaskEngine
+
+        yield DaskEngine(cluster, checkpoint_folder(checkpoint))
     else:
-        wanted = "wanted a communicator of mpi4py"
+        wanted = "wanted a communicator of mpi4py or a client of dask.distributed"
         raise ValueError(f"cluster: {wanted}, got {type(cluster).__name__}")
 
 

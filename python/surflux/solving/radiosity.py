@@ -88,10 +88,11 @@ def solve(
         seed: of everything random; the result is the same for the same seed, whatever the number of threads and of
             processes.
         cluster: a communicator of mpi4py, such as MPI.COMM_WORLD: its processes share the work out. All of them make
-            the same call, with the same scene, and all get the solution. Does not go with `seconds`.
+            the same call, with the same scene, and all get the solution. Or a client of dask.distributed: its workers
+            do, and one that is lost is replaced. Does not go with `seconds`.
         checkpoint: a folder that keeps what was computed, stage by stage. The same call goes on from there, to the same
             bits, in any number of processes. Does not go with `seconds`.
-        threads: at most this many of each process; None for all.
+        threads: at most this many of each process, None for all; workers of Dask have their own number.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
             False cancels.
 

@@ -99,7 +99,7 @@ def test_a_file_that_is_cut_off_is_refused(copy, length):
 def test_files_in_another_order_are_refused(copy):
     first, second = exchanges(copy)[:2]
     first.write_bytes(second.read_bytes())
-    with pytest.raises(sf.FileError, match=r"00000\.exchange \(byte 67\): is exchange 1, '.*', where exchange 0, 'dir"):
+    with pytest.raises(sf.FileError, match=r"00000\.exchange \(byte 67\): is exchange 1, '.*', where exchange 0 was"):
         solved(copy)
 
 
