@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux.cluster.agreement import call_facts
 from surflux.cluster.checkpoint import Checkpoint
@@ -41,5 +42,5 @@ class DaskEngine:
                 Path(self._folder) / f"call-{self._calls}", {**call_facts(program, scene, arguments), **facts}
             )
         self._calls += 1
-        LOG.info("%d processes, in workers of %s", len(workers), self._client.scheduler.address)
+        LOG.info("%s, in workers of %s", counted(len(workers), "process", "processes"), self._client.scheduler.address)
         return Job(self._client, log, progress).run(program, scene_arrays(scene), arguments, workers)
