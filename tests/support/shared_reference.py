@@ -16,7 +16,7 @@ def main():
         with LocalCluster(**options) as cluster, Client(cluster) as client:
             client.run(_usage)  # imports surflux
             before = client.run(_usage)
-            sf.reference_irradiance(scene, surfels.points, surfels.normals, samples=1024, cluster=client)
+            sf.reference_irradiance(scene, surfels.points, surfels.normals, samples=4096, cluster=client)
             used = [seconds - before[worker][0] for worker, (seconds, _) in client.run(_usage).items()]
         print(f"{size} processes: {max(used):.2f} s in the busiest, {np.sum(used):.2f} s in all")
 
