@@ -112,11 +112,11 @@ class Job:
                 if not future.done():
                     continue
                 del self._asked[rank]
-                answer = self._result(future, self._place[rank])
+                answer = _result(self._client, future, self._place[rank])
                 if answer is None and what == "step":
                     # Lost, as will be seen; or what it was to be told was, with the worker that had it.
                     news[rank] = list(news[rank])
-                elif answer is None or answer[0] == "unknown":
+                elif answer is None or (what == "step" and answer[0] == "unknown"):
                     news[rank] = self._replaced(rank, size, k)
                 elif what == "step":
                     news[rank] = []
@@ -138,23 +138,6 @@ class Job:
             if (held := self._sent(given, workers[0])) is not None:
                 return held
         return given  # all are about to be replaced, and told by themselves
-
-    def _result(self, future, worker):
-        """("begun",), or what dask_member.step gives; None where the worker is lost."""
-        from distributed.client import FutureCancelledError
-        from distributed.scheduler import KilledWorker
-
-        patience = _NOTICED
-        while True:
-            try:
-                found = future.result(timeout=patience)
-                return ("begun",) if found is True else found
-            except TimeoutError:  # it is large, or whoever has it has gone
-                if worker not in self._client.nthreads():
-                    return None
-                patience *= 2.0  # each time it is sent from the beginning
-            except (KilledWorker, FutureCancelledError, OSError):
-                return None
 
     def _replaced(self, rank, size, k):
         """Starts a lost process anew; the exchanges that it has to be told."""
@@ -215,18 +198,38 @@ def living_workers(client):
     return found
 
 
+def _result(client, future, worker):
+    """What a task in that worker gives; None where the worker is lost."""
+    from distributed.client import FutureCancelledError
+    from distributed.scheduler import KilledWorker
+
+    patience = _NOTICED
+    while True:
+        try:
+            return future.result(timeout=patience)
+        except TimeoutError:  # it takes long, is large, or whoever has it has gone
+            if worker not in client.nthreads():
+                return None
+            patience *= 2.0  # each time it is sent from the beginning
+        except (KilledWorker, FutureCancelledError, OSError):
+            return None
+
+
 def require_same_facts(client, workers):
     """Facts of the workers, None where all were lost meanwhile.
 
     Refuses one that is not as this process, or not as the first, by its address.
     """
-    found = client.run(dask_member.facts_of_worker, workers=workers, on_error="return")
+    call = {"allow_other_workers": False, "pure": False}
+    asked = {address: client.submit(dask_member.facts_of_worker, workers=[address], **call) for address in workers}
     ours, first = machine_facts(), None
-    for address, theirs in found.items():
-        if isinstance(theirs, OSError):
+    for address, future in asked.items():
+        try:
+            theirs = _result(client, future, address)
+        except Exception as fault:  # whatever keeps it from being imported
+            raise ValueError(f"cluster: worker {address} has no surflux that runs ({fault})") from fault
+        if theirs is None:
             continue  # lost, which whoever asks it next will see
-        if isinstance(theirs, BaseException):
-            raise ValueError(f"cluster: worker {address} has no surflux that runs ({theirs})")
         first = first or (address, theirs)
         # What this process runs on does not matter: it computes areas alone.
         for other, wanted in (("this process", ours | {"instruction set": theirs["instruction set"]}), first):
