@@ -5,7 +5,7 @@ against a closed form where there is one; "own estimate" is Solution.error. With
 what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
 what each constant of a solver that is no option trades (`constants`), with --transfer precomputed light transport
-beside what it is to reach (`transfer`).
+beside what it is to reach (`transfer`), with --cluster processes that share a solve out (`processes`).
 """
 
 import argparse
@@ -53,6 +53,7 @@ def main(arguments=None, epilog=None):
         "reference": _reference,
         "constants": _constants,
         "transfer": _transfer,
+        "cluster": _cluster,
         "cases": _cases,
     }[kind]
     rows, text = run(options)
@@ -75,6 +76,7 @@ def add_options(parser):
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
+    parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a solve")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
     parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
     parser.add_argument(
@@ -95,7 +97,7 @@ def add_options(parser):
 
 def _kind(options):
     """What is asked for, one of the options' names, or "cases" where none of these is."""
-    kinds = ("quick", "full", "scale", "reference", "areas", "constants", "transfer")
+    kinds = ("quick", "full", "scale", "reference", "areas", "constants", "transfer", "cluster")
     chosen = [kind for kind in kinds if getattr(options, kind)]
     if len(chosen) > 1:
         raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
@@ -209,6 +211,15 @@ def _transfer(options):
 
     rows = transfer.measure(options.scene or transfer.CASES, options.repeats, options.threads)
     return rows, transfer.table(rows)
+
+
+def _cluster(options):
+    from surflux.bench import processes
+
+    if reason := processes.why_not():
+        raise ImportError(f"--cluster: {reason}")
+    tables = [processes.measure(**knobs) for knobs in processes.KNOBS]
+    return [row for rows in tables for row in rows], "\n\n".join(processes.table(rows) for rows in tables)
 
 
 def _scale(options):

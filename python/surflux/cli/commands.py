@@ -27,7 +27,7 @@ from surflux.cli.cloud import (
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
-from surflux.cli.options import command_line, joined
+from surflux.cli.options import command_line, vectors_joined
 from surflux.cli.pictures import (
     animations,
     camera_of,
@@ -37,6 +37,7 @@ from surflux.cli.pictures import (
     write_gaussians,
     write_images,
 )
+from surflux.cli.processes import check_processes, in_all_processes, is_first, joined, processes_given
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
@@ -66,9 +67,13 @@ def _run(arguments):
         loud = {name: not flags.isdisjoint(arguments) for name, flags in loud.items()}
         options = argparse.Namespace(run=_bench, arguments=arguments[1:], **loud)
     else:
-        options = command_line(RUNS, CLOUD_LIMIT).parse_args(joined(arguments))
+        options = command_line(RUNS, CLOUD_LIMIT).parse_args(vectors_joined(arguments))
+    return in_all_processes(options, _run_options)
+
+
+def _run_options(options):
     try:
-        with warnings.catch_warnings(), log_said(how_much(options)):
+        with warnings.catch_warnings(), log_said(how_much(options)), joined(options):
             warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
             _check_options(options)
             LOG.debug(settings_text(options))
@@ -143,6 +148,7 @@ def _check_options(options):
 
 
 def _solve(options):
+    check_processes(options)
     if options.solver == "meshless":
         for name in ("zeta", "transport"):
             if getattr(options, name) is not None:
@@ -166,10 +172,12 @@ def _solve(options):
     given = {name: getattr(options, name) for name in names}
     if options.no_insert:
         given["insert"] = False
-    settings = {name: value for name, value in given.items() if value is not None}
+    settings = {name: value for name, value in given.items() if value is not None} | processes_given(options)
     camera = camera_of(options, scene.surfels, scene.camera)
     solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
     solution = solver(scene, **settings, progress=True)
+    if not is_first(options):
+        return 0
     if cloud is None:
         solution.save(output)
     else:

@@ -11,7 +11,7 @@ from surflux.cli.solar_options import add_solar_options
 _NEGATIVE = re.compile(r"-[\d.][^,\s]*,")  # begins a vector that is no option
 
 
-def joined(arguments):
+def vectors_joined(arguments):
     """Arguments in which vectors that begin with a minus are joined to their option, as argparse wants them."""
     out = []
     for argument in arguments:
@@ -78,6 +78,12 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
     solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
     solve.add_argument("--seed", type=int, help="of everything random")
+    text = "share the work out among the processes of mpirun, of which the first writes and prints"
+    solve.add_argument("--mpi", action="store_true", help=text)
+    text = "share the work out among the workers of a Dask cluster, by the address of its scheduler, tcp://HOST:PORT"
+    solve.add_argument("--cluster", metavar="ADDRESS", help=text)
+    text = "keep what is computed in FOLDER, stage by stage, and go on from what is there"
+    solve.add_argument("--checkpoint", metavar="FOLDER", help=text)
     _cloud_options(solve)
     _normals_option(solve)
     text = 'of a cloud: "sun", of a clear day (default of terrain), "studio", a soft lamp behind the camera and a sky '

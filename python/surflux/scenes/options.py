@@ -38,7 +38,7 @@ TRANSPORTS = ("auto", "pairs", "rays")
 CHOSEN = ("zeta", "rays", "probes", "shadow_rays")
 ASKED = ("error", "seconds")
 
-# Every keyword of solve() but threads and progress, which belong to a run and not to a scene.
+# Every keyword of solve() but those that belong to a run and not to a scene: cluster, checkpoint, threads, progress.
 _CHECKS = {
     "error": _share,
     "seconds": lambda name, value: check.number(name, value, 0.0, low_open=True),

@@ -16,6 +16,7 @@ from surflux._base.files import file_error, require_file, whole_file
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.summary import html_table, range_text
 from surflux._base.types import FilePath, Floats, Progress
+from surflux.cluster.engines import shared_out
 from surflux.scenes.scene import Scene
 from surflux.solving.run import check_scene
 
@@ -203,12 +204,14 @@ class _Transposed:
         return self.T._product(np.transpose(x), False).T
 
 
+@shared_out
 def form_factor_operator(
     scene: Scene,
     *,
     error: float | None = None,
     rays: int = 256,
     seed: int = 0,
+    cluster: Any = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> FormFactorOperator:
@@ -227,7 +230,7 @@ def form_factor_operator(
         error: .001 to .5, what a surfel sends to any set of others is to be within, with 95 % probability, for
             patches; None takes `rays` as they are. Costs rays in proportion to its inverse square.
         rays: least number for each surfel, at least 16; powers of 2 spread evenest.
-        seed, threads, progress: see `solve`.
+        seed, cluster, threads, progress: see `solve`.
 
     Returns:
         FormFactorOperator.
@@ -252,9 +255,14 @@ def form_factor_operator(
         rays = max(rays, 1 << math.ceil(math.log2((ERROR_OF_A_RAY / error) ** 2)))
     seed = check.seed("seed", seed)
     with thread_limit(threads):
-        core = scene._to_core(progress=progress)
+        scene._to_core(progress=progress)
         with stage_callback(progress) as callback:
-            return FormFactorOperator(_core.form_factor_operator(core, rays, seed, callback))
+            return cluster.call(_program, scene, {"rays": rays, "seed": seed}, callback)
+
+
+def _program(core, options, team, progress):
+    """What each process of a cluster runs."""
+    return FormFactorOperator(_core.form_factor_operator(core, **options, progress=progress, team=team))
 
 
 def load_operator(path: FilePath) -> FormFactorOperator:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.types import Progress
+from surflux._base.types import FilePath, Progress
+from surflux.cluster.engines import shared_out
 from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
@@ -17,6 +18,7 @@ _RAYS_BY_RUNG = 2.0 / 3.0  # powers of four by which rays grow where zeta is hal
 _TOP = 7.0  # zeta .0006 and 41 000 rays
 
 
+@shared_out
 @with_scene_options
 def solve(
     scene: Scene,
@@ -34,6 +36,8 @@ def solve(
     epsilon: float = 0.8,
     max_memory: float | None = None,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> Solution:
@@ -81,8 +85,14 @@ def solve(
             10); in (0, 1).
         max_memory: bytes for the exchange of all pairs; None for three quarters of the machine's memory, or
             of what is left of a lower limit (container, batch queue, ulimit -v).
-        seed: of everything random; the result is the same for the same seed, whatever the number of threads.
-        threads: at most this many; None for all.
+        seed: of everything random; the result is the same for the same seed, whatever the number of threads and of
+            processes.
+        cluster: a communicator of mpi4py, such as MPI.COMM_WORLD: its processes share the work out. All of them make
+            the same call, with the same scene, and all get the solution. Or a client of dask.distributed: its workers
+            do, and one that is lost is replaced. Does not go with `seconds`.
+        checkpoint: a folder that keeps what was computed, stage by stage. The same call goes on from there, to the same
+            bits, in any number of processes. Does not go with `seconds`.
+        threads: at most this many of each process, None for all; workers of Dask have their own number.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
             False cancels.
 
@@ -90,7 +100,10 @@ def solve(
         Solution.
 
     Raises:
-        ValueError: an argument out of range, by name; more surfels than the memory takes for pairs.
+        ValueError: an argument out of range, by name; more surfels than the memory takes for pairs; processes of a
+            cluster with other scenes, options, versions or instruction sets.
+        FileError: the checkpoint is damaged, or that of another call.
+        DeviceError: another process of the cluster has failed.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
@@ -114,9 +127,18 @@ def solve(
         "seed": seed,
     }
 
+    if seconds is not None and not cluster.is_alone:
+        raise ValueError(
+            "seconds: does not go with cluster or checkpoint, for how far a process gets in a time is its own; "
+            "wanted error, or zeta and rays"
+        )
+
+    def solver(core, progress, **options):
+        return cluster.call(_program, scene, options, progress)
+
     def attempt(settings=None, deadline=None):
         options = _checked(scene, given | (settings or {}))
-        solution, say = attempt_by(_core.solve, scene, options, threads, progress, deadline=deadline)
+        solution, say = attempt_by(solver, scene, options, threads, progress, deadline=deadline)
         if solution.cut is None:  # of all pairs, every surfel of the scene is a node
             solution.cut = solution.parents
         return solution, say
@@ -131,6 +153,11 @@ def solve(
     solution, say = attempt()
     say()
     return solution
+
+
+def _program(core, options, team, progress):
+    """What each process of a cluster runs."""
+    return _core.solve(core, **options, team=team, progress=progress)
 
 
 def _checked(scene, given):

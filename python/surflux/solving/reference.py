@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,10 +11,12 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage, watched
 from surflux._base.types import Floats, Progress
+from surflux.cluster.engines import shared_out
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 
 
+@shared_out
 def reference_irradiance(
     scene: Scene,
     points: ArrayLike,
@@ -20,6 +24,7 @@ def reference_irradiance(
     samples: int = 4096,
     seed: int = 0,
     *,
+    cluster: Any = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> tuple[Floats, Floats]:
@@ -54,7 +59,7 @@ def reference_irradiance(
         samples: paths per point, 16 or more, rounded up to equal batches. Each batch is spread evenly and randomized on
             its own; there are about sqrt(samples) of them, at least 16: 64 batches of 64 paths for 4096.
         seed: of all that is random; the result is the same for the same seed, whatever the number of threads.
-        threads: at most this many; None for all.
+        cluster, threads: see `solve`.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
             False cancels.
 
@@ -80,10 +85,14 @@ def reference_irradiance(
     normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
     samples = check.count("samples", samples, 16)
     seed = check.seed("seed", seed)
+    options = {"points": points, "normals": normals, "samples": samples, "seed": seed}
     with watched(threads, progress):
-        core = scene._to_core()
+        scene._to_core()
         warn_of_layers(scene)
-        irradiance, error, _ = _core.reference_irradiance(
-            core, points, normals, samples, seed, progress=stage("reference")
-        )
+        return cluster.call(_program, scene, options, stage("reference"))
+
+
+def _program(core, options, team, progress):
+    """What each process of a cluster runs."""
+    irradiance, error, _ = _core.reference_irradiance(core, **options, progress=progress, team=team)
     return np.asarray(irradiance), np.asarray(error)

@@ -103,6 +103,7 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--transfer", "--plot", "a.png"], "--plot: goes with --quick, --full, --scale or --areas"),
         (["--transfer", "--paths", "4096"], "--paths: goes with --quick, --full, --scale or --reference"),
         (["--transfer", "--quick"], "--transfer: does not go with --quick"),
+        (["--cluster", "--quick"], "--cluster: does not go with --quick"),
         (["--constants", "--quick"], "--constants: does not go with --quick"),
         (["--scale", "--quick"], "--scale: does not go with --quick"),
         (["--full", "--quick"], "--full: does not go with --quick"),

@@ -1,0 +1,30 @@
+"""`surflux bench --cluster`: what each process takes is measured in it, and Amdahl's law read off it."""
+
+import importlib.util
+import math
+
+import pytest
+
+import surflux as sf
+from scenes import cube_inside
+from surflux.bench import processes
+
+
+@pytest.mark.parametrize(("replicated", "size"), [(0.0, 4), (0.4, 2), (1.0, 3)])
+def test_the_share_that_is_replicated_is_what_amdahl_has(replicated, size):
+    gain = 1.0 / (replicated + (1.0 - replicated) / size)
+    assert processes._replicated(gain, size) == pytest.approx(replicated)
+    assert math.isnan(processes._replicated(1.0, 1))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs pip install surflux[dask]")
+def test_processes_are_measured_and_have_the_same_bits():
+    scene = sf.Scene([cube_inside(10, 0.6, 0.0)], [sf.PointLight([0.2, 0.3, 0.8], 1.0)])
+    rows = processes.measure(scene, sizes=(1, 2), transport="rays", zeta=0.05)
+    assert [row.processes for row in rows] == [1, 2]
+    assert all(row.passes for row in rows)
+    assert rows[0].exchanges == rows[1].exchanges > 5
+    assert rows[1].megabytes == pytest.approx(rows[0].megabytes, rel=0.05)  # and heads, checksums
+    assert 0.0 < rows[1].seconds < rows[0].seconds  # of which each takes a part
+    assert "| 2 |" in processes.table(rows)

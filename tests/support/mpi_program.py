@@ -1,0 +1,139 @@
+"""What tests/python/cluster/test_mpi.py runs in several processes: `mpirun -n N python mpi_program.py FOLDER`.
+
+Process 0 prints, as JSON: whether all processes have the bits of one alone, and what each was told of what went wrong.
+"""
+
+import json
+import sys
+
+import numpy as np
+from mpi4py import MPI
+
+import surflux as sf
+from surflux.cluster import mpi
+
+COMM = MPI.COMM_WORLD
+KNOBS = {"zeta": 0.05, "rays": 64, "probes": 8, "transport": "rays", "seed": 3}
+
+
+def room(patch_area=0.02, **solve_options):
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    inside = [[0, 1, 2, 3], [7, 6, 5, 4], [4, 5, 1, 0], [3, 2, 6, 7], [0, 3, 7, 4], [5, 6, 2, 1]]
+    walls = sf.Surfels.from_mesh((corners, inside), patch_area=patch_area, reflectance=[0.7, 0.5, 0.3])
+    return sf.Scene([walls], [sf.PointLight([0.2, 0.3, 0.8], 1.0)], solve_options=solve_options)
+
+
+def solved(scene, **given):
+    found = sf.solve(scene, **{**KNOBS, **given})
+    return found.irradiance, found.direct, found.parents, np.array(found.error)
+
+
+def asked(scene, **given):
+    found = sf.solve(scene, error=0.05, transport="rays", **given)
+    return found.irradiance, np.array([entry["error"] for entry in found.attempts])
+
+
+def operated(scene, **given):
+    operator = sf.form_factor_operator(scene, rays=64, **given)
+    return operator @ np.arange(operator.shape[0]), operator.escape
+
+
+def traced(scene, **given):
+    at = np.random.default_rng(1).uniform(size=(9, 3)) * [1, 1, 0]
+    return sf.reference_irradiance(scene, at, np.tile([0.0, 0, 1], (9, 1)), 64, **given)
+
+
+def same(found, wanted):
+    return all(np.array_equal(a, b) for a, b in zip(found, wanted, strict=True))
+
+
+def bits(folder):
+    """{what: whether all have the bits of one alone}."""
+    scene, found = room(), {}
+    for work in (solved, asked, operated, traced):
+        alone = work(scene)
+        mpi.CHUNK = 1 << 30
+        found[work.__name__] = same(work(scene, cluster=COMM), alone)
+        mpi.CHUNK = 1000  # some hundred calls of MPI for one exchange
+        found[f"{work.__name__}, in chunks"] = same(work(scene, cluster=COMM), alone)
+    alone = solved(scene)
+    for what in ("kept", "known"):
+        found[what] = same(solved(scene, cluster=COMM, checkpoint=folder), alone)
+    return {name: all(COMM.allgather(value)) for name, value in found.items()}
+
+
+def told(work):
+    """What each process is told; all of them go on."""
+    try:
+        work()
+    except Exception as fault:
+        text = f"{type(fault).__name__}: {fault}"
+    else:
+        text = "nothing"
+    return COMM.allgather(text)
+
+
+def faults(folder):
+    rank, scene = COMM.Get_rank(), room()
+
+    def cancelled():
+        rounds = []
+
+        def goes_on(done, total):
+            rounds.append(done)
+            return rank != 1 or len(rounds) < 5
+
+        sf.solve(scene, **KNOBS, cluster=COMM, progress=goes_on)
+
+    def elsewhere():
+        if rank == 0:
+            sf.solve(scene, **KNOBS, cluster=COMM)
+        else:
+            traced(scene, cluster=COMM)
+
+    def one_less():
+        if rank == 0:
+            with mpi.Members(COMM):
+                pass
+        else:
+            solved(scene, cluster=COMM)
+
+    def damaged():
+        file = f"{folder}/call-0/00002.exchange"
+        if rank == 0:
+            with open(file, "r+b") as out:
+                out.seek(100)
+                out.write(b"!")
+        solved(scene, cluster=COMM, checkpoint=folder)
+
+    def other_version():
+        told = mpi.machine_facts
+        if rank == 1:
+            mpi.machine_facts = lambda: {**told(), "version of surflux": "0.0.1"}
+        try:
+            solved(scene, cluster=COMM)
+        finally:
+            mpi.machine_facts = told
+
+    return {
+        "option": told(lambda: sf.solve(scene, **{**KNOBS, "zeta": 0.05 + 0.01 * rank}, cluster=COMM)),
+        "scene": told(lambda: solved(room(0.02 if rank == 0 else 0.03), cluster=COMM)),
+        "argument": told(lambda: sf.solve(scene, **{**KNOBS, "zeta": 1.0 - 2.0 * rank}, cluster=COMM)),
+        "no scene": told(lambda: sf.solve(scene if rank == 0 else None, cluster=COMM)),
+        "seconds": told(lambda: sf.solve(scene, seconds=1.0, cluster=COMM)),
+        "seconds of a scene": told(lambda: sf.solve(room(seconds=1.0), cluster=COMM)),
+        "cancelled": told(cancelled),
+        "elsewhere": told(elsewhere),
+        "one call less": told(one_less),
+        "damaged": told(damaged),
+        "version": told(other_version),
+        "after all that": told(lambda: sf.solve(scene, **KNOBS, cluster=COMM)),
+    }
+
+
+if __name__ == "__main__":
+    answer = {"bits": bits(sys.argv[1])}
+    if COMM.Get_size() == 2:
+        answer["faults"] = faults(sys.argv[1])
+    if COMM.Get_rank() == 0:
+        print(json.dumps(answer))
