@@ -10,6 +10,12 @@
 
 namespace surflux {
 
+namespace {
+
+constexpr std::size_t least_shared_links = 1000000;  // fewer are gathered sooner than exchanged
+
+}  // namespace
+
 GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
                                bool emitters_apart, std::size_t channels, Team team)
     : tree_(tree),
@@ -98,13 +104,26 @@ const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& 
     return sent_;
 }
 
-void GatheredSystem::gather(std::vector<double>& out) const {
-    out.resize(cut_->rows.size() * channels_);
-    parallel_for(cut_->rows.size(), 64, [&](std::size_t k) {
-        double* to = out.data() + k * channels_;
-        gathering_.gather(cut_->rows[k], sent_, channels_, to);
-        for (std::size_t c = 0; c < channels_; ++c) to[c] *= row_scale(k);
-    });
+void GatheredSystem::gather(const std::vector<double>& sent, std::size_t channels, std::vector<double>& out) const {
+    out.resize(cut_->rows.size() * channels);
+    const auto digest = [&] {
+        Digest of;
+        of.add(sent);
+        return of.value();
+    };
+    shared_blocks(
+        gathering_.links() < least_shared_links ? Team{} : team_, "gathering of light", digest, cut_->rows.size(), 64,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k)
+                gathering_.gather(cut_->rows[k], sent, channels, out.data() + k * channels);
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            to.add(out.data() + begin * channels, (end - begin) * channels);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            from.take(out.data() + begin * channels, (end - begin) * channels);
+        },
+        {});
 }
 
 void GatheredSystem::drop_scaling() {
@@ -242,8 +261,7 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {
         parallel_for(leaves.size(), 4096, [&](std::size_t j) { nodes[leaves[j]] = sent[j]; });
         tree_.pull_up(nodes, 1);
-        out.resize(places);
-        parallel_for(places, 64, [&](std::size_t k) { gathering_.gather(cut_->rows[k], nodes, 1, &out[k]); });
+        gather(nodes, 1, out);
     };
     // Sums for those nodes alone that rays met.
     std::vector<std::uint32_t> met, number(tree_.size(), 0);
@@ -279,7 +297,12 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
     std::vector<double> b;
     const Progress starting = standing_at(0, 100, progress);
     send(std::vector<double>(x.size(), 0.0), true, starting);
-    gather(b);
+    const auto gather_scaled = [&](std::vector<double>& out) {
+        gather(sent_, channels_, out);
+        if (row_scale_.empty()) return;
+        for (std::size_t k = 0; k < out.size(); ++k) out[k] *= row_scale_[k / channels_];
+    };
+    gather_scaled(b);
     std::size_t told = 0, of = 100;  // what gmres reports between products
     Progress telling, sending;
     if (progress) {
@@ -294,7 +317,7 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
     const LinearOperator apply = [&](const std::vector<double>& from, std::vector<double>& out) {
         for (std::size_t k = 0; k < from.size(); ++k) light[k] = from[k] * in_units(k);
         send(light, false, sending);
-        gather(out);
+        gather_scaled(out);
         for (std::size_t k = 0; k < from.size(); ++k) out[k] = from[k] - out[k] / in_units(k);
     };
     for (std::size_t k = 0; k < x.size(); ++k) x[k] /= in_units(k), b[k] /= in_units(k);

@@ -71,7 +71,8 @@ public:
 private:
     double row_scale(std::size_t place) const { return row_scale_.empty() ? 1.0 : row_scale_[place]; }
     void send(const std::vector<double>& x, bool with_sources, const Progress& progress);
-    void gather(std::vector<double>& out) const;
+    // What `sent` of the tree's nodes brings to each row of the cut, by one channel or more.
+    void gather(const std::vector<double>& sent, std::size_t channels, std::vector<double>& out) const;
     void find_parts(const Progress& progress);
     void take_off_bias(const std::vector<std::uint32_t>& leaves, RayExchange& exchange, const Progress& progress) const;
     void drop_scaling();

@@ -210,7 +210,7 @@ private:
         const auto wanted = [&](std::uint32_t p) {
             return allowed(p) + options_.tuning.significance * sources_.standard_error(p);
         };
-        Insertion insertion(tree_, insertion_options());
+        Insertion insertion(tree_, insertion_options(), options_.team);
         for (int round = 0; round < Insertion::most_rounds && insertion.refine(source, wanted, stage("insertion"));
              ++round)
             sources_.update(stage("insertion"));
@@ -229,7 +229,7 @@ private:
                                     std::hypot(sources_.standard_error(p),
                                                test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
-        Insertion insertion(tree_, insertion_options());
+        Insertion insertion(tree_, insertion_options(), options_.team);
         const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
         left_out_ = insertion.left_out();
         if (!any_inserted) return false;

@@ -68,7 +68,8 @@ struct Insertion::Neighborhood {
     std::vector<Interpolation::Weight> near;
 };
 
-Insertion::Insertion(SurfelTree& tree, const InsertionOptions& options) : tree_(tree), options_(options) {}
+Insertion::Insertion(SurfelTree& tree, const InsertionOptions& options, Team team)
+    : tree_(tree), options_(options), team_(std::move(team)) {}
 
 bool Insertion::can_split(std::uint32_t leaf) const {
     return tree_.is_leaf(leaf) && 0.5 * tree_.radius(leaf) >= options_.least_radius;
@@ -118,8 +119,13 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progre
     std::vector<double> values(tree_.points(), 0.0);
     parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
-    parallel_blocks(
-        leaves.points.size(), 128,
+    const auto digest = [&] {
+        Digest of;
+        of.add(values);
+        return of.value();
+    };
+    shared_blocks(
+        team_, "insertion", digest, leaves.points.size(), 128,
         [&](std::size_t begin, std::size_t end) {
             Neighborhood around;
             for (std::size_t k = begin; k < end; ++k) {
@@ -128,6 +134,8 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progre
                 off[k] = around.off;
             }
         },
+        [&](std::size_t begin, std::size_t end, Packed& to) { to.add(off.data() + begin, end - begin); },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) { from.take(off.data() + begin, end - begin); },
         progress);
     std::vector<std::uint32_t> chosen;
     for (std::uint32_t k = 0; k < leaves.points.size(); ++k)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/radiosity/normal_field.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/radiosity/tuning.h"
@@ -31,7 +32,7 @@ class Insertion {
 public:
     static constexpr int most_rounds = 6;  // that a field is refined in
 
-    Insertion(SurfelTree& tree, const InsertionOptions& options);
+    Insertion(SurfelTree& tree, const InsertionOptions& options, Team team = {});
 
     // One round over all leaves: splits those of which a neighbour's value is off by more than what is wanted there
     // (eq. 11); where the tree has no room for all of them down to their end, those alone that matter most. Were there
@@ -57,6 +58,7 @@ private:
 
     SurfelTree& tree_;
     InsertionOptions options_;
+    Team team_;
     std::unique_ptr<NormalField> normals_;
     std::size_t left_out_ = 0;
 };

@@ -28,6 +28,7 @@ class Meeting:
 
     def __init__(self, size):
         self.given, self.log, self.barrier = [None] * size, [], threading.Barrier(size, self._note, timeout=60)
+        self.passes = set()
 
     def _note(self):
         self.log.append(list(self.given))
@@ -61,6 +62,7 @@ class Member:
         self.meeting, self.rank, self.size, self.rounds = meeting, rank, len(meeting.given), 0
 
     def exchange(self, name, mine):
+        self.meeting.passes.add(name)
         self.meeting.given[self.rank] = mine()
         self.meeting.barrier.wait()
         self.rounds += 1
@@ -95,8 +97,8 @@ def scene():
     return Scene([room, ball, glowing], [PointLight([0.2, 0.3, 0.8], 1.0), sky])._to_core()
 
 
-def solved(scene, team=None, transport="rays", seed=5):
-    found = _core.solve(scene, transport=transport, seed=seed, team=team, **OPTIONS)
+def solved(scene, team=None, transport="rays", seed=5, **options):
+    found = _core.solve(scene, transport=transport, seed=seed, team=team, **(OPTIONS | options))
     history = [{name: value for name, value in entry.items() if name != "seconds"} for entry in found["history"]]
     return *(found[name] for name in SOLVED), np.array(found["error"]), np.array(repr(history))
 
@@ -127,6 +129,17 @@ def test_every_member_of_any_team_has_the_bits_of_one_alone(scene, work):
         results = meeting.results(lambda team: work(scene, team))
         assert all(same(found, alone) for found in results), size
         assert meeting.log, "nothing was shared"
+
+
+@pytest.mark.slow
+def test_what_many_rays_gather_is_shared_too():
+    room = Scene([cube_inside(20, 0.6, 0.0)], [PointLight([0.2, 0.3, 0.8], 1.0)])._to_core()
+    many = {"rays": 1024, "zeta": 1e-4, "insert": False}
+    alone, meeting, few = solved(room, **many), Meeting(2), Meeting(2)
+    assert all(same(found, alone) for found in meeting.results(lambda team: solved(room, team, **many)))
+    assert "gathering of light" in meeting.passes
+    few.results(lambda team: solved(room, team, insert=False))
+    assert "gathering of light" not in few.passes  # done sooner than exchanged
 
 
 def test_a_team_does_not_make_what_seeds_do_not(scene):
