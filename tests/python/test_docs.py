@@ -65,7 +65,7 @@ def test_docstrings_have_one_style(module):
 
 
 # Of pages that take seconds each.
-SLOW = ("choosing-a-solver", "final-images", "inspection")
+SLOW = ("choosing-a-solver", "final-images", "inspection", "light-a-cloud", "moving-lamps", "roofs-and-facades")
 WITHOUT_CODE = ("commands", "index", "install", "tour")
 
 

@@ -263,6 +263,7 @@ def test_progress_goes_to_stderr_and_is_no_note(ball, run):
     assert "note: reading" not in out
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 @pytest.mark.parametrize("folder", ["scans", "statues", "hard", "broken", "probes"])
 def test_every_file_has_an_answer_or_a_clear_error(scans, here, run, folder):
@@ -283,6 +284,7 @@ def test_every_file_has_an_answer_or_a_clear_error(scans, here, run, folder):
             assert len(said[-1]) > len(f"surflux: error: {path}: ") + 15, said
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 def test_what_is_known_of_real_scans(scans, here, run):
     """By their publishers, in MANIFEST.md."""

@@ -16,6 +16,7 @@ def extra():
     pytest.importorskip("pvlib")
 
 
+@pytest.mark.slow
 def test_a_year_on_a_level_plane(here, run):
     """What pvlib's clear skies bring to a level plane, every five minutes.
 
@@ -251,6 +252,7 @@ def test_figures_by_hand():
     assert [(t["area"], t["kwh"]) for t in found["tilts"][:3:2]] == [(2.0, 1000.0), (2.0, 500.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 def test_the_typical_year_of_amsterdam(scans, here, run):
     """A level plane has what the file itself says of a level plane, measured apart from its beam and its sky.

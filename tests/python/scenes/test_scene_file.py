@@ -339,7 +339,7 @@ def test_solve_takes_every_option_of_solve(load):
     text += "shadow_rays = 8\nepsilon = 0.7\nmax_memory = 1000000\nseed = 2\n"
     options = load(FLOOR + "[solve]\n" + text).solve_options
     assert options == tomllib.loads(text)
-    names = {*inspect.signature(sf.solve).parameters} - {"scene", "threads", "progress"}
+    names = {*inspect.signature(sf.solve).parameters} - {"scene", "threads", "progress", "cluster", "checkpoint"}
     assert {*options} | {*ASKED} == names == {*OPTIONS}
     assert len(sf.solve(load(FLOOR + "[solve]\n" + text), **options).surfels) == 16
     asking = load(FLOOR + "[solve]\nerror = 0.05\nseconds = 60\n")

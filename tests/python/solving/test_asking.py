@@ -160,6 +160,7 @@ def test_solvers_reach_an_error(spheres, solver):
     assert np.array_equal(solver(spheres, **options, seed=3).irradiance, solution.irradiance)
 
 
+@pytest.mark.slow
 def test_all_pairs_reach_an_error(spheres):
     assert sf.solve(spheres, transport="pairs", error=0.01).error <= 0.01
 
@@ -193,6 +194,7 @@ def test_knobs_and_error_exclude_each_other(spheres):
         sf.solve_meshless(spheres, error=0.02, bounces=1)
 
 
+@pytest.mark.slow
 def test_a_scene_can_ask_for_an_error(spheres):
     scene = sf.Scene(spheres.objects, spheres.lights, solve_options={"error": 0.04})
     assert sf.solve(scene).history[-1]["wanted_error"] == 0.04

@@ -32,6 +32,7 @@ def test_a_dim_room_has_its_light(seed):
     assert history[0] < 0.2 < history[1]
 
 
+@pytest.mark.slow
 def test_rays_that_did_not_help_are_not_shot_again():
     """Nodes of which an aimed row knows too little as well stay as they are: the refinement comes to its end."""
     solution = sf.solve(door_ajar(0.7), transport="rays", insert=False, rays=1024, zeta=0.0071)

@@ -48,6 +48,7 @@ def test_outputs_have_all_rows_of_their_tiles_in_order(solved):
         assert tile.points == len(after)
 
 
+@pytest.mark.slow
 def test_light_is_that_of_the_whole_survey_also_at_borders(solved):
     points, _, rows, tiles = solved
     scene = sf.Scene([sf.Scan(points).surfels(viewpoint=ABOVE)], [clear_day(150.0)])
