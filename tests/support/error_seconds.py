@@ -2,19 +2,19 @@
 
 python tests/support/error_seconds.py data/error_seconds.png
 
-Three spheres in a room, 4326 surfels. Errors are relative RMS of the irradiance. That of solve is of its surfels, inserted ones
-too, as in estimates.py; that of path tracing at the middles of 500 surfels drawn by area, against 16384 paths each, whose
-squared standard error is taken off.
+Three spheres in a room, 4326 surfels. Errors are relative RMS of the irradiance. That of solve is of its surfels,
+inserted ones too, as in estimates.py; that of path tracing at the middles of 500 surfels drawn by area, against 16384
+paths each, whose squared standard error is taken off.
 """
 
 import sys
 import time
 
 import numpy as np
-from estimates import Estimated
 from matplotlib import pyplot
 
 import surflux as sf
+from estimates import Estimated
 
 PATHS = (16, 64, 256)
 ASKED = (0.04, 0.02, 0.01, 0.005)  # error=

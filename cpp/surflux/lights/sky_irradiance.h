@@ -12,9 +12,9 @@ namespace surflux {
 
 // Irradiance of each place from the images of Environments, on the shapes of `points`: what each cell of the sky brings
 // to the place where nothing is in the way, in closed form, and which share of it arrives, by shadow rays (a ratio
-// estimator), `rays` of them drawn evenly, evenest by powers of 2, in proportion to that light. To narrow bright spots such
-// as the sun, rays of their own: an eighth as many, and half where any disagrees.
-// `errors`: the estimated standard error of the luminance of each, 0 where all rays agree.
+// estimator), `rays` of them drawn evenly, evenest by powers of 2, in proportion to that light. To narrow bright spots
+// such as the sun, rays of their own: an eighth as many, and half where any disagrees. `errors`: the estimated standard
+// error of the luminance of each, 0 where all rays agree.
 std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
                                 const std::vector<Place>& places, int rays, std::uint64_t seed,
                                 const Progress& progress = {}, std::vector<float>* errors = nullptr);
