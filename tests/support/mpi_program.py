@@ -5,21 +5,23 @@ Process 0 prints, as JSON: whether all processes have the bits of one alone, and
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 import surflux as sf
+from scenes import cube_inside
 from surflux.cluster import mpi
 
 COMM = MPI.COMM_WORLD
 KNOBS = {"zeta": 0.05, "rays": 64, "probes": 8, "transport": "rays", "seed": 3}
 
 
-def room(patch_area=0.02, **solve_options):
-    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-    inside = [[0, 1, 2, 3], [7, 6, 5, 4], [4, 5, 1, 0], [3, 2, 6, 7], [0, 3, 7, 4], [5, 6, 2, 1]]
-    walls = sf.Surfels.from_mesh((corners, inside), patch_area=patch_area, reflectance=[0.7, 0.5, 0.3])
+def room(patches=7, **solve_options):
+    """A cube from inside, so many patches along each edge."""
+    walls = cube_inside(patches, [0.7, 0.5, 0.3], 0.0)
     return sf.Scene([walls], [sf.PointLight([0.2, 0.3, 0.8], 1.0)], solve_options=solve_options)
 
 
@@ -117,7 +119,7 @@ def faults(folder):
 
     return {
         "option": told(lambda: sf.solve(scene, **{**KNOBS, "zeta": 0.05 + 0.01 * rank}, cluster=COMM)),
-        "scene": told(lambda: solved(room(0.02 if rank == 0 else 0.03), cluster=COMM)),
+        "scene": told(lambda: solved(room(7 if rank == 0 else 6), cluster=COMM)),
         "argument": told(lambda: sf.solve(scene, **{**KNOBS, "zeta": 1.0 - 2.0 * rank}, cluster=COMM)),
         "no scene": told(lambda: sf.solve(scene if rank == 0 else None, cluster=COMM)),
         "seconds": told(lambda: sf.solve(scene, seconds=1.0, cluster=COMM)),

@@ -5,12 +5,19 @@ import numpy as np
 import surflux as sf
 from cases.builders import ball_inside, cloud_room, cube_inside, patch, rms, surfels_of
 
-__all__ = ["ball_inside", "cloud_room", "cube_inside", "patch", "rms", "solve_own", "surfels_of"]
+__all__ = ["ball_inside", "cloud_room", "cube_inside", "patch", "rms", "same_bits", "solve_own", "surfels_of"]
 
 
 def solve_own(scene, **options):
     """Irradiance of the scene's own surfels by all pairs: what tests compare surfel by surfel, and to many digits."""
     return sf.solve(scene, transport="pairs", insert=False, **options)
+
+
+def same_bits(found, wanted):
+    """Whether two solutions have the same light, to the last bit."""
+    return found.error == wanted.error and all(
+        np.array_equal(getattr(found, name), getattr(wanted, name)) for name in ("irradiance", "direct", "parents")
+    )
 
 
 def cell(low, high):

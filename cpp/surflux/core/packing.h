@@ -81,6 +81,13 @@ private:
     std::uint64_t hash_ = 0xcbf29ce484222325ull;
 };
 
+template <class T>
+std::uint64_t digest_of(const std::vector<T>& values) {
+    Digest out;
+    out.add(values);
+    return out.value();
+}
+
 // Of what random numbers go by, and of where each of some places is.
 template <class Place>
 Digest digest_of_places(std::uint64_t seed, const std::vector<Place>& places) {

@@ -49,11 +49,7 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
                                tree_.is_inserted(p) ? Sight::none : own))
             near.assign(1, {own, 1.0});
     };
-    const auto digest = [&] {
-        Digest of;
-        of.add(light);
-        return of.value();
-    };
+    const auto digest = [&] { return digest_of(light); };
     weights_.fill(tree_.points(), at_leaf, progress, team_, digest);
 }
 
@@ -106,11 +102,7 @@ const std::vector<double>& GatheredSystem::radiosity(const std::vector<double>& 
 
 void GatheredSystem::gather(const std::vector<double>& sent, std::size_t channels, std::vector<double>& out) const {
     out.resize(cut_->rows.size() * channels);
-    const auto digest = [&] {
-        Digest of;
-        of.add(sent);
-        return of.value();
-    };
+    const auto digest = [&] { return digest_of(sent); };
     shared_blocks(
         gathering_.links() < least_shared_links ? Team{} : team_, "gathering of light", digest, cut_->rows.size(), 64,
         [&](std::size_t begin, std::size_t end) {

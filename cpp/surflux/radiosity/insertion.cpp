@@ -119,11 +119,7 @@ bool Insertion::refine(const OfPoint& value, const OfPoint& wanted, const Progre
     std::vector<double> values(tree_.points(), 0.0);
     parallel_for(leaves.points.size(), 512, [&](std::size_t k) { values[leaves.points[k]] = value(leaves.points[k]); });
     std::vector<double> off(leaves.points.size(), 0.0);
-    const auto digest = [&] {
-        Digest of;
-        of.add(values);
-        return of.value();
-    };
+    const auto digest = [&] { return digest_of(values); };
     shared_blocks(
         team_, "insertion", digest, leaves.points.size(), 128,
         [&](std::size_t begin, std::size_t end) {

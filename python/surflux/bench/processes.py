@@ -53,7 +53,10 @@ def measure(scene=None, sizes=SIZES, **knobs):
     wanted = sf.solve(scene, **knobs)
     rows = []
     for size in sizes:
-        used, exchanged, peak, found = _solved(scene, size, knobs)
+        with tempfile.TemporaryDirectory() as folder:
+            given = {**knobs, "checkpoint": folder}
+            found, used, peak = in_workers(size, lambda client, given=given: sf.solve(scene, **given, cluster=client))
+            exchanged = [file.stat().st_size for file in Path(folder).rglob("*.exchange")]
         first = rows[0].seconds if rows else max(used)
         share = first / max(used)
         rows.append(
@@ -75,19 +78,22 @@ def measure(scene=None, sizes=SIZES, **knobs):
     return rows
 
 
-def _solved(scene, size, knobs):
-    """(processor seconds of each, bytes of each exchange, peak bytes of each, Solution)."""
+def in_workers(size, work):
+    """What work(client) gives, by workers of one thread on this machine, and what it took in each of them.
+
+    Returns:
+        (its result, processor seconds of each, peak bytes of each).
+    """
     from distributed import Client, LocalCluster
 
     options = {"n_workers": size, "threads_per_worker": 1, "dashboard_address": None, "memory_limit": None}
-    with tempfile.TemporaryDirectory() as folder, LocalCluster(**options) as cluster, Client(cluster) as client:
+    with LocalCluster(**options) as cluster, Client(cluster) as client:
         client.run(_usage)  # imports surflux
         before = client.run(_usage)
-        found = sf.solve(scene, **knobs, cluster=client, checkpoint=folder)
+        found = work(client)
         after = client.run(_usage)
         used = [after[worker][0] - before[worker][0] for worker in before]
-        exchanged = [file.stat().st_size for file in Path(folder).rglob("*.exchange")]
-    return used, exchanged, [peak for _, peak in after.values()], found
+    return found, used, [peak for _, peak in after.values()]
 
 
 def _usage():
