@@ -65,7 +65,15 @@ def test_docstrings_have_one_style(module):
 
 
 # Of pages that take seconds each.
-SLOW = ("choosing-a-solver", "final-images", "inspection", "light-a-cloud", "moving-lamps", "roofs-and-facades")
+SLOW = (
+    "choosing-a-solver",
+    "final-images",
+    "inspection",
+    "light-a-cloud",
+    "moving-lamps",
+    "roofs-and-facades",
+    "tiles",
+)
 WITHOUT_CODE = ("commands", "index", "install", "tour")
 
 
@@ -124,6 +132,7 @@ def test_the_reference_has_every_public_name_once():
     assert sorted(listed) == sf.__all__
 
 
+@pytest.mark.slow
 def test_every_figure_of_the_history_is_explained():
     page = (README.parent / "python" / "guide" / "choosing-a-solver.md").read_text()
     rows = re.findall(r"^\| `(\w+)` \| (.+?) \|", page, re.MULTILINE)

@@ -173,6 +173,7 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
     assert sf.read_image(plot).std() > 0.05  # something is drawn
 
 
+@pytest.mark.slow
 def test_of_knobs_the_first_and_the_last_value_are_quick(monkeypatch):
     """One that has one value has it once."""
     chosen = {"rays": replace(solvers.SOLVERS["rays"], knobs={})}

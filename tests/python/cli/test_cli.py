@@ -119,6 +119,7 @@ def test_areas_are_one_stage_however_many_objects(here, run):
     assert err.splitlines().count("surflux: areas") == 1
 
 
+@pytest.mark.slow
 def test_view_of_scenes_clouds_and_solutions(ball, run):
     status, out, _ = run("view", "room.toml", "--screenshot", "room.png", "--size", "100x80", "--color", "normal")
     assert (status, out) == (0, "picture: room.png\n")

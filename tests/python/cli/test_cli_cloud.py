@@ -79,6 +79,7 @@ def test_the_file_is_also_a_solution(survey, run):
     assert "is solved already" in err
 
 
+@pytest.mark.slow
 def test_its_colours_are_those_of_its_light_or_its_own(here, run):
     red = shapes.sphere(2000, 1.0).replace(reflectance=[0.4, 0.3, 0.2])
     sf.Scan(red.points, red.normals, red.reflectance).save("red.npz")
@@ -90,6 +91,7 @@ def test_its_colours_are_those_of_its_light_or_its_own(here, run):
     assert own[:, 0].std() == 0
 
 
+@pytest.mark.slow
 def test_dark_colours_of_a_scan_are_exposed(here, run):
     rng = np.random.default_rng(0)
     for bright, wanted in ((0.1, 0.3), (0.4, None), (0.9, 0.5)):

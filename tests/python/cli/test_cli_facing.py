@@ -42,6 +42,7 @@ def outwards(surfels, blob):
     return np.mean(np.sum(surfels.normals * blob.normals, axis=1) > 0)
 
 
+@pytest.mark.slow
 def test_a_body_turned_inside_out_is_turned_over_and_this_is_said(solved, blob):
     said, surfels = solved(blob.points, -blob.normals)
     assert outwards(surfels, blob) == 1.0
@@ -66,6 +67,7 @@ def test_what_most_of_an_open_scan_says_is_named_as_that(solved):
     assert "30 % of the points are turned to the side that most of their open surface faces, which may be wrong" in said
 
 
+@pytest.mark.slow
 def test_normals_keep_and_flip(solved, blob):
     said, surfels = solved(blob.points, -blob.normals, "--normals", "keep", "--light", "sky")
     assert outwards(surfels, blob) == 0.0

@@ -66,6 +66,7 @@ def test_parts_make_the_whole_for_programs(here, run):
     assert result["timings"]["all"] > result["timings"]["sun"] >= 0
 
 
+@pytest.mark.slow
 def test_weather_of_a_file(here, run):
     """Hours of 500 W/m2 of diffuse light while the sun is up, and no beam: a level plane has their sum."""
     above = level_sun(47.4, 8.5, 1.0)
@@ -114,6 +115,7 @@ def test_vegetation_shades_and_has_no_values(here, run):
     assert np.array_equal(np.isnan(sf.read_scan("b.csv").attributes["kwh"]), ~upper)
 
 
+@pytest.mark.slow
 def test_noise_is_left_out(here, run):
     _, upper = layers(kinds=(2, 18))
     status, _, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)

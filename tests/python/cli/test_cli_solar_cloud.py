@@ -17,7 +17,8 @@ def extra():
     pytest.importorskip("pvlib")
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_normals_are_the_same_whichever_classes_receive(seed):
     """All of the town is seen from above; its roofs alone are no terrain, and each could face either way."""
     scan, roof = town(seed)

@@ -46,6 +46,7 @@ def test_single_areas_are_those_of_voronoi_cells():
         assert per_surfel(clouds.random_sphere(2000, seed))[0] < 0.15
 
 
+@pytest.mark.slow
 def test_totals_converge_faster_than_second_order():
     # Of the random torus: an ellipsoid's curvature varies too, but its area is no closed form.
     errors = []
@@ -176,7 +177,9 @@ def test_shares_of_negative_indices_and_refusals():
 
 
 @pytest.mark.scans
-@pytest.mark.parametrize(("name", "within"), [("bunny_34834", 0.02), ("armadillo_43k", 0.03)])
+@pytest.mark.parametrize(
+    ("name", "within"), [("bunny_34834", 0.02), pytest.param("armadillo_43k", 0.03, marks=pytest.mark.slow)]
+)
 def test_statues(scans, name, within):
     from surflux.geometry.meshes import read_mesh
 

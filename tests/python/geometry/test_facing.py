@@ -67,7 +67,8 @@ def test_points_beyond_those_looked_at_follow_them():
     assert sf.facing(d, -d).inside_out.all()
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_both_sides_of_a_sheet_stay(seed):
     """Also where half of its places, or fewer, are looked at; what faces inwards and has no back is turned."""
     d = np.random.default_rng(seed).normal(size=(130_000, 3))
@@ -134,6 +135,7 @@ def test_leaves_stay_as_they_are(seed):
     assert found.open.mean() > 0.5
 
 
+@pytest.mark.slow
 def test_estimated_normals_see_rooms_and_plates(caplog):
     points, truth = furnished()
     with caplog.at_level(logging.INFO, "surflux"):

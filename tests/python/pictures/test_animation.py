@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from quick import quick
 from surflux.pictures import animation
 
 
@@ -118,7 +119,7 @@ def test_films(solution, tmp_path, name):
     assert [p.name for p in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("name", ["film.mp4", "film.gif"])
+@pytest.mark.parametrize("name", quick("film.mp4", of=["film.mp4", "film.gif"]))
 def test_a_film_is_written_frame_by_frame(solution, tmp_path, monkeypatch, name):
     """Whatever its length: neither what is drawn is kept, nor what is written, by whoever writes it."""
     imageio = pytest.importorskip("imageio.v2", reason="needs surflux[video]")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from quick import quick
 from surflux.points.seen_from import _thin_out_from_origin, seen_from
 
 
@@ -35,7 +36,7 @@ def depth_image(sign, size=(160, 120)):
     return ray * t[:, None]
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
 def test_terrain_faces_upwards(tmp_path, seed, caplog):
     points = hills(seed=seed)
     np.savez(tmp_path / "hills.npz", points=points)
@@ -144,6 +145,7 @@ def test_scans(scans, file, front):
     assert kind == front
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [hills(), depth_image(1.0)], ids=["terrain", "frame"])
 def test_a_layer_with_normals_the_other_way_round_is_turned(tmp_path, points, caplog):
     np.savez(tmp_path / "layer.npz", points=points)

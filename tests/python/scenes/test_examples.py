@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from quick import quick
 from surflux.scenes import examples
 
 SCENES = ("colonnade", "cornell_box", "statues", "street", "three_spheres")
@@ -14,7 +15,7 @@ def test_every_example_is_tested():
     assert sf.examples is examples
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", quick("cornell_box", "three_spheres", of=SCENES))
 def test_an_example_is_lit_and_keeps_its_power(name, monkeypatch):
     """Without models from elsewhere. Power that is lost is an error of the mean, which is at most that in the RMS."""
     monkeypatch.delenv("SURFLUX_DATA", raising=False)

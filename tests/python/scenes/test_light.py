@@ -210,10 +210,9 @@ def half_sky(width=64):
     return image
 
 
-@pytest.mark.parametrize("azimuth", [30, *(pytest.param(a, marks=pytest.mark.slow) for a in (0, 90, 180, -45, 270))])
-@pytest.mark.parametrize(
-    "up", [(0.6, 0, 0.8), *(pytest.param(u, marks=pytest.mark.slow) for u in ((0, 0, 1), (0, 0, -1)))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("azimuth", [30, 0, 90, 180, -45, 270])
+@pytest.mark.parametrize("up", [(0.6, 0, 0.8), (0, 0, 1), (0, 0, -1)])
 def test_a_turned_environment_lights_what_faces_its_bright_half(azimuth, up):
     """pi (1 + cos b) / 2, b between the normal and the middle of the bright half: as a tilted plane under half a sky.
 

@@ -63,6 +63,7 @@ def test_hours_of_files(epw):
     assert sky.sun_direction @ same.sun_direction > np.cos(np.radians(0.2))  # of another year
 
 
+@pytest.mark.slow
 def test_a_time_zone_that_the_sun_contradicts_is_not_taken(tmp_path, epw):
     right = weather.read_weather(epw)
     wrong = write_epw(tmp_path / "wrong.epw", ABOVE, 0.5 * ABOVE, 0.1 * ABOVE, zone=-2.0)

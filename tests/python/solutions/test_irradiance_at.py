@@ -76,6 +76,7 @@ def test_it_converges_to_second_order_nearly():
     assert np.log(errors[0] / errors[-1]) / np.log(4) > 1.3
 
 
+@pytest.mark.slow
 def test_traced_light_of_a_sky_converges_with_its_rays():
     """Even rays: an error that goes by n^-3/4 is an eighth with 16 times as many; random ones have a fourth."""
     sky = np.random.default_rng(2).uniform(0.2, 1.0, (16, 32, 3))
@@ -187,7 +188,8 @@ def test_inserted_surfels_come_back_from_a_file(transport, tmp_path):
         back.irradiance_at(at, up(at), direct="traced")
 
 
-@pytest.mark.parametrize("transport", [pytest.param("pairs", marks=pytest.mark.slow), "rays"])
+@pytest.mark.slow
+@pytest.mark.parametrize("transport", ["pairs", "rays"])
 def test_children_take_over_from_their_parents(transport):
     """Areas and patches of each surfel add up to its own; what it is made of stays with it."""
     scene = floor_and_ball()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from quick import quick
 from surflux.solving.asking import Ladder, solve_asked
 from surflux.solving.run import Overdue, until
 
@@ -143,7 +144,7 @@ def spheres():
     return sf.load_scene("data/three_spheres.toml", surfels=3000)
 
 
-@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+@pytest.mark.parametrize("solver", quick(sf.solve, of=[sf.solve, sf.solve_meshless]))
 def test_solvers_reach_an_error(spheres, solver):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

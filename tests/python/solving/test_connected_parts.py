@@ -97,7 +97,7 @@ def escape_from(surfels):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
-@pytest.mark.parametrize("transport", ["rays", "meshless"])
+@pytest.mark.parametrize("transport", quick("rays", of=["rays", "meshless"]))
 def test_account_of_an_open_scene_is_a_check(transport, seed):
     """Three fifths of the light leave it. That is counted by senders, and not taken to be what receivers lack."""
     scene = ball_on_a_floor()
@@ -111,7 +111,7 @@ def test_account_of_an_open_scene_is_a_check(transport, seed):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
-@pytest.mark.parametrize("transport", ["rays", "meshless"])
+@pytest.mark.parametrize("transport", quick("rays", of=["rays", "meshless"]))
 def test_ball_on_an_open_floor_is_as_bright_as_path_tracing_says(transport, seed):
     """Nearly all light leaves the floor for the sky. What little the ball gets is known by its own rays."""
     scene = ball_on_a_floor()
@@ -157,6 +157,7 @@ def test_every_solver_says_where_the_power_went(solver):
     assert figures["parts"] == 1
 
 
+@pytest.mark.slow
 def test_figures_are_numbers_also_of_what_is_buried(solver):
     """A ball within a solid box has no outside: it is a part of its own, of no area that light could reach."""
     vertices, faces, _ = shapes.box(0.4, 4, inward=False)

@@ -165,6 +165,7 @@ def test_reflectance_and_gloss_are_those_of_the_scene_unless_given(stair):
     assert (transfer.relight(LIGHT, reflectance=0.1).irradiance < mine.irradiance + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_same_for_any_number_of_threads(stair):
     one, two = (
         sf.precompute_transfer(stair, "distant", threads=n, levels=3).relight(LIGHT, specular=0.3, threads=n)

@@ -183,6 +183,7 @@ def test_light_that_a_solver_loses_is_warned_of():
     assert text.startswith(f"{abs(off):.1%} of the light is {'lost' if off > 0 else 'made'}")
 
 
+@pytest.mark.slow
 def test_uniform_furnace_under_the_sky_keeps_its_rows_whole():
     """All radiance is 1, of surfaces and sky: where factors of senders change a row, what it has of the sky follows."""
     unit, rho = shapes.sphere(1500), 0.7

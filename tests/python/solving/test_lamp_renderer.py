@@ -163,6 +163,7 @@ def test_emission_and_background():
     np.testing.assert_allclose(found["radiance"][found["index"] < 0], [[1, 2, 3]] * (found["index"] < 0).sum())
 
 
+@pytest.mark.slow
 def test_disks_blend():
     """A ball of disks is as round as its pictures are."""
     rng = np.random.default_rng(0)

@@ -47,7 +47,8 @@ def measured(scene, solution):
     return error, spread / (2 * error)
 
 
-@pytest.mark.parametrize("patch_area", [0.25, pytest.param(0.0625, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("patch_area", [0.25, 0.0625])
 def test_it_sees_what_one_value_per_surfel_loses(patch_area):
     """A ball hangs over a floor whose patches have one value each, in and out of its shadow."""
     scene = ball_over_a_floor(0.6, patch_area)

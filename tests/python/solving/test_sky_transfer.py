@@ -70,7 +70,8 @@ def test_all_patches_together_are_an_even_sky(stair, count, seed):
     np.testing.assert_allclose(*means, rtol=2e-3)
 
 
-@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_room_with_a_window_is_lit_through_it(seed):
     """All that comes through a hole of area a, pi a of an even sky, falls on the walls: within 1.5 %."""
     cube = cube_inside(12, 0.7)
@@ -125,6 +126,7 @@ def test_what_surfels_emit_is_part_of_relight_and_not_of_coefficients():
     assert furnace.coefficients([0]).max() == 0.0
 
 
+@pytest.mark.slow
 def test_same_for_any_number_of_threads(stair):
     one, two = (
         sf.precompute_transfer(stair, "sky", threads=n, levels=3).relight(SKY, threads=n).irradiance for n in (1, 2)

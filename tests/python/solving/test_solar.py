@@ -79,6 +79,7 @@ def test_walls_of_a_canyon_reflect():
     assert lit.reflected[:8].min() > 0.05
 
 
+@pytest.mark.slow
 def test_threads_do_not_change_bits():
     surfels = canyon(4, 5, length=10.0)[0]
     one, two = (sf.solar_irradiation(surfels, skies=DAY, threads=threads, patches=145) for threads in (1, 2))

@@ -176,7 +176,8 @@ def test_the_scene_stays_as_it_is(transport):
     assert set(solution.parents) == set(range(len(scene.surfels)))
 
 
-@pytest.mark.parametrize("insert", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("insert", [False, True])
 def test_the_cut_says_which_surfels_share_a_node(insert):
     solution = sf.solve(furnished(n=18), transport="rays", insert=insert)
     nodes = solution.history[-1]["cut"]

@@ -198,6 +198,7 @@ def test_smooth_walls_have_no_seams():
     assert jumps[1] < 0.25 * jumps[0]
 
 
+@pytest.mark.slow
 def test_the_same_on_any_number_of_threads_and_other_noise_for_another_seed(solved):
     again, one = (sf.solve_meshless(furnished(), threads=threads, **SMALL) for threads in (None, 1))
     other = sf.solve_meshless(furnished(), seed=7, **SMALL)

@@ -5,6 +5,7 @@ import threading
 import numpy as np
 import pytest
 
+from quick import quick
 from scenes import cube_inside, surfels_of
 from surflux import Environment, PointLight, Scene, Surfels, _core
 from surflux.scenes import shapes
@@ -121,7 +122,7 @@ def same(found, wanted):
     return all(np.array_equal(a, b) for a, b in zip(found, wanted, strict=True))
 
 
-@pytest.mark.parametrize("work", [solved, by_pairs, traced, operated])
+@pytest.mark.parametrize("work", quick(solved, traced, operated, of=[solved, by_pairs, traced, operated]))
 def test_every_member_of_any_team_has_the_bits_of_one_alone(scene, work):
     alone = work(scene)
     for size in (1, 2, 3, 4):

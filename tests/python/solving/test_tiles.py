@@ -69,6 +69,7 @@ def roughly(paths, folder, halo=HALO, **given):
     return sf.solve_tiles(paths, folder, **given)
 
 
+@pytest.mark.slow
 def test_a_finished_run_is_kept_and_other_options_solve_again(tmp_path):
     paths, _ = in_tiles(hills(1, 800), tmp_path)
     first = roughly(paths, tmp_path / "lit")
@@ -81,6 +82,7 @@ def test_a_finished_run_is_kept_and_other_options_solve_again(tmp_path):
     assert not any(tile.kept for tile in roughly(paths, tmp_path / "lit", 2 * HALO))
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on_and_ends_as_one_that_was_not(tmp_path):
     paths, _ = in_tiles(hills(2, 800), tmp_path)
     second = tmp_path / "lit" / "tile1.laz"

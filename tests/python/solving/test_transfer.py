@@ -132,6 +132,7 @@ def test_two_sides_of_a_sheet_do_not_share_their_light():
     assert below.mean() < 1e-3 * found.irradiance[:, 0].mean()
 
 
+@pytest.mark.slow
 def test_same_for_any_number_of_threads(room):
     scene = sf.Scene(room.objects)
     one, many = (sf.precompute_transfer(scene, threads=n, levels=3).indirect(LAMP, threads=n) for n in (1, 2))

@@ -32,6 +32,7 @@ def limited(room):
         return sf.precompute_transfer(room, max_memory=LITTLE)
 
 
+@pytest.mark.slow
 def test_where_all_fits_nothing_changes(room, whole):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -40,6 +41,7 @@ def test_where_all_fits_nothing_changes(room, whole):
     np.testing.assert_array_equal(other.indirect(LAMP), whole.indirect(LAMP))
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_is_left_out(whole, limited):
     """Light is coarser, by less than a tenth, which is what corners lose; all of it is as much to 3 %."""
     assert limited.left_out > 0

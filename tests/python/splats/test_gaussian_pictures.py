@@ -74,6 +74,7 @@ def test_the_far_side_of_a_sheet_shows_by_a_twentieth(elevation):
     assert (alone - mixed)[inner].mean() > 0.3
 
 
+@pytest.mark.slow
 def test_glossy_gaussians_look_as_from_the_eye():
     """Radiance towards the eye, coded, at the middle of Gaussians that are seen at the middle of a pixel."""
     light = np.zeros((4, 3))

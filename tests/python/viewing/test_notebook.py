@@ -81,6 +81,7 @@ def test_a_plot_is_a_picture(outputs):
     assert image[100, 100].tolist() == pytest.approx([231, 0, 0], abs=1)
 
 
+@pytest.mark.slow
 def test_a_plot_of_areas_is_a_picture(outputs):
     from PIL import Image
 

@@ -63,6 +63,7 @@ def test_patches_are_polygons(browser, tmp_path):
         assert at(image, 1.15, 0).tolist() == [255, 255, 255]
 
 
+@pytest.mark.slow
 def test_of_disks_that_overlap_each_is_seen_where_it_is_nearest(browser, tmp_path):
     s = sf.Surfels([[-0.2, 0, 0], [0.2, 0, 0]], [[0, 0, 1]] * 2, radii=1.0, reflectance=[RED, BLUE])
     image = shown(browser, tmp_path, s, "#panel=0&style=disks")
@@ -148,6 +149,7 @@ def test_a_drag_turns_it(browser, tmp_path):
     assert moved == pytest.approx([0, 90], abs=8)
 
 
+@pytest.mark.slow
 def test_the_wheel_comes_closer(browser, tmp_path):
     before = is_red(shown(browser, tmp_path, pair(reflectance=RED))).sum()
     browser.settled(lambda: browser.mouse("mouseWheel", 240, 180, deltaX=0, deltaY=300))

@@ -197,6 +197,7 @@ def test_where_nothing_turns_there_is_no_slider(browser, transfer, sky, tmp_path
         assert "environment" not in element(browser, "keys", "innerText")
 
 
+@pytest.mark.slow
 def test_it_has_no_more_than_its_colours_need(transfer, sky):
     """A surfel: 58 bytes of irradiance (9 x 3 x 2 and a scale), 58 of direct light, 6 of reflectance, 4 of emission."""
     n = len(transfer.scene.surfels)

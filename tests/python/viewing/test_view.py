@@ -251,6 +251,7 @@ def test_survey_coordinates_look_like_any_other(window):
     assert (np.abs(here - there).max(axis=2) > 8).mean() < 0.002
 
 
+@pytest.mark.slow
 def test_another_zeta_is_a_new_solution(window):
     floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.002, reflectance=0.5)
     ball = sf.Surfels.sample_mesh(([[0.5, 0, 0.3], [-0.5, 0, 0.3], [0, 0.5, 0.3]], [[0, 1, 2]]), 60)

@@ -103,6 +103,7 @@ def drag_slider(view, slider, value):
         getattr(mouse, f"{event}Event")()
 
 
+@pytest.mark.slow
 def test_sliders_are_dragged(listening, lit):
     view, heard = listening(lit)
     drag_slider(view, heard.sliders["exposure"], -3.0)
