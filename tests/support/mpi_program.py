@@ -108,6 +108,20 @@ def faults(folder):
                 out.write(b"!")
         solved(scene, cluster=COMM, checkpoint=folder)
 
+    def without_memory():
+        empty = np.empty
+
+        def lacks(*shape, **kind):
+            raise MemoryError("there is no room")
+
+        with mpi.Members(COMM) as members:
+            try:
+                if rank == 1:
+                    np.empty = lacks
+                members.exchange("rows", b"a" * 1000)
+            finally:
+                np.empty = empty
+
     def other_version():
         told = mpi.machine_facts
         if rank == 1:
@@ -129,6 +143,7 @@ def faults(folder):
         "one call less": told(one_less),
         "damaged": told(damaged),
         "version": told(other_version),
+        "memory": told(without_memory),
         "after all that": told(lambda: sf.solve(scene, **KNOBS, cluster=COMM)),
     }
 

@@ -2,6 +2,8 @@
 
 import contextlib
 import os
+import sys
+import traceback
 from time import sleep
 
 from surflux.cli.saying import fail
@@ -19,12 +21,21 @@ def in_all_processes(options, run):
     except (ImportError, RuntimeError) as fault:  # RuntimeError: there is no library of MPI
         return fail(f"--mpi: needs mpi4py, pip install surflux[mpi], and a library of MPI ({fault})", 2)
     options.comm = comm = MPI.COMM_WORLD
-    if comm.Get_rank() == 0:
-        status = run(options)
-    else:
-        status = 0  # mpirun gives that of the first, then
-        with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
-            run(options)
+    try:
+        if comm.Get_rank() == 0:
+            status = run(options)
+        else:
+            status = 0  # mpirun gives that of the first, then
+            with (
+                open(os.devnull, "w") as nowhere,
+                contextlib.redirect_stdout(nowhere),
+                contextlib.redirect_stderr(nowhere),
+            ):
+                run(options)
+    except Exception:  # one that is not foreseen: the others would wait for this process, and it for them at its exit
+        traceback.print_exc()
+        sys.stderr.flush()
+        comm.Abort(1)
     # Once one process has ended with a fault mpirun kills the others, before the first has said what was wrong.
     ended = comm.Ibarrier()
     while not ended.Test():

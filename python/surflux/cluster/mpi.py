@@ -61,21 +61,25 @@ class Members:
     def exchange(self, name, mine):
         """[bytes of each process]."""
         lengths = self.meet(name, len(mine))
-        parts = [[] for _ in lengths]
         step = max(1, CHUNK // self.size)
+        parts = [bytearray(length) for length in lengths]
+        received = np.empty(sum(min(length, step) for length in lengths), np.uint8)
+        self.meet(f"{name}: memory")  # whoever lacks it says so here, and not while others wait in MPI
         for begin in range(0, max(lengths), step):
             counts = [min(max(length - begin, 0), step) for length in lengths]
-            received = np.empty(sum(counts), np.uint8)
             sent = np.frombuffer(mine, np.uint8, counts[self.rank], min(begin, len(mine)))
-            self._comm.Allgatherv(sent, [received, counts])
-            for part, piece in zip(parts, np.split(received, np.cumsum(counts)[:-1]), strict=True):
-                part.append(piece)
-        return [b"".join(pieces) for pieces in parts]
+            self._comm.Allgatherv(sent, [received[: sum(counts)], counts])
+            for part, count, end in zip(parts, counts, np.cumsum(counts), strict=True):
+                part[begin : begin + count] = received[end - count : end].data
+        for rank, part in enumerate(parts):
+            parts[rank] = bytes(part)  # one after another, so that few are there twice
+        return parts
 
     def from_first(self, name, parts):
         """The parts of an exchange that process 0 knows, in all processes; the others give None."""
         lengths = self.meet(name, None if parts is None else [len(part) for part in parts])[0]
         whole = np.frombuffer(b"".join(parts), np.uint8) if self.rank == 0 else np.empty(sum(lengths), np.uint8)
+        self.meet(f"{name}: memory")
         for begin in range(0, len(whole), CHUNK):
             self._comm.Bcast(whole[begin : begin + CHUNK])
         return [piece.tobytes() for piece in np.split(whole, np.cumsum(lengths)[:-1])]

@@ -63,12 +63,20 @@ class TileScene:
 
 
 def _cleaned(survey, columns):
-    """((n,) the first point at each one's place, (n,) booleans: left out)."""
-    points = columns["points"]
-    first = first_of_each(points, columns.get("normals"))
-    alone = standing_alone(points) if survey.strays else np.zeros(len(points), bool)
+    """((n,) the first point at each one's place, (n,) booleans: left out).
+
+    Withheld points take no part: tiles with buffers hold copies of their neighbours' points, which must not count in
+    place of these.
+    """
+    points, normals = columns["points"], columns.get("normals")
+    first, alone = np.arange(len(points)), np.zeros(len(points), bool)
     if not survey.options.keep_outliers and "withheld" in columns:
-        alone |= columns["withheld"] == 1
+        alone = columns["withheld"] == 1
+    taken = np.flatnonzero(~alone)
+    if len(taken):
+        first[taken] = taken[first_of_each(points[taken], None if normals is None else normals[taken])]
+        if survey.strays:
+            alone[taken] = standing_alone(points[taken])
     return first, alone
 
 

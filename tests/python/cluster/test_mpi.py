@@ -44,6 +44,7 @@ def require_faults(told):
         "no scene": (1, "ValueError: scene: wanted a Scene, got NoneType"),
         "cancelled": (1, "Cancelled: "),
         "damaged": (0, "FileError: "),
+        "memory": (1, "MemoryError: there is no room"),
     }
     for name, (rank, wanted) in others.items():
         texts = told.pop(name)
@@ -119,3 +120,29 @@ def test_the_command_ends_where_another_process_cannot_read(tmp_path):
     assert done.returncode == 1
     (said,) = [line for line in done.stderr.splitlines() if "error:" in line]
     assert said.startswith("surflux: error: process 1 of 2 has failed: FileError: room.toml: ")
+
+
+UNFORESEEN = """
+import sys
+from surflux.cli import commands
+
+def solve(options):
+    raise ZeroDivisionError("nobody foresaw it")
+
+if "1" not in sys.argv[1:2]:
+    commands.RUNS["solve"] = solve
+sys.exit(commands.main(["solve", "room.toml", "--no-image", "--mpi"]))
+"""
+
+
+@pytest.mark.slow
+@needs_mpi
+@pytest.mark.parametrize("sound", [0, 1])
+def test_a_fault_that_nobody_foresaw_ends_all_processes(tmp_path, sound):
+    """In the other process, too, which speaks of nothing else."""
+    (tmp_path / "room.toml").write_text(SCENE)
+    (tmp_path / "program.py").write_text(UNFORESEEN)
+    each = [("program.py", "1" if rank == sound else "0") for rank in (0, 1)]
+    done = mpirun(1, *each[0], ":", "-n", "1", sys.executable, *each[1], cwd=tmp_path, timeout=60.0)
+    assert done.returncode != 0
+    assert "nobody foresaw it" in done.stderr

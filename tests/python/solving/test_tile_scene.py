@@ -1,0 +1,31 @@
+"""What counts of the points of a tile and its neighbours."""
+
+import numpy as np
+
+import surflux as sf
+from small_tiles import survey_of, waves
+from surflux.solving.tile_scene import TileScene
+
+
+def test_withheld_copies_of_a_neighbours_points_do_not_take_their_place(tmp_path):
+    """Tiles with a buffer, as programs for LiDAR cut them: 5 m of the neighbour's points again, withheld."""
+    points = np.round(waves()[0], 2)
+    left = points[:, 0] < 40.0
+    near = np.abs(points[:, 0] - 40.0) < 5.0
+    surfels = {}
+    for name, buffer in (("plain", False), ("buffered", True)):
+        paths = []
+        for k, own in enumerate((left, ~left)):
+            rows = np.concatenate([np.flatnonzero(own), np.flatnonzero(~own & near & buffer)])
+            withheld = np.repeat([0, 1], [own.sum(), len(rows) - own.sum()]).astype(np.uint8)
+            paths.append(tmp_path / f"{name}{k}.laz")
+            sf.Scan(points[rows], attributes={"withheld": withheld}).save(paths[-1])
+        survey = survey_of(paths)
+        scene = TileScene(survey, 0)
+        survey.far.close()
+        surfels[name] = scene.surfels.points[np.lexsort(scene.surfels.points.T)]
+        assert np.array_equal(scene.alone, np.arange(len(scene.alone)) >= left.sum())
+        assert np.all(scene.of_row[scene.alone] == -1)
+    at_border = [np.count_nonzero(np.abs(at[:, 0] - 42.5) < 2.495) for at in surfels.values()]
+    assert at_border[0] > 200
+    assert at_border[0] == at_border[1]
