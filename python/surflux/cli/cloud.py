@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from surflux import _core
+from surflux._base import check
 from surflux._base.color import tone_mapped_bytes
 from surflux._base.passes import LOG, watched
 from surflux.cli.pictures import camera_of
@@ -16,6 +17,7 @@ from surflux.points.exposure import exposed_by, exposure_of_colors
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.seen_from import layer_of, up_of_frame
+from surflux.points.standing import stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
@@ -75,6 +77,13 @@ class Cloud:
         self._row = rows
         self.of_row, self._whole_of_row = numbers_of_rows(rows, first), numbers_of_rows(used, first)
 
+    def counted(self):
+        """How many points have light, in words."""
+        left = int(np.count_nonzero(self.alone))
+        return f"{check.counted(len(self.scan), 'point')}, as read, with their light" + (
+            f" but for {left} left out" if left else ""
+        )
+
     def save(self, path, solution, albedo=False, up=None):
         """Writes all points of the file in their order, with the light that was found.
 
@@ -130,8 +139,14 @@ def exposed(surfels):
 
 
 def camera_of_cloud(options, surfels):
-    """The camera of the picture; what is up, where nobody says it, is that of a depth camera, or z."""
-    if options.up is None and options.eye is None and layer_of(surfels.points) == "frame":
+    """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z."""
+    kind = layer_of(surfels.points) if options.up is None else None
+    if options.up is None and kind is None and stands_along_y(surfels):
+        options.up = (0.0, 1.0, 0.0)
+        LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
+    elif options.up is None and kind != "frame":
+        LOG.info("z is taken for up (--up 0,1,0 for y)")
+    if options.up is None and options.eye is None and kind == "frame":
         options.up = up_of_frame(surfels.points)
         LOG.info(
             "the picture has %s for up, as the frame of a depth camera has (--up)", "y" if options.up[1] > 0 else "-y"

@@ -164,7 +164,7 @@ def _solve(options):
     if options.tiles:
         return _told(options, *tiles.run(options))
     output = output_of(options)
-    images = [] if options.no_image else options.image or [_default_image(output)]
+    images = [] if options.no_image else options.image or [output.with_suffix(".png")]
     require_place(output)
     check_images(images)
     scene, cloud = _scene_to_solve(options)
@@ -218,7 +218,7 @@ def _solve(options):
     if cloud is None:
         print(f"solved surfels: {output}")
     else:
-        print(f"{check.counted(len(cloud.scan), 'point')}, as read, with their light: {output}")
+        print(f"{cloud.counted()}: {output}")
     if options.solution:
         print(f"solved surfels: {options.solution}")
     for image in images:
@@ -297,7 +297,8 @@ def _doctor(options):
 
 
 def _render(options):
-    images = options.image or ([] if options.gaussians else [_default_image(Path(options.input))])
+    of_solve = Path(options.input).with_suffix(".png")  # which stays
+    images = options.image or ([] if options.gaussians else [of_solve.with_stem(f"{of_solve.stem}_render")])
     if options.gaussians:
         check_gaussians(options.gaussians)
     if options.turntable is None:
@@ -326,10 +327,6 @@ def _render(options):
     for image in images:
         print(f"picture: {image}")
     return 0
-
-
-def _default_image(output):
-    return output.with_suffix(".png")
 
 
 def _relight(options):

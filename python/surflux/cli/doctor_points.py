@@ -182,6 +182,7 @@ def _solved(options, scan, facts, limit, solve_options):
             "reflectance_of": _material(scan, grey, by_intensity),
             "radius": float(np.median(surfels.radii)),
             "camera": camera.to_dict(),
+            "up": given.up or (0.0, 0.0, 1.0),
             "light": given.light,
         },
         "next": _next(options, given, facts["faces"]),
@@ -290,12 +291,14 @@ def _solve_lines(f, solve):
         return [f"`surflux solve` refuses it: {solve['refused']}"]
     eye, target = np.array(solve["camera"]["eye"]), np.array(solve["camera"]["target"])
     back = (eye - target) / np.linalg.norm(eye - target)
-    up = np.degrees(np.arcsin(np.clip(back[2], -1.0, 1.0)))
+    up = np.degrees(np.arcsin(np.clip(back @ solve["up"], -1.0, 1.0)))
+    axis = int(np.argmax(np.abs(solve["up"])))
+    up_axis = ("-" if solve["up"][axis] < 0 else "") + "xyz"[axis]
     place = ", ".join(f"{v:.9g}" for v in np.round(eye, 4 - int(np.floor(np.log10(f["extent"] or 1.0)))))
     grey = ", ".join(f"{v:.2f}" for v in solve["reflectance"])
     thinned = f" (thinned from {f['points']})" if f["sampled"] is not None else ""
     patches = f", {solve['patches']} of them patches" if solve["patches"] else ""
-    above = f"{abs(up):.0f} degrees {'above' if up >= 0 else 'below'}, z up"
+    above = f"{abs(up):.0f} degrees {'above' if up >= 0 else 'below'}, {up_axis} up"
     lines = [
         f"`surflux solve` takes {check.counted(solve['surfels'], 'surfel')}{thinned}{patches}, "
         f"median radius {solve['radius']:.4g}",

@@ -1,6 +1,7 @@
 """What the commands of `surflux` take."""
 
 import argparse
+import difflib
 import re
 
 import surflux as sf
@@ -22,9 +23,33 @@ def vectors_joined(arguments):
     return out
 
 
+class _Parser(argparse.ArgumentParser):
+    """One that says what is wrong in a line, and which option may have been meant."""
+
+    def parse_args(self, args=None, namespace=None):
+        options, left = self.parse_known_args(args, namespace)
+        if left:
+            parser = self._commands.choices.get(getattr(options, "command", None), self) if self._commands else self
+            known = [name for action in parser._actions for name in action.option_strings]
+            near = difflib.get_close_matches(left[0].split("=")[0], known, 1)
+            parser.error(f"unrecognized arguments: {' '.join(left)}{f'; did you mean {near[0]}?' if near else ''}")
+        return options
+
+    _commands = None
+
+    def add_subparsers(self, **given):
+        self._commands = super().add_subparsers(**given)
+        return self._commands
+
+    def error(self, message):
+        if self._commands and message.endswith("COMMAND"):
+            message += f", of {', '.join(self._commands.choices)}"
+        self.exit(2, f"{self.prog}: error: {message} ({self.prog} --help says more)\n")
+
+
 def command_line(runs, cloud_limit):
     """The parser of all commands; `runs` says by name which function runs one: it becomes `run` of the options."""
-    parser = argparse.ArgumentParser(prog="surflux", description="Diffuse global illumination directly on points.")
+    parser = _Parser(prog="surflux", description="Diffuse global illumination directly on points.")
     parser.add_argument("--version", action="version", version=f"surflux {sf.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 

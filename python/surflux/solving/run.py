@@ -151,7 +151,8 @@ def _warn_of_lost_light(result, converges):
         share = figures["power_into_backs"] / figures["power_in"]
         warn(
             f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
-            "clouds that lie back to back (surflux check tells which faces point inwards)"
+            "clouds that lie back to back (surflux check tells which faces point inwards); or points are so noisy that "
+            "disks stand out of the surface, which fewer points help against (--points, thinned)"
         )
     if not converges:  # of some bounces alone it is known that the others are missing
         return

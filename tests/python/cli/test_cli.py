@@ -49,8 +49,9 @@ def test_render_looks_from_the_camera_of_the_scene_or_from_elsewhere(here, run):
     turned = ("--eye", "0.5,0.5,4", "--target", "0.5,0.5,0", "--up", "0,1,0", "--fov", 20)
     status, out, _ = run("render", "a.ply", "--json", "--size", "80x60", *turned)
     assert status == 0
-    assert json.loads(out) == {"input": "a.ply", "images": ["a.png"]}
-    assert (pixels("a.png") != pixels("again.png")).any()
+    assert json.loads(out) == {"input": "a.ply", "images": ["a_render.png"]}  # a.png is of solve
+    assert (pixels("a_render.png") != pixels("again.png")).any()
+    assert (pixels("again.png") == pixels("a.png")).all()
 
 
 def test_up_alone_frames_the_cloud_anew_with_that_up(here, run):
@@ -301,7 +302,8 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "the following arguments are required: COMMAND"),
+        ([], "the following arguments are required: COMMAND, of solve, area, check, doctor, "),
+        (["solve", "room.toml", "--ligth=sun"], "unrecognized arguments: --ligth=sun; did you mean --light?"),
         (["paint"], "invalid choice: 'paint'"),
         (["solve"], "the following arguments are required: SCENE|CLOUD"),
         (["solve", "a.toml", "--size", "800"], "wanted WIDTHxHEIGHT, such as 800x600, got '800'"),
