@@ -10,6 +10,7 @@
 #include "surflux/neighbors/point_index.h"
 #include "surflux/neighbors/radii.h"
 #include "surflux/neighbors/sample_elimination.h"
+#include "surflux/neighbors/strays.h"
 #include "surflux/scene/sample_triangles.h"
 #include "surflux/scene/surfels.h"
 
@@ -41,6 +42,13 @@ void bind_neighbors(py::module_& module) {
                 .reshape({static_cast<py::ssize_t>(p.size()), static_cast<py::ssize_t>(count)});
         },
         py::arg("points"), py::arg("count"));
+    module.def(
+        "find_strays",
+        [](const Doubles& places) {
+            const std::vector<Vec3> p = to_vec3s(places, "places");
+            return to_array(without_gil([&] { return find_strays(p); }));
+        },
+        py::arg("places"));
     module.def(
         "morton_order",
         [](const Doubles& points) {

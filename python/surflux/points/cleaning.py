@@ -1,4 +1,4 @@
-"""Points of a scan that are not of its surface: repeated ones, and those that stand alone."""
+"""Points of a scan that are not of its surface: repeated ones, and strays."""
 
 import numpy as np
 
@@ -6,8 +6,6 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import LOG
 
-_NEIGHBORS = 8
-_ALONE = 4.0  # times the distance that is usual around
 MOST_ALONE = 0.01  # of all points: where more stand alone, the sampling is uneven, and none of them strays
 _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], dtype=np.uint64)
 
@@ -96,11 +94,9 @@ def _lead(points):
 
 
 def isolated(points):
-    """(n,) booleans: points that stand alone, four times as far from their eighth neighbour as these are from theirs.
+    """(n,) booleans: points that stand alone, or float with few others, four times as far from all else as is usual.
 
-    After the local outlier factor (Breunig and others 2000), by medians: a scan may thin out with distance, and what is
-    sparse all around is not alone. Places count once. None where more than a hundredth of all would: such a cloud is
-    sampled unevenly.
+    Places count once. None where more than a hundredth of all would: such a cloud is sampled unevenly.
     """
     found = standing_alone(points)
     return found if some_stray(np.count_nonzero(found), len(points)) else np.zeros(len(points), dtype=bool)
@@ -113,14 +109,8 @@ def some_stray(alone, count):
 
 def standing_alone(points):
     """The same however many these are."""
-    found = np.zeros(len(points), dtype=bool)
     first = first_of_each(points)
     places = np.flatnonzero(first == np.arange(len(points)))
-    if len(places) <= 4 * _NEIGHBORS:
-        return found
-    at = points[places]
-    neighbors = np.asarray(_core.nearest_points(at, _NEIGHBORS + 1)).astype(np.int64)
-    reach = np.linalg.norm(at[neighbors[:, -1]] - at, axis=1)
-    middle = np.sort(reach[neighbors[:, 1:]], axis=1)[:, _NEIGHBORS // 2 - 1 : _NEIGHBORS // 2 + 1]
-    found[places] = reach > _ALONE * middle.mean(axis=1)  # the median
+    found = np.zeros(len(points), dtype=bool)
+    found[places] = _core.find_strays(points[places])
     return found[first]

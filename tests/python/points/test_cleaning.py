@@ -1,6 +1,7 @@
 """Points that are not of the surface: repeats, and what stands alone."""
 
 import numpy as np
+import pytest
 
 import surflux as sf
 from surflux.points.cleaning import cleaned, first_of_each, isolated, known_classes
@@ -43,6 +44,29 @@ def test_what_stands_alone_is_found_at_any_density():
         found = isolated(np.concatenate([points, alone]))
         assert found[-2:].all()
         assert found[:-2].mean() < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("clump", "strays"), [(1, True), (5, True), (8, True), (15, True), (16, False), (60, False)])
+def test_clumps_too_small_for_a_surface_float(clump, strays, seed):
+    """As dense as the square that they float over. A wire beside it is none, nor is the edge of the square."""
+    rng = np.random.default_rng(seed)
+    points = square(10_000, seed)
+    floating = rng.normal([0.5, 0.5, 0.6], 0.01, (clump, 3))
+    wire = np.column_stack([np.linspace(0, 1, 200), np.full(200, 1.5), np.full(200, 0.4)])
+    found = isolated(np.concatenate([points, wire, floating]))
+    assert found[-clump:].all() == strays
+    assert found[-clump:].any() == strays
+    assert not found[len(points) : -clump].any()
+    assert found[: len(points)].mean() < 1e-3
+
+
+@pytest.mark.scans
+def test_no_disk_of_a_thinned_scan_reaches_into_the_air(scans):
+    """Clumps of leaves that thinning left two or three points of had disks as large as the lion's head."""
+    scan = sf.read_scan(scans / "statues/lion_takanawa_342k_surfels.ply", points=50_000)
+    radii = scan[cleaned(scan)[0]].surfels().radii
+    assert radii.max() < 12.5 * np.median(radii)
 
 
 def test_uneven_sampling_is_not_cleaned():
