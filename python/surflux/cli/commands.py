@@ -15,7 +15,6 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking, tiles
 from surflux.cli.cloud import (
-    BEHIND,
     CLOUD_LIMIT,
     Cloud,
     camera_of_cloud,
@@ -30,6 +29,7 @@ from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.options import command_line, vectors_joined
 from surflux.cli.pictures import (
     animations,
+    background_of,
     camera_of,
     check_gaussians,
     check_images,
@@ -43,7 +43,7 @@ from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
-from surflux.scenes.studio import ground
+from surflux.scenes.studio import BACKDROP, ground
 from surflux.solutions.solution_file import holds_solution
 
 
@@ -184,8 +184,7 @@ def _solve(options):
         cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
         solution.save(options.solution)
-    backdrop = 0.0 if _is_scene(options.input) else BEHIND[options.light]
-    behind = backdrop if options.background is None else options.background
+    behind = background_of(options, BACKDROP if options.light == "studio" else True)
     undrawn = draw_if_possible(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
@@ -310,7 +309,7 @@ def _render(options):
     solution = sf.load_solution(options.input)
     camera = camera_of(options, solution.surfels, solution.camera)
     settings = {"samples": options.samples, "culling": not options.both_sides, "threads": options.threads}
-    background = options.background or 0.0
+    background = background_of(options)
     if options.gaussians:
         write_gaussians(solution, options)
     if options.turntable is None:
