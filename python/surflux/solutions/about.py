@@ -49,5 +49,5 @@ def environments_of(about, pixels):
             if min(height, width) < 1 or pixels is None or len(pixels) < end:
                 raise ValueError(f"wanted an image of {width} x {height} pixels in its element {PIXELS!r}")
             light, begin = pixels[begin:end].reshape(height, width, 3), end
-        found.append(Environment(light, values["up"], values["azimuth"]))
+        found.append(Environment._of_pixels(np.asarray(light), values["up"], values["azimuth"]))
     return found

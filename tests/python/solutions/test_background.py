@@ -1,6 +1,7 @@
 """What is seen behind: colours, and Environments in the directions in which a camera looks."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import surflux as sf
 from surflux.geometry.rotation import rotation_about
 from surflux.solutions.painting import Painter
+from surflux.solving.turning_light import TurningLight
 
 # Seven rows and twelve columns of other colours each: no symmetry that a picture could be mistaken by.
 IMAGE = np.random.default_rng(5).uniform(0.1, 2.0, (7, 12, 3)).astype(np.float32)
@@ -163,7 +165,7 @@ def test_alpha_says_where_anything_is(solved):
 
 def test_what_is_drawn_from_a_basis_has_the_same_sky():
     before, with_sky = (
-        sf.solve_meshless(ball(SKIES[1]), levels=2).render(CAMERA, SIZE, background=behind, layers=BLENDED)
+        sf.solve_meshless(ball(SKIES[1]), levels=1, rays=32).render(CAMERA, SIZE, background=behind, layers=BLENDED)
         for behind in (0.0, True)
     )
     expect_the_sky_behind(before, with_sky, SKIES[1], 2)
@@ -224,3 +226,43 @@ def test_a_sky_of_sun_and_clouds_is_behind():
 def test_what_is_no_background_is_refused(solved, background):
     with pytest.raises(ValueError, match=r"^background: "):
         solved.render(background=background)
+
+
+@pytest.fixture(scope="module")
+def distant():
+    disk = sf.Surfels([[0, 0, -1]], normals=[[0, 0, -1]], radii=0.1, reflectance=0.5)
+    return sf.precompute_transfer(sf.Scene([disk]), "distant")
+
+
+@pytest.mark.parametrize("sky", SKIES, ids=str)
+def test_a_sky_that_turns_is_behind_what_it_lights(distant, sky):
+    """With its light a camera turns, and sees the same; the other way round, about its up, so does its image."""
+    turn = rotation_about(np.array([0.2, 1.0, 0.4]), 1.1)
+    forward, up = np.array([1.0, 0.2, -0.5]), np.array([0.1, 0.2, 1.0])
+
+    def seen(solution, by):
+        return solution.render(sf.Camera([0, 0, 0], by @ forward, by @ up, fov=100), (60, 40), background=True)
+
+    wanted = seen(distant.relight(sky), np.eye(3))
+    found = seen(distant.relight(sky, rotation=turn), turn)
+    assert (np.abs(found - wanted).max(axis=2) < 1e-6).mean() > 0.98  # all but those on a border of the image
+    wanted = seen(distant.relight(replace(sky, azimuth=sky.azimuth + 25.0)), np.eye(3))
+    light = TurningLight(distant, sky)
+    for found in (light.relight(25.0), light.diffuse(25.0)):
+        assert (np.abs(seen(found, np.eye(3)) - wanted).max(axis=2) < 1e-6).mean() > 0.98
+
+
+def test_harmonics_and_skies_of_transfer_are_behind_what_they_light(distant):
+    light, camera = (
+        np.random.default_rng(1).normal(size=9) + np.eye(9)[0] * 9,
+        sf.Camera([0, 0, 0], [1, 1, 0.3], fov=90),
+    )
+    picture = distant.relight(light).render(camera, (40, 30), background=True, samples=1)
+    wanted = sf.spherical_harmonics(rays(camera, 40, 30).reshape(-1, 3), 3) @ light
+    # Half of a pixel's diagonal, pi/256, times the slope: bands up to 2 turn their sign in no less than pi/4.
+    np.testing.assert_allclose(picture[..., 0].ravel(), wanted, atol=np.pi / 256 * 1.5 * np.abs(light).sum())
+    transfer = sf.precompute_transfer(distant.scene, "sky")
+    for sky in (SKIES[1], sf.Sky.from_sun(30.0, 180.0, direct_normal=700.0, diffuse=100.0)):
+        found = transfer.relight(sky).render(camera, (8, 6), background=True)
+        wanted = beneath(sky).render(camera, (8, 6), background=True)
+        np.testing.assert_array_equal(found, wanted)
