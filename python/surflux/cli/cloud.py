@@ -19,7 +19,7 @@ from surflux.points.seen_from import layer_of, up_of_frame
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
-from surflux.scenes.studio import daylight, studio
+from surflux.scenes.studio import BACKDROP, daylight, studio
 from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
@@ -156,6 +156,14 @@ def lights_of_cloud(options, surfels, camera):
         LOG.info("the light, z up and y north: %r", day)
         return [day]
     return studio(surfels, camera)
+
+
+def backdrop(options, solution):
+    """What is seen behind, as write_layers takes it: of a studio a grey, whose sky only fills in shadows."""
+    if options.light != "studio":
+        return True
+    solution._environments.clear()
+    return BACKDROP
 
 
 def output_of(options):

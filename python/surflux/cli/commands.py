@@ -17,6 +17,7 @@ from surflux.cli import areas, checking, tiles
 from surflux.cli.cloud import (
     CLOUD_LIMIT,
     Cloud,
+    backdrop,
     camera_of_cloud,
     is_cloud,
     lights_of_cloud,
@@ -43,7 +44,7 @@ from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
-from surflux.scenes.studio import BACKDROP, ground
+from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
 
 
@@ -178,13 +179,13 @@ def _solve(options):
     solution = solver(scene, **settings, progress=True)
     if not is_first(options):
         return 0
+    behind = background_of(options, backdrop(options, solution))
     if cloud is None:
         solution.save(output)
     else:
         cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
         solution.save(options.solution)
-    behind = background_of(options, BACKDROP if options.light == "studio" else True)
     undrawn = draw_if_possible(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
