@@ -3,8 +3,9 @@
 import numpy as np
 
 from surflux import _core
+from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
-from surflux.solutions.rendering import FOOTPRINT, View, blended_groups, drawn_surfels, layer_names, picture
+from surflux.solutions.rendering import FOOTPRINT, View, drawn_surfels, layer_names, picture
 
 _FLAT_LAYERS = {"radiance", "direct", "indirect", "albedo", "alpha"}
 _MOST_PIXELS = 1 << 21  # of a picture as a matrix: some 200 bytes each

@@ -16,6 +16,7 @@ from surflux.pictures.framing import own_or_framing
 from surflux.scenes.lights import Environment
 from surflux.solutions.background import add_background, environments_behind
 from surflux.solutions.basis_rendering import basis_layers
+from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
 from surflux.solutions.towards import glossy, towards_eye
@@ -80,12 +81,6 @@ def layer_names(layers, known=LAYERS):
             check.choice("layers", name, known)
         return tuple(layers)
     return known if check.flag("layers", layers) else ("radiance",)
-
-
-def blended_groups(solution, dark=None):
-    """(n,) which surfels blend: those of one object; what is dark, as the floor below a plinth is, by itself."""
-    dark = (solution.radiosity == 0).all(axis=1) if dark is None else dark
-    return (2 * solution.objects + dark).astype(np.int32)
 
 
 def picture(solution, view, names, progress, groups=None, flat=None):
