@@ -256,9 +256,9 @@ class Solution:
         Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
         disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
         elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
-        Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, and not across creases. A meshless solution that is not from
-        a file is drawn from its basis, which every subpixel evaluates at what it sees (L07 section 6.2); what is not
-        in the basis (see `indirect_only`) is blended from the surfels.
+        Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, and not across creases.
+        A meshless solution that is not from a file is drawn from its basis, which every subpixel evaluates at what it
+        sees (L07 section 6.2); what is not in the basis (see `indirect_only`) is blended from the surfels.
 
         Args:
             camera: Camera; None for the scene's own, or one that has all surfels in view.
