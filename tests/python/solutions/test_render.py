@@ -56,6 +56,11 @@ def test_refusals_are_value_errors_by_name():
         render(disk(), [[1.0] * 3], samples=0)
 
 
+def test_an_environment_image_wants_what_is_covered():
+    with pytest.raises(ValueError, match=r"^coverage: wanted shape \(h, w\)"):
+        _core.environment_image([], CAMERA, np.zeros(4), 1)
+
+
 def test_the_device_is_described():
     info = _core.gl_info()
     assert set(info) == {"api", "vendor", "renderer", "version"}
