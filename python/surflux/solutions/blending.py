@@ -2,6 +2,7 @@
 
 import numpy as np
 
+ALIKE = 1e-6  # reflectance, and emission over the largest: what was inserted has means of its own, in files 7 digits
 PATCHES_OF_A_MATERIAL = 8  # on average, from which on its borders are drawn sharp
 
 
@@ -21,7 +22,8 @@ def blended_groups(solution, dark=None):
     is_patch = np.zeros(len(groups), bool)
     is_patch[surfels.triangle_surfel] = True
     patches = np.flatnonzero(is_patch)
-    material = _numbered(np.column_stack([surfels.reflectance[patches], surfels.emission[patches]]))
+    shining = surfels.emission[patches] / surfels.emission.max(initial=np.finfo(float).tiny)
+    material = _numbered(np.column_stack([surfels.reflectance[patches], shining]), ALIKE)
     if material.any():
         count, object_of = material.max() + 1, groups[patches] // 2
         materials = np.bincount(np.unique(object_of * count + material) // count)
@@ -32,11 +34,12 @@ def blended_groups(solution, dark=None):
     return groups.astype(np.int32)
 
 
-def _numbered(rows):
-    """(n,) a number of each row, the same of those alone that are equal."""
+def _numbered(rows, alike=0.0):
+    """(n,) a number of each row, from 0 on: the same of rows that no column parts by a step of more than `alike`."""
     numbers = np.zeros(len(rows), np.int64)
     for column in rows.T:
-        if len(column) and (column != column[0]).any():
-            values = np.unique(column, return_inverse=True)[1]
-            numbers = np.unique(numbers * (values.max() + 1) + values, return_inverse=True)[1]
+        if len(column) and np.ptp(column) > alike:
+            values, places = np.unique(column, return_inverse=True)
+            steps = np.append(0, np.cumsum(np.diff(values) > alike))[places]
+            numbers = np.unique(numbers * (steps.max() + 1) + steps, return_inverse=True)[1]
     return numbers

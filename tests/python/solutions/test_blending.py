@@ -93,6 +93,13 @@ def test_meshes_of_many_colours_and_disks_blend_as_a_whole():
     assert [np.count_nonzero(found == k) for k in np.unique(found[-144:])] in ([36, 108], [108, 36])
 
 
+def test_rounding_parts_nothing():
+    """What was inserted has means of the reflectance of what it stands for; a file has them in 7 digits."""
+    cells = 0.3 * (1 + np.random.default_rng(0).uniform(-1e-15, 1e-15, (CELLS**2, 1))) * np.ones(3)
+    one = wall(np.where(np.arange(CELLS**2)[:, None] < 40, cells, cells.astype(np.float32)))
+    assert set(groups_of([one.replace(emission=5 * one.reflectance)])) == {0}
+
+
 def test_what_is_dark_or_shines_is_by_itself():
     dark = np.arange(144) % 2 == 0
     white = (wall().reflectance[:, 0] == WHITE).astype(int)
