@@ -25,8 +25,10 @@ Environment turned() {
 TEST(EnvironmentImage, SkiesAddUpAndOtherLightsAreNotSeen) {
     const std::vector<float> open(12 * 9, 0.0f);
     const std::vector<float> image = environment_image({turned()}, aslant, 12, 9, 2, open);
-    const std::vector<float> both = environment_image(
-        {Environment{{0.25, 0.5, 4}}, PointLight{{6, 8, 6}, {1, 1, 1}}, turned()}, aslant, 12, 9, 2, open);
+    Environment plain;
+    plain.radiance = {0.25, 0.5, 4};
+    const std::vector<float> both =
+        environment_image({plain, PointLight{{6, 8, 6}, {1, 1, 1}}, turned()}, aslant, 12, 9, 2, open);
     for (std::size_t k = 0; k < image.size(); ++k)
         ASSERT_FLOAT_EQ(both[k], image[k] + (k % 3 == 0 ? 0.25f : k % 3 == 1 ? 0.5f : 4.0f));
 }
