@@ -1,9 +1,9 @@
 """`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md.
 
-Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep the
-machine busy, seconds of a file that is there stay, with their day and commit, and all else is measured. In a checkout the
-folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and tests/python/test_figures.py
-fails where a page quotes another number.
+Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
+the machine busy, seconds of a file that is there stay, with their day and commit, and all else is measured. In a
+checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and
+tests/python/test_figures.py fails where a page quotes another number.
 """
 
 import contextlib
