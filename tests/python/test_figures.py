@@ -82,7 +82,7 @@ def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, caps
     folder = tmp_path / "figures"
     assert commands.main(["bench", "--site", str(folder), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
-    assert "bench: other programs keep this machine busy (load 7.2): seconds are too long\n" in err
+    assert "bench: cases: other programs keep this machine busy (load 7.2)\n" in err
     for name, table in site.TABLES.items():
         found = json.loads((folder / f"{name}.json").read_text())
         assert found["command"] == table.command
@@ -91,6 +91,25 @@ def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, caps
         assert f"{found['date']}, commit {found['commit']}, " in out
     # The furnace is closed: B = E / (1 - rho) on every surfel.
     assert json.loads((folder / "cases.json").read_text())["rows"][0]["error"] < 1e-3
+
+
+def test_on_a_busy_machine_seconds_stay_those_of_a_quiet_one(capsys):
+    first = {
+        "date": "2026-01-02",
+        "commit": "abc",
+        "rows": [vars(cases.Row("room", 5, 1.25, 0.3, "own", {"solve": 1.0}))],
+    }
+    now = {"command": "surflux bench", "date": "2026-02-03", "commit": "def", "machine": {"threads": 2}}
+    rows = [vars(cases.Row(name, 6, 9.75, 0.2, "own", {"solve": 9.0})) for name in ("room", "hall")]
+    timed = site.TABLES["cases"].timed
+    found = site.with_seconds_of(first, now | {"rows": rows}, timed)
+    (row,) = found["rows"]
+    assert (row["surfels"], row["error"], row["seconds"], row["stages"]) == (6, 0.2, 1.25, {"solve": 1.0})
+    assert "bench: hall left out: its seconds were never measured on a quiet machine\n" in capsys.readouterr().err
+    told = "*`surflux bench`, 2026-02-03, commit def, 2 threads; seconds 2026-01-02, commit abc.*"
+    assert site.text("cases", found).endswith(told)
+    again = site.with_seconds_of(found, now | {"rows": rows}, timed)
+    assert again["seconds"] == {"date": "2026-01-02", "commit": "abc"}
 
 
 def test_outside_of_a_checkout_the_version_takes_the_place_of_the_commit(monkeypatch, tmp_path):

@@ -2,9 +2,9 @@
 
 python tests/support/quoted_figures.py    writes the tables in README.md and python/guide/*.md anew
 
-A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`, and is NAME.md. A number in a sentence has
-its place in NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first column, a column that may
-be stages.NAME. Numbers before a % are hundredths, unless the column is in per cent; signs are left to the sentence.
+A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`. A number in a sentence has its place in
+NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first column, a column that may be
+stages.NAME. Numbers before a % are hundredths, unless the column is in per cent; signs are left to the sentence.
 """
 
 import json

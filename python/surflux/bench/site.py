@@ -1,8 +1,9 @@
 """`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md.
 
-Beside the rows stand the command that gives them alone, the day, the commit and the machine. In a checkout the folder is
-data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and tests/python/test_figures.py
-fails where a page quotes another number.
+Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
+the machine busy, seconds of a file that is there stay, with their day and commit, and all else is measured. In a
+checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and
+tests/python/test_figures.py fails where a page quotes another number.
 """
 
 import contextlib
@@ -27,6 +28,7 @@ class Table:
     command: str
     measure: object
     text: object
+    timed: tuple = ()  # columns that are seconds
 
 
 def _cases(repeats, threads):
@@ -34,7 +36,12 @@ def _cases(repeats, threads):
 
 
 TABLES = {
-    "cases": Table("surflux bench", _cases, lambda rows: cases.table([cases.Row(**row) for row in rows])),
+    "cases": Table(
+        "surflux bench",
+        _cases,
+        lambda rows: cases.table([cases.Row(**row) for row in rows]),
+        timed=("seconds", "stages", "repeats"),
+    ),
     "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
 }
 
@@ -43,28 +50,48 @@ def write(folder, repeats, threads):
     """Measures all tables and writes each when it is done; returns their Markdown, one below the other."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    if (load := os.getloadavg()[0]) > BUSY:
-        print(f"bench: other programs keep this machine busy (load {load:.1f}): seconds are too long", file=sys.stderr)
+    now = {"date": datetime.date.today().isoformat(), "commit": commit()}  # before files in the checkout change
     texts = []
     for name, table in TABLES.items():
-        found = {
-            "command": table.command,
-            "date": datetime.date.today().isoformat(),
-            "commit": commit(),
-            "machine": {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")},
-            "rows": table.measure(repeats, threads),
-        }
-        (folder / f"{name}.json").write_text(json.dumps(found, indent=1) + "\n")
+        path = folder / f"{name}.json"
+        load = os.getloadavg()[0]  # before anything is measured here
+        rows = table.measure(repeats, threads)
+        machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
+        found = {"command": table.command, **now, "machine": machine, "rows": rows}
+        if table.timed and load > BUSY:
+            print(f"bench: {name}: other programs keep this machine busy (load {load:.1f})", file=sys.stderr)
+            if path.exists():
+                found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
+        path.write_text(json.dumps(found, indent=1) + "\n")
         texts.append(text(name, found))
         (folder / f"{name}.md").write_text(texts[-1] + "\n")
     return "\n\n".join(texts)
 
 
+def with_seconds_of(old, found, timed):
+    """What was found, with the seconds of an older file; rows that it has not are left out, which is said."""
+    rows = {next(iter(row.values())): row for row in old["rows"]}
+    kept = []
+    for row in found["rows"]:
+        name = next(iter(row.values()))
+        if name in rows:
+            kept.append(row | {column: rows[name][column] for column in timed})
+        else:
+            print(f"bench: {name} left out: its seconds were never measured on a quiet machine", file=sys.stderr)
+    seconds = old.get("seconds", {key: old[key] for key in ("date", "commit")})
+    return found | {"seconds": seconds, "rows": kept}
+
+
 def text(name, found):
     """A table as pages have it: Markdown, and below it how, when and of which commit it was measured."""
-    date, command, threads = found["date"], found["command"], found["machine"]["threads"]
-    below = f"*`{command}`, {date}, commit {found['commit']}, {threads} threads.*"
-    return f"{TABLES[name].text(found['rows'])}\n\n{below}"
+    below = f"`{found['command']}`, {_when(found)}, {found['machine']['threads']} threads"
+    if "seconds" in found:
+        below += f"; seconds {_when(found['seconds'])}"
+    return f"{TABLES[name].text(found['rows'])}\n\n*{below}.*"
+
+
+def _when(found):
+    return f"{found['date']}, commit {found['commit']}"
 
 
 def commit():
