@@ -9,7 +9,7 @@ import surflux as sf
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "python" / "guide" / "examples").glob("*.py"))
 FAST = ("effective_areas", "first_solve", "view_factors")
-MOST_LINES = 30
+MOST_LINES = 29
 
 
 def test_there_is_a_gallery():
@@ -22,7 +22,7 @@ def test_an_example_is_short(example):
     lines = example.read_text().splitlines()
     assert lines[0] == '"""'
     assert lines[2] == "=" * len(lines[1])
-    assert len(lines) < MOST_LINES
+    assert len(lines) <= MOST_LINES
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import threading
 import uuid
 from collections import Counter
+from contextlib import suppress
 from time import monotonic, sleep
 
 from surflux import _core
@@ -168,7 +169,8 @@ class Job:
 
     def _end(self):
         self._asked.clear()
-        self._client.run(dask_member.end, self._name, on_error="ignore")
+        with suppress(OSError):  # of what ended the call more is known than that nobody answers now
+            self._client.run(dask_member.end, self._name, on_error="ignore")
 
 
 class MemoryLog:

@@ -87,7 +87,7 @@ class Member:
 def begin(job, rank, size, known, program, scene, arguments):
     """Starts process `rank` of a job, which is given the first `known` exchanges without having a part in them.
 
-    scene: what scene_arrays gives; the core's scene is made of it once for all processes in a worker.
+    scene: what scene_arrays gives; the core's scene is made of it, in one process of a worker after the other.
     """
     from distributed import get_worker
 

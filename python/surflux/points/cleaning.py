@@ -17,8 +17,12 @@ def cleaned(scan, keep_outliers=False, say=True):
     a LAS file withholds, but with keep_outliers, where nothing is left out. What is left out is logged, if `say`.
     """
     count = len(scan)
-    first = first_of_each(scan.points, scan.normals)
-    alone = np.zeros(count, dtype=bool) if keep_outliers else isolated(scan.points)
+    withheld = np.asarray(scan.attributes.get("withheld", np.zeros(count))) == 1
+    withheld &= not keep_outliers
+    taken = np.flatnonzero(~withheld)
+    first, alone = first_among(taken, scan.points, scan.normals), np.zeros(count, dtype=bool)
+    if not keep_outliers:
+        alone[taken] = isolated(scan.points[taken])
     own = first == np.arange(count)
     if say and not np.all(own):
         repeats = check.counted(int(np.count_nonzero(~own)), "point")
@@ -26,13 +30,22 @@ def cleaned(scan, keep_outliers=False, say=True):
     if say and np.any(alone):
         many = check.counted(int(np.count_nonzero(alone)), "point")
         LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
-    withheld = np.asarray(scan.attributes.get("withheld", np.zeros(count))) == 1
-    if np.any(withheld) and not keep_outliers:
-        if say:
-            many = check.counted(int(np.count_nonzero(withheld)), "point")
-            LOG.info("withheld by their file, left out: %s of %d (--keep-outliers keeps them)", many, count)
-        alone = alone | withheld
+    if say and np.any(withheld):
+        many = check.counted(int(np.count_nonzero(withheld)), "point")
+        LOG.info("withheld by their file, left out: %s of %d (--keep-outliers keeps them)", many, count)
+    alone |= withheld
     return np.flatnonzero(own & ~alone), first, alone
+
+
+def first_among(taken, points, normals=None):
+    """(n,) first_of_each among the rows `taken`, ascending, of (n, 3) points; the others are their own.
+
+    So a point that is left out, as withheld ones are, does not stand for one at its place that is not.
+    """
+    first = np.arange(len(points))
+    if len(taken):
+        first[taken] = taken[first_of_each(points[taken], None if normals is None else normals[taken])]
+    return first
 
 
 def known_classes(path, classes):

@@ -7,7 +7,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.files import file_error
 from surflux.geometry.estimates import estimated_radii
-from surflux.points.cleaning import first_of_each, numbers_of_rows, standing_alone
+from surflux.points.cleaning import first_among, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
 from surflux.points.surfels import Surfels
 from surflux.scans.reading import read_columns
@@ -68,16 +68,13 @@ def _cleaned(survey, columns):
     Withheld points take no part: tiles with buffers hold copies of their neighbours' points, which must not count in
     place of these.
     """
-    points, normals = columns["points"], columns.get("normals")
-    first, alone = np.arange(len(points)), np.zeros(len(points), bool)
+    points, alone = columns["points"], np.zeros(len(columns["points"]), bool)
     if not survey.options.keep_outliers and "withheld" in columns:
         alone = columns["withheld"] == 1
     taken = np.flatnonzero(~alone)
-    if len(taken):
-        first[taken] = taken[first_of_each(points[taken], None if normals is None else normals[taken])]
-        if survey.strays:
-            alone[taken] = standing_alone(points[taken])
-    return first, alone
+    if survey.strays:
+        alone[taken] = standing_alone(points[taken])
+    return first_among(taken, points, columns.get("normals")), alone
 
 
 def _surfels_of(survey, path, columns):
@@ -85,7 +82,10 @@ def _surfels_of(survey, path, columns):
     attributes = {name: columns[name] for name in MATERIALS if name in columns}
     rho = survey.shades.reflectance(columns)
     scan = Scan(columns["points"], columns.get("normals"), rho, attributes, name=path)
-    found = scan.surfels(viewpoint=survey.viewpoint)
+    try:
+        found = scan.surfels(viewpoint=survey.viewpoint)
+    except ValueError as error:  # such as all points on a line
+        raise file_error(path, f"with its halo: {error}") from error
     return found.flipped() if survey.turned else found
 
 
@@ -96,7 +96,8 @@ def _with_far(survey, k, whole, kept):
     point, and stand high above all houses.
     """
     near = whole.points[kept], whole.normals[kept], whole.reflectance[kept], whole.emission[kept]
-    radii, far = estimated_radii(*near[:2]), survey.around(k)
+    radii = estimated_radii(*near[:2]) if len(kept) > 1 else np.full(len(kept), survey.cell or survey.spacing)
+    far = survey.around(k)
     if far is None:
         return _surfels(near, radii)
     parts = thinned_parts(survey, far)

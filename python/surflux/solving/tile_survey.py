@@ -186,8 +186,11 @@ def _with_normals(path, columns, viewpoint):
     bad = np.isnan(normals[:, 0])
     if np.any(bad) and len(points) < 3:
         raise file_error(path, f"has {check.counted(len(points), 'point')}; wanted at least 3, or normals")
-    if np.all(bad):
-        normals = np.array(estimated_normals(points, viewpoint))
-    elif np.any(bad):
-        normals, _ = with_estimated(points, normals, bad, viewpoint)
+    try:
+        if np.all(bad):
+            normals = np.array(estimated_normals(points, viewpoint))
+        elif np.any(bad):
+            normals, _ = with_estimated(points, normals, bad, viewpoint)
+    except ValueError as error:  # such as all points on a line
+        raise file_error(path, str(error)) from error
     return columns | {"normals": normals}

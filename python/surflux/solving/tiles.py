@@ -243,15 +243,21 @@ def _output_names(paths, folder):
         stem, suffix = os.path.splitext(os.path.basename(path))
         stem = stem[: -len(".copc")] if stem.lower().endswith(".copc") else stem
         names.append(stem + (suffix if suffix.lower() in (".las", ".laz") else ".laz"))
-    seen = {}
+    seen, inputs = {}, {_identity(path) for path in paths}
     for path, name in zip(paths, names, strict=True):
         if name in seen:
             raise ValueError(f"paths: {seen[name]!r} and {path!r} would both be written as {name!r}")
         seen[name] = path
         output = folder / name
-        if output.exists() and any(os.path.samefile(output, one) for one in paths):
+        if output.exists() and _identity(output) in inputs:
             raise ValueError(f"folder: {str(output)!r} is a tile itself; wanted another folder")
     return names
+
+
+def _identity(path):
+    """What is the same for all names of a file."""
+    found = os.stat(path)
+    return found.st_dev, found.st_ino
 
 
 def _checked_settings(options):

@@ -69,6 +69,16 @@ def test_no_disk_of_a_thinned_scan_reaches_into_the_air(scans):
     assert radii.max() < 12.5 * np.median(radii)
 
 
+def test_a_withheld_point_does_not_stand_for_another_at_its_place():
+    points = np.concatenate([square(1000, 2), square(1000, 2)[:5]])
+    scan = sf.Scan(points, attributes={"withheld": (np.arange(1005) < 5).astype(np.uint8)})
+    used, first, left_out = cleaned(scan)
+    assert used.tolist() == list(range(5, 1005))
+    assert np.flatnonzero(left_out).tolist() == [0, 1, 2, 3, 4]
+    assert np.array_equal(first, np.arange(1005))
+    assert cleaned(scan, keep_outliers=True)[0].tolist() == list(range(1000))
+
+
 def test_uneven_sampling_is_not_cleaned():
     """Of the corners of a mesh with few large faces, more than a hundredth are far from others."""
     points = np.concatenate([square(2000, 3), 5.0 * square(60, 4) + [2.0, 0.0, 0.0]])

@@ -1,9 +1,10 @@
 """What counts of the points of a tile and its neighbours."""
 
 import numpy as np
+import pytest
 
 import surflux as sf
-from small_tiles import survey_of, waves
+from small_tiles import saved, survey_of, waves
 from surflux.solving.tile_scene import TileScene
 
 
@@ -29,3 +30,12 @@ def test_withheld_copies_of_a_neighbours_points_do_not_take_their_place(tmp_path
     at_border = [np.count_nonzero(np.abs(at[:, 0] - 42.5) < 2.495) for at in surfels.values()]
     assert at_border[0] > 200
     assert at_border[0] == at_border[1]
+
+
+@pytest.mark.parametrize("count", [3, 1])
+def test_what_cannot_be_solved_of_a_tile_is_said_of_that_tile(tmp_path, count):
+    """Points on a line, that have no plane, and a tile far from all others."""
+    sf.Scan(np.column_stack([np.arange(count) + 500.0, np.zeros((count, 2))])).save(tmp_path / "2.laz")
+    paths = [*saved(tmp_path, waves()[0]), tmp_path / "2.laz"]
+    with pytest.raises(sf.FileError, match=r"2\.laz: (the points lie|normals: the points lie|has 1 point)"):
+        survey_of(paths)
