@@ -18,9 +18,8 @@ _REFUSED = {
     "thin": "; --points thins all tiles alike",
     "solution": "; each tile is written with its light alone",
     "ground": "",
-    **dict.fromkeys(
-        ("mpi", "cluster", "checkpoint"), "; tiles are solved by one process, and it goes on where it stopped"
-    ),
+    **dict.fromkeys(("mpi", "cluster"), "; tiles are solved by one process"),
+    "checkpoint": "; a run that was stopped goes on with the tile that it had not finished",
     "background": "; --image is a map, black where no point is",
     **dict.fromkeys(("size", "eye", "target", "up", "fov"), "; --image is a map from above, of all tiles"),
 }

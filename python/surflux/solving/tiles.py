@@ -207,7 +207,9 @@ def _solve_one(run, survey, k, lights, settings, white, strict):
     places = tile.scan.points[lit], tile.normals
     found = light_at_points(solution, tile.of_row[lit], *places, tile.reflectance, tile.emission)
     colors = None if white is None else display_bytes(found["radiosity"] / white)
-    columns = {} if white is None else {"reflectance": spread(tile.reflectance, lit, count)}
+    columns = {"left_out": tile.alone.astype(np.uint8)}  # also where none is, so that all tiles have the same columns
+    if white is not None:
+        columns["reflectance"] = spread(tile.reflectance, lit, count)
     save_lit(tile.scan, run.folder / run.names[k], found, lit, tile.normals, tile.alone, colors, columns)
     return {
         "points": count,

@@ -93,7 +93,7 @@ def test_options_reach_the_solver(tiles, run, monkeypatch):
         ("--tiles --fov 45", "--fov: does not go with --tiles"),
         ("--tiles --solver meshless", "--solver: wanted radiosity with --tiles"),
         ("--tiles --light studio", "--light: wanted sun or sky with --tiles"),
-        ("--tiles --checkpoint kept", "--checkpoint: does not go with --tiles; tiles are solved by one process"),
+        ("--tiles --checkpoint kept", "--checkpoint: does not go with --tiles; a run that was stopped goes on"),
         ("--tiles --cluster tcp://127.0.0.1:1", "--cluster: "),
         ("--tiles --halo 0", "--halo: wanted"),
         ("--tiles --far 0.5", "--far: wanted"),

@@ -44,6 +44,7 @@ def test_outputs_have_all_rows_of_their_tiles_in_order(solved):
     for path, tile in zip(paths, tiles, strict=True):
         before, after = sf.read_scan(path), sf.read_scan(tile.output)
         assert np.array_equal(before.points, after.points)
+        assert after.attributes["left_out"].shape == (len(before),)
         assert {"irradiance_r", "direct_r", "radiosity_r"} <= set(after.attributes)
         assert tile.points == len(after)
 
