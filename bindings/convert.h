@@ -25,6 +25,7 @@ namespace surflux::bindings {
 namespace py = pybind11;
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));

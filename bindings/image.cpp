@@ -6,8 +6,6 @@ namespace surflux::bindings {
 
 namespace {
 
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-
 py::tuple read(const std::string& path) {
     const Image image = without_gil([&] { return read_image(path); });
     py::array_t<float> pixels({static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width),

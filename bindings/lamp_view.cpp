@@ -35,10 +35,9 @@ std::vector<Rgb> to_reflectance(const py::object& reflectance) {
 
 // Pictures by name, and "shadow_rays" and "timings".
 py::dict frame(const LampView& view, const std::vector<Light>& lights, const py::object& reflectance, int bounces,
-               std::size_t relight_rays, int penumbra_rays, const Doubles& background, bool parts, std::uint64_t seed) {
+               std::size_t relight_rays, int penumbra_rays, bool parts, std::uint64_t seed) {
     const std::vector<Rgb> own = to_reflectance(reflectance);
-    const LampFrameOptions options{
-        {bounces, relight_rays, seed}, {penumbra_rays, seed}, to_vec3(background, "background"), parts};
+    const LampFrameOptions options{{bounces, relight_rays, seed}, {penumbra_rays, seed}, parts};
     LampFrame found = without_gil([&] { return view.frame(lights, own, options); });
     const auto height = static_cast<py::ssize_t>(view.height()), width = static_cast<py::ssize_t>(view.width());
     const auto picture = [&](std::vector<float>&& pixels) {
@@ -50,6 +49,7 @@ py::dict frame(const LampView& view, const std::vector<Light>& lights, const py:
         out["direct"] = picture(std::move(found.direct));
         out["indirect"] = picture(std::move(found.indirect));
     }
+    out["alpha"] = handed_over(std::move(found.coverage)).reshape({height, width});
     out["shadow_rays"] = found.shadow_rays;
     out["timings"] = to_dict(found.timings);
     return out;
@@ -75,7 +75,7 @@ void bind_lamp_view(py::module_& module) {
         .def(py::init(&make_view), py::arg("transfer"), py::arg("corners"), py::arg("camera"), py::arg("width"),
              py::arg("height"), py::arg("samples"), py::arg("culling"), py::arg("shadow_cell"), py::keep_alive<1, 2>())
         .def("frame", &frame, py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("relight_rays"),
-             py::arg("penumbra_rays"), py::arg("background"), py::arg("parts"), py::arg("seed"))
+             py::arg("penumbra_rays"), py::arg("parts"), py::arg("seed"))
         .def("surfaces", &surfaces, py::arg("lights"), py::arg("reflectance"))
         .def_property_readonly("bytes", &LampView::bytes)
         .def_property_readonly("timings", [](const LampView& view) { return to_dict(view.timings()); });

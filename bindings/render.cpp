@@ -3,6 +3,7 @@
 #include "rooms.h"
 
 #include "surflux/gl/context.h"
+#include "surflux/render/environment_image.h"
 #include "surflux/render/flat_image.h"
 #include "surflux/render/splat.h"
 
@@ -10,7 +11,7 @@ namespace surflux::bindings {
 
 namespace {
 
-using Layer = std::tuple<Doubles, Doubles, bool>;  // values, background, are emitters lit?
+using Layer = std::tuple<Doubles, bool>;  // values, are emitters lit?
 
 py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
                        const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
@@ -18,8 +19,7 @@ py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
                        const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects,
                        const py::object& progress, std::size_t top, std::size_t rows) {
     std::vector<SplatLayer> blended;
-    for (const auto& [values, background, lit] : layers)
-        blended.push_back({to_vec3s(values, "values"), to_vec3(background, "background"), lit});
+    for (const auto& [values, lit] : layers) blended.push_back({to_vec3s(values, "values"), lit});
     const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
     const Camera view = to_camera(camera);
     const SplatOptions options{footprint, samples, culling, to_vector(objects), {top, rows}};
@@ -47,11 +47,23 @@ FlatImage make_flat_image(const Surfels& surfels, const std::vector<EmitterArray
     return without_gil([&] { return flat_image(surfels, lamps, view, width, height, options); });
 }
 
-py::array draw_flat(const FlatImage& image, const Doubles& values, const Doubles& emitters, const Doubles& background) {
+py::array draw_flat(const FlatImage& image, const Doubles& values, const Doubles& emitters) {
     const std::vector<Rgb> of_surfels = to_vec3s(values, "values"), of_emitters = to_vec3s(emitters, "emitters");
-    const Rgb behind = to_vec3(background, "background");
-    const std::vector<float> picture = without_gil([&] { return image.draw(of_surfels, of_emitters, behind); });
+    const std::vector<float> picture = without_gil([&] { return image.draw(of_surfels, of_emitters); });
     return to_pixels(picture, image.height(), image.width(), 3);
+}
+
+// (height, width, 3): what Environments add to a picture, by what it covers.
+py::array draw_environments(const std::vector<Light>& environments, const CameraArrays& camera, const Floats& coverage,
+                            int samples) {
+    require(coverage.ndim() == 2, "coverage: wanted shape (h, w)");
+    const auto height = static_cast<std::size_t>(coverage.shape(0)),
+               width = static_cast<std::size_t>(coverage.shape(1));
+    const Camera view = to_camera(camera);
+    const std::vector<float> covered = to_vector(coverage);
+    const std::vector<float> image =
+        without_gil([&] { return environment_image(environments, view, width, height, samples, covered); });
+    return to_pixels(image, height, width, 3);
 }
 
 py::dict gl_info() {
@@ -77,7 +89,12 @@ void bind_render(py::module_& module) {
              py::arg("objects") = py::array_t<std::int32_t>(0))
         .def_property_readonly("entries", &FlatImage::entries)
         .def_property_readonly("bytes", &FlatImage::bytes)
-        .def("draw", &draw_flat, py::arg("values"), py::arg("emitters"), py::arg("background"));
+        .def_property_readonly(
+            "coverage",
+            [](const FlatImage& image) { return to_pixels(image.coverage(), image.height(), image.width(), 1); })
+        .def("draw", &draw_flat, py::arg("values"), py::arg("emitters"));
+    module.def("environment_image", &draw_environments, py::arg("environments"), py::arg("camera"), py::arg("coverage"),
+               py::arg("samples"));
     module.def("gl_info", &gl_info);
 }
 

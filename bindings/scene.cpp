@@ -2,6 +2,7 @@
 #include "rooms.h"
 
 #include "surflux/area/compile_scene.h"
+#include "surflux/lights/environment.h"
 #include "surflux/scene/divided_patches.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -208,7 +209,11 @@ void bind_scene(py::module_& module) {
                      }
                      return e;
                  }),
-             py::arg("radiance"), py::arg("pixels"), py::arg("up"), py::arg("azimuth"));
+             py::arg("radiance"), py::arg("pixels"), py::arg("up"), py::arg("azimuth"))
+        .def_property_readonly("axes", [](const Environment& e) {
+            const Frame frame = EnvironmentMap(e).frame();
+            return to_array(std::vector<Vec3>{frame.u, frame.v, frame.n});
+        });
 
     // What of a scene coincides, found by compile_scene.
     py::class_<Coincidence>(module, "Coincidence")

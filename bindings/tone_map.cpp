@@ -8,8 +8,6 @@ namespace surflux::bindings {
 
 namespace {
 
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-
 // The same array, its values through `curve`.
 template <class Curve>
 py::array_t<float> mapped(const Floats& values, const Curve& curve) {

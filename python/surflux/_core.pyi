@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'estimate_normals', 'estimate_radii', 'facing', 'find_strays', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'version', 'versions', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'environment_image', 'estimate_normals', 'estimate_radii', 'facing', 'find_strays', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'place_points', 'project_environment', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'version', 'versions', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -92,6 +92,9 @@ class DirectionalLight:
         ...
 class Environment:
     def __init__(self, radiance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], pixels: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], azimuth: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def axes(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
 class Coincidence:
     @property
@@ -370,10 +373,13 @@ class SkyTransfer:
 class FlatImage:
     def __init__(self, surfels: Surfels, emitters: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, footprint: typing.SupportsFloat | typing.SupportsIndex, samples: typing.SupportsInt | typing.SupportsIndex, culling: bool = True, objects: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] = ...) -> None:
         ...
-    def draw(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], emitters: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], background: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+    def draw(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], emitters: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
         ...
     @property
     def bytes(self) -> int:
+        ...
+    @property
+    def coverage(self) -> numpy.typing.NDArray[numpy.float32]:
         ...
     @property
     def entries(self) -> int:
@@ -384,7 +390,7 @@ class PatchCorners:
 class LampView:
     def __init__(self, transfer: LocalTransfer, corners: PatchCorners, camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, samples: typing.SupportsInt | typing.SupportsIndex, culling: bool, shadow_cell: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
-    def frame(self, lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], reflectance: typing.Any, bounces: typing.SupportsInt | typing.SupportsIndex, relight_rays: typing.SupportsInt | typing.SupportsIndex, penumbra_rays: typing.SupportsInt | typing.SupportsIndex, background: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], parts: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> dict:
+    def frame(self, lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], reflectance: typing.Any, bounces: typing.SupportsInt | typing.SupportsIndex, relight_rays: typing.SupportsInt | typing.SupportsIndex, penumbra_rays: typing.SupportsInt | typing.SupportsIndex, parts: bool, seed: typing.SupportsInt | typing.SupportsIndex) -> dict:
         ...
     def surfaces(self, lights: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], reflectance: typing.Any) -> dict:
         ...
@@ -413,6 +419,8 @@ def divide_patches(patches: typing.Annotated[numpy.typing.ArrayLike, numpy.float
 def effective_areas(surfels: Surfels, curved: bool, kappa: typing.SupportsFloat | typing.SupportsIndex, resolution: typing.SupportsInt | typing.SupportsIndex, epsilon: typing.SupportsFloat | typing.SupportsIndex, backend: AreaBackend, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.float64]:
     ...
 def eliminate_samples(points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], count: typing.SupportsInt | typing.SupportsIndex, area: typing.SupportsFloat | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.uint32]:
+    ...
+def environment_image(environments: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], coverage: typing.Annotated[numpy.typing.ArrayLike, numpy.float32], samples: typing.SupportsInt | typing.SupportsIndex) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
     ...
 def estimate_normals(points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], neighbors: typing.SupportsInt | typing.SupportsIndex, viewpoint: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.float64]:
     ...
@@ -460,7 +468,7 @@ def reference_radiance(scene: Scene, points: typing.Annotated[numpy.typing.Array
     ...
 def refinement_tuning() -> dict:
     ...
-def render_splats(surfels: Surfels, layers: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], bool]], emitters: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, footprint: typing.SupportsFloat | typing.SupportsIndex, samples: typing.SupportsInt | typing.SupportsIndex, culling: bool = True, objects: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] = ..., progress: typing.Any = None, top: typing.SupportsInt | typing.SupportsIndex = 0, rows: typing.SupportsInt | typing.SupportsIndex = 18446744073709551615) -> dict:
+def render_splats(surfels: Surfels, layers: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], bool]], emitters: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, footprint: typing.SupportsFloat | typing.SupportsIndex, samples: typing.SupportsInt | typing.SupportsIndex, culling: bool = True, objects: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] = ..., progress: typing.Any = None, top: typing.SupportsInt | typing.SupportsIndex = 0, rows: typing.SupportsInt | typing.SupportsIndex = 18446744073709551615) -> dict:
     ...
 def require_memory_for_pairs(surfels: typing.SupportsInt | typing.SupportsIndex, limit: typing.SupportsFloat | typing.SupportsIndex) -> None:
     ...

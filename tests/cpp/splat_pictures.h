@@ -74,8 +74,8 @@ struct Picture : SplatImage {
 
 inline Picture picture(const Surfels& surfels, const std::vector<Rgb>& radiance,
                        const std::vector<VisibleEmitter>& lamps, const Camera& camera, std::size_t width,
-                       std::size_t height, gl::Api api, const SplatOptions& options = {}, const Rgb& background = {}) {
-    Picture out{splat_image(surfels, {{radiance, background}}, lamps, camera, width, height, options, {}, api), {}};
+                       std::size_t height, gl::Api api, const SplatOptions& options = {}) {
+    Picture out{splat_image(surfels, {{radiance}}, lamps, camera, width, height, options, {}, api), {}};
     out.radiance = out.layers[0];
     return out;
 }

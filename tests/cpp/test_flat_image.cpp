@@ -35,11 +35,11 @@ void expect_the_same(const Camera& camera, const SplatOptions& given, std::size_
     const Things things;
     SplatOptions options = given;
     options.objects = things.objects;
-    const Rgb behind{0.1, 0.2, 0.3};
     const SplatImage drawn =
-        splat_image(things.surfels, {{things.values, behind}}, things.lamps, camera, width, height, options);
+        splat_image(things.surfels, {{things.values}}, things.lamps, camera, width, height, options);
     const FlatImage flat = flat_image(things.surfels, things.lamps, camera, width, height, options);
-    const std::vector<float> found = flat.draw(things.values, {things.lamps[0].radiance}, behind);
+    const std::vector<float> found = flat.draw(things.values, {things.lamps[0].radiance});
+    ASSERT_EQ(flat.coverage(), drawn.coverage);
     ASSERT_EQ(found.size(), 3 * width * height);
     std::size_t surfels = 0, lamps = 0, nothing = 0;
     for (std::size_t p = 0; p < drawn.index.size(); ++p) {
@@ -76,25 +76,25 @@ TEST(FlatImage, IsTheSplattedOneInBands) {
 TEST(FlatImage, IsLinearAndConstantsStayConstant) {
     const Things things;
     const FlatImage flat = flat_image(things.surfels, things.lamps, front, 80, 60);
-    for (const float value : flat.draw(constant(things.surfels, {2, 2, 2}), {{2, 2, 2}}, {2, 2, 2}))
-        ASSERT_NEAR(value, 2.0f, 1e-5f);
+    const std::vector<float> even = flat.draw(constant(things.surfels, {2, 2, 2}), {{2, 2, 2}});
+    for (std::size_t k = 0; k < even.size(); ++k) ASSERT_NEAR(even[k], 2.0f * flat.coverage()[k / 3], 1e-5f);
     std::vector<Rgb> twice = things.values;
     for (Rgb& value : twice) value *= 2.0;
-    const std::vector<float> once = flat.draw(things.values, {Rgb{}}, Rgb{}), both = flat.draw(twice, {Rgb{}}, Rgb{});
+    const std::vector<float> once = flat.draw(things.values, {Rgb{}}), both = flat.draw(twice, {Rgb{}});
     for (std::size_t k = 0; k < once.size(); ++k) ASSERT_EQ(both[k], 2.0f * once[k]);
     EXPECT_GT(flat.entries(), 80u * 60u);
-    EXPECT_EQ(flat.bytes(), 8u * (80u * 60u + 1u) + 8u * flat.entries());
+    EXPECT_EQ(flat.bytes(), 8u * (80u * 60u + 1u) + 8u * flat.entries() + 4u * 80u * 60u);
 }
 
 TEST(FlatImage, ArgumentsAreRefusedByName) {
     const Things things;
     const FlatImage flat = flat_image(things.surfels, things.lamps, front, 8, 6);
-    const auto drawn = [&](const std::vector<Rgb>& values, const std::vector<Rgb>& lamps, const Rgb& behind) {
-        return refusal([&] { flat.draw(values, lamps, behind); });
+    const auto drawn = [&](const std::vector<Rgb>& values, const std::vector<Rgb>& lamps) {
+        return refusal([&] { flat.draw(values, lamps); });
     };
-    EXPECT_EQ(drawn({{1, 1, 1}}, {Rgb{}}, {}), "values: wanted one RGB value for each of 508 surfels, got 1");
-    EXPECT_EQ(drawn(things.values, {}, {}), "emitters: wanted the radiance of each of 1, got 0");
-    EXPECT_EQ(drawn(things.values, {Rgb{}}, {0, std::nan(""), 0}), "values: wanted finite numbers");
+    EXPECT_EQ(drawn({{1, 1, 1}}, {Rgb{}}), "values: wanted one RGB value for each of 508 surfels, got 1");
+    EXPECT_EQ(drawn(things.values, {}), "emitters: wanted the radiance of each of 1, got 0");
+    EXPECT_EQ(drawn(things.values, {{0, std::nan(""), 0}}), "values: wanted finite numbers");
     EXPECT_EQ(refusal([&] { flat_image(things.surfels, {}, front, 0, 6); }),
               "size: wanted 1 to 65536 pixels a side, got 0 x 6");
 }

@@ -33,7 +33,6 @@ struct View {
     LampFrame frame(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance = {}) const {
         LampFrameOptions options;
         options.parts = true;
-        options.background = {7, 8, 9};
         return view.frame(lights, reflectance, options);
     }
 };
@@ -91,7 +90,7 @@ TEST(LampView, AFrameDoesNotDependOnThoseBefore) {
     EXPECT_EQ(found.indirect, wanted.indirect);
 }
 
-TEST(LampView, LampsAreSeenFromTheirFrontsAndWhatIsNothingIsBackground) {
+TEST(LampView, LampsAreSeenFromTheirFrontsAndNothingIsNotCovered) {
     Surfels floor;
     shapes::add_rectangle(floor, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 8, 8);
     shapes::finish(floor, 0.5, 0.0);
@@ -116,11 +115,13 @@ TEST(LampView, LampsAreSeenFromTheirFrontsAndWhatIsNothingIsBackground) {
             EXPECT_EQ(found.indirect[3 * p], 0.0f);
         } else if (surfaces.index[p] == -1) {
             ++nothing;
-            EXPECT_EQ(direct[1], 8.0f);
+            EXPECT_EQ(direct[1], 0.0f);
+            EXPECT_EQ(found.coverage[p], 0.0f);
             EXPECT_TRUE(std::isinf(surfaces.depth[p]));
         } else {
             ASSERT_GE(surfaces.index[p], 0);
             ++on_floor;
+            EXPECT_EQ(found.coverage[p], 1.0f);
             EXPECT_EQ(surfaces.albedo[3 * p], 0.5f);
             EXPECT_EQ(surfaces.normal[3 * p + 2], 1.0f);
         }

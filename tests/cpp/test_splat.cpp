@@ -112,10 +112,10 @@ TEST_P(Splat, BackFacesAreNotSeen) {
     add_disk(s, {0, 0, 0}, {0, 1, 0}, 1.0);
     add_square(s, {-1, -1, -1}, {0, 0, 2}, {2, 0, 0}, 3);  // faces +y, away from the camera
     const VisibleEmitter lamp{{-1, -2, -1}, {0, 0, 2}, {2, 0, 0}, {9, 9, 9}};
-    const Picture image = picture(s, constant(s, {1, 1, 1}), {lamp}, front, 64, 64, GetParam(), {}, {0.25, 0.5, 0.75});
+    const Picture image = picture(s, constant(s, {1, 1, 1}), {lamp}, front, 64, 64, GetParam());
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         ASSERT_EQ(image.index[p], -1);
-        ASSERT_EQ(pixel(image, p % 64, p / 64), (Rgb{0.25, 0.5, 0.75}));
+        ASSERT_EQ(pixel(image, p % 64, p / 64), Rgb());
     }
 }
 
@@ -310,7 +310,6 @@ TEST(SplatArguments, AreRefusedByName) {
     }
     expect_argument_error(with(front, 0, {}, one, {}), "size: wanted 1 to 65536 pixels");
     expect_argument_error(with(front, 60000, {1.5, 16}, one, {}), "size: this GL device draws at most");
-    expect_argument_error([&] { splat_image(s, {{one, {nan, 0, 0}}}, {}, front, 8, 8); }, "background: wanted finite");
     SplatOptions rows;
     rows.rows = {8, 2};
     expect_argument_error(with(front, 8, rows, one, {}), "rows: wanted some of 8, got 2 from 8 on");
@@ -325,9 +324,10 @@ TEST(SplatArguments, AreRefusedByName) {
                           "emitters: number 0");
 }
 
-TEST(SplatArguments, AnEmptySceneIsAllBackground) {
-    const Picture image = picture({}, {}, {}, front, 5, 4, gl::Api::any, {}, {1, 2, 3});
-    for (std::size_t p = 0; p < 20; ++p) EXPECT_EQ(pixel(image, p % 5, p / 5), (Rgb{1, 2, 3}));
+TEST(SplatArguments, AnEmptySceneIsBlackAndCoversNothing) {
+    const Picture image = picture({}, {}, {}, front, 5, 4, gl::Api::any);
+    EXPECT_EQ(image.radiance, std::vector<float>(60, 0.0f));
+    EXPECT_EQ(image.coverage, std::vector<float>(20, 0.0f));
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ def test_an_unknown_option_is_named(setup):
 
 
 def configure(build, *settings):
-    command = ["cmake", "-S", ROOT, "-B", build, "-DSURFLUX_BUILD_PYTHON=OFF", *settings]
+    command = ["cmake", "-G", "Ninja", "-S", ROOT, "-B", build, "-DSURFLUX_BUILD_PYTHON=OFF", *settings]
     return subprocess.run(command, capture_output=True, text=True)
 
 

@@ -24,6 +24,7 @@ class CopiedScripts:
     def run(self, name, *arguments, missing=(), environment):
         (self.folder / "script").mkdir(exist_ok=True)
         copy = shutil.copy(ROOT / "script" / name, self.folder / "script")
+        shutil.copy(ROOT / "script" / "roots", self.folder / "script")  # which some of them source
         absent = " ".join(missing)
         self.tool("dpkg-query", f'for p in "$@"; do [[ " {absent} " = *" $p "* ]] || echo "installed $p"; done')
         command = [BASH, str(copy), *arguments]

@@ -73,7 +73,7 @@ FlatField flat_field(const Scene& scene, const PatchCorners& corners, const Pixe
             } else if (places.is_seen(p)) {
                 const std::size_t before = rows.entries.size();
                 disks->image.for_pixel(p, [&](std::uint32_t k, float w) {
-                    if (k < disks->surfels.size()) rows.entries.push_back({first_surfel + disks->surfels[k], w});
+                    rows.entries.push_back({first_surfel + disks->surfels[k], w});
                 });
                 if (rows.entries.size() == before) rows.entries.push_back({first_surfel + places.surfel[p], 1.0f});
             }

@@ -25,6 +25,7 @@ struct Seen {
 struct Block {
     std::vector<std::uint32_t> sizes, columns;  // sizes: of each pixel
     std::vector<float> weights;
+    std::vector<float> coverage;  // of each pixel
 };
 
 struct Entry {
@@ -155,10 +156,13 @@ private:
         std::vector<std::pair<std::uint32_t, float>> of_pixel;
         for (std::size_t pixel = 0; pixel < rows * pixels; ++pixel) {
             of_pixel.clear();
+            std::size_t covered = 0;
             for (std::size_t k = 0; k < samples_ * samples_; ++k) {
                 const std::size_t at =
                     (pixel / pixels * samples_ + k / samples_) * width + pixel % pixels * samples_ + k % samples_;
                 const std::int32_t index = seen.names[2 * (offset + at)];
+                if (index == -1) continue;
+                ++covered;
                 float sum = 0.0f;
                 for (std::uint32_t e = begin[at]; e < begin[at + 1]; ++e) sum += sorted[e].weight;
                 // As Resolver::color_of has it.
@@ -181,13 +185,14 @@ private:
                 ++size;
             }
             out.sizes.push_back(size);
+            out.coverage.push_back(
+                static_cast<float>(static_cast<double>(covered) / static_cast<double>(samples_ * samples_)));
         }
         return out;
     }
 
     std::uint32_t column_of(std::int32_t index) const {
         if (index >= 0) return static_cast<std::uint32_t>(index);
-        if (index == -1) return static_cast<std::uint32_t>(surfels_ + emitters_);
         return static_cast<std::uint32_t>(surfels_) + static_cast<std::uint32_t>(-2 - index);
     }
 
@@ -198,15 +203,14 @@ private:
 
 }  // namespace
 
-std::vector<float> FlatImage::draw(const std::vector<Rgb>& values, const std::vector<Rgb>& emitters,
-                                   const Rgb& background) const {
+std::vector<float> FlatImage::draw(const std::vector<Rgb>& values, const std::vector<Rgb>& emitters) const {
     require(values.size() == surfels_, "values: wanted one RGB value for each of ", surfels_, " surfels, got ",
             values.size());
     require(emitters.size() == emitters_, "emitters: wanted the radiance of each of ", emitters_, ", got ",
             emitters.size());
-    std::vector<std::array<float, 4>> all(surfels_ + emitters_ + 1);
+    std::vector<std::array<float, 4>> all(surfels_ + emitters_);
     for (std::size_t k = 0; k < all.size(); ++k) {
-        const Rgb& value = k < surfels_ ? values[k] : k < surfels_ + emitters_ ? emitters[k - surfels_] : background;
+        const Rgb& value = k < surfels_ ? values[k] : emitters[k - surfels_];
         require(is_finite(value), "values: wanted finite numbers");
         store(all[k].data(), value);
     }
@@ -221,7 +225,8 @@ std::vector<float> FlatImage::draw(const std::vector<Rgb>& values, const std::ve
 }
 
 std::size_t FlatImage::bytes() const {
-    return begin_.size() * sizeof(begin_[0]) + columns_.size() * (sizeof(columns_[0]) + sizeof(weights_[0]));
+    return begin_.size() * sizeof(begin_[0]) + columns_.size() * (sizeof(columns_[0]) + sizeof(weights_[0])) +
+           coverage_.size() * sizeof(coverage_[0]);
 }
 
 FlatImage flat_image(const Surfels& surfels, const std::vector<VisibleEmitter>& emitters, const Camera& camera,
@@ -265,6 +270,7 @@ FlatImage flat_image(const Surfels& surfels, const std::vector<VisibleEmitter>& 
                     for (const std::uint32_t size : block.sizes) image.begin_.push_back(image.begin_.back() + size);
                     image.columns_.insert(image.columns_.end(), block.columns.begin(), block.columns.end());
                     image.weights_.insert(image.weights_.end(), block.weights.begin(), block.weights.end());
+                    image.coverage_.insert(image.coverage_.end(), block.coverage.begin(), block.coverage.end());
                 }
             }
         },

@@ -12,17 +12,19 @@
 
 namespace surflux {
 
-// A splat image as a matrix: what surfels, emitters and the background each add to a pixel. While camera and geometry
+// A splat image as a matrix: what surfels and emitters each add to a pixel. While camera and geometry
 // stay, a picture of other values is one product, and what OpenGL did is done once (L07 section 6.2 says that the
 // hierarchy can be flattened for drawing).
 class FlatImage {
 public:
     // values: of each surfel; emitters: of each emitter. Rows from the top, 3 numbers a pixel.
     // Throws ArgumentError for another number of them, or values that are not finite.
-    std::vector<float> draw(const std::vector<Rgb>& values, const std::vector<Rgb>& emitters,
-                            const Rgb& background) const;
+    std::vector<float> draw(const std::vector<Rgb>& values, const std::vector<Rgb>& emitters) const;
 
-    // visit(column, weight) of what makes a pixel: surfels, then emitters, then the background, numbered in a row.
+    // Of each pixel, the share of its subpixels that see a surface or an emitter: what its weights make.
+    const std::vector<float>& coverage() const { return coverage_; }
+
+    // visit(column, weight) of what makes a pixel: surfels, then emitters, numbered in a row.
     template <class Visit>
     void for_pixel(std::size_t pixel, const Visit& visit) const {
         for (std::uint64_t e = begin_[pixel]; e < begin_[pixel + 1]; ++e) visit(columns_[e], weights_[e]);
@@ -40,8 +42,9 @@ private:
     std::size_t width_ = 0, height_ = 0;
     std::size_t surfels_ = 0, emitters_ = 0;
     std::vector<std::uint64_t> begin_;    // of each pixel, and the end of the last
-    std::vector<std::uint32_t> columns_;  // surfels, then emitters, then the background
-    std::vector<float> weights_;          // make 1 in each pixel
+    std::vector<std::uint32_t> columns_;  // surfels, then emitters
+    std::vector<float> weights_;
+    std::vector<float> coverage_;
 };
 
 // What splat_image draws, to the precision of float32. All rows of the image: options.rows is ignored.

@@ -77,11 +77,11 @@ void LampView::compose(const std::vector<Light>& lights, const std::vector<float
     const std::size_t pixels = width() * height(), subpixels = samples_ * samples_;
     const float share = 1.0f / static_cast<float>(subpixels);
     out.radiance.resize(3 * pixels);
+    out.coverage.resize(pixels);
     if (options.parts) out.direct.resize(3 * pixels), out.indirect.resize(3 * pixels);
-    float behind[3];
-    store(behind, options.background);
     parallel_for(pixels, pixels_of_block, [&](std::size_t pixel) {
         float direct[3] = {0, 0, 0}, indirect[3] = {0, 0, 0};
+        std::size_t covered = subpixels;
         for (std::size_t k = 0; k < subpixels; ++k) {
             const std::size_t p = subpixel(pixel, k);
             const std::int32_t lamp = work.lamps.at(p);
@@ -90,7 +90,7 @@ void LampView::compose(const std::vector<Light>& lights, const std::vector<float
                 store(shining, std::get<AreaLight>(lights[static_cast<std::size_t>(lamp)]).exitance);
                 for (std::size_t c = 0; c < 3; ++c) direct[c] += per_pi * shining[c];
             } else if (!places_.is_seen(p)) {
-                for (std::size_t c = 0; c < 3; ++c) direct[c] += behind[c];
+                --covered;
             } else {
                 const FlatField::Value others = field_.at_pixel(p, work.indirect);
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -106,6 +106,7 @@ void LampView::compose(const std::vector<Light>& lights, const std::vector<float
             out.radiance[at] = share * (direct[c] + indirect[c]);
             if (options.parts) out.direct[at] = share * direct[c], out.indirect[at] = share * indirect[c];
         }
+        out.coverage[pixel] = static_cast<float>(static_cast<double>(covered) / static_cast<double>(subpixels));
     });
 }
 

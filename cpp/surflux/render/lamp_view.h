@@ -23,13 +23,14 @@ struct LampViewOptions {
 struct LampFrameOptions {
     RelightOptions relight;
     PixelLightOptions light;
-    Rgb background{};    // radiance where nothing is seen
     bool parts = false;  // direct and indirect light, too
 };
 
-// A picture of a scene under lamps: radiance, 3 per pixel, rows from the top. Direct and indirect make the whole.
+// A picture of a scene under lamps: radiance, 3 per pixel, rows from the top, black where nothing is seen. Direct and
+// indirect make the whole.
 struct LampFrame {
     std::vector<float> radiance, direct, indirect;
+    std::vector<float> coverage;  // share of the subpixels that see a surface or a lamp
     std::size_t shadow_rays = 0;  // of the picture, beside those of indirect light
     Figures timings;
 };

@@ -118,7 +118,7 @@ struct Resolver {
 
     Rgb color_of(const Raw& raw, std::size_t layer, std::size_t at) const {
         const std::int32_t index = raw.seen[2 * at];
-        if (index == -1) return layers[layer].background;
+        if (index == -1) return {};
         if (index < -1)
             return layers[layer].emitters_lit ? emitters[static_cast<std::size_t>(-2 - index)].radiance : Rgb();
         const float* sum = &raw.sums[layer][4 * at];
@@ -217,7 +217,6 @@ void check(const Surfels& surfels, const std::vector<SplatLayer>& layers) {
         require(layer.values.size() == surfels.size(), "values: wanted one RGB value for each of ", surfels.size(),
                 " surfels, got ", layer.values.size());
         require(std::all_of(layer.values.begin(), layer.values.end(), is_finite), "values: wanted finite numbers");
-        require(is_finite(layer.background), "background: wanted finite numbers");
     }
 }
 

@@ -13,10 +13,9 @@
 
 namespace surflux {
 
-// Values of the surfels to be blended, each into an image of its own.
+// Values of the surfels to be blended, each into an image of its own, black where nothing is seen.
 struct SplatLayer {
     std::vector<Rgb> values;   // one for each surfel
-    Rgb background{};          // where no surface is seen
     bool emitters_lit = true;  // else emitters are black in it
 };
 
@@ -37,7 +36,7 @@ void check_splats(const Surfels& surfels, std::size_t width, std::size_t height,
 struct SplatImage {
     std::size_t width = 0, height = 0;
     std::vector<std::vector<float>> layers;  // 3 per pixel each
-    std::vector<float> coverage;             // fraction of the subpixels that see a surface or an emitter
+    std::vector<float> coverage;             // share of the subpixels that see a surface or an emitter
     // Of one subpixel, the middle one (the one right below the middle for even `samples`):
     std::vector<float> depth;         // along the view axis; infinity where nothing is seen
     std::vector<float> normal;        // 3 per pixel, world; 0 where nothing is seen

@@ -21,5 +21,5 @@ camera = sf.Camera([0, -6.4, 3.2], [0, 0, -0.3], fov=32)
 frames = []
 for azimuth in (0, 120, 240):
     solution = transfer.relight(sf.Environment(hall, azimuth=azimuth))
-    frames.append(solution.render(camera, (280, 240), samples=2, background=0.5))
+    frames.append(solution.render(camera, (280, 240), samples=2, background=True))
 sf.write_image("turned.png", np.hstack(frames), exposure=0.35)

@@ -14,5 +14,5 @@ up = solution.surfels.normals[:, 2] > 0.5
 level = solution.irradiance[up].mean(axis=1)
 print(f"roofs and ground: {level.min():.0f} to {level.max():.0f} W/m2")
 camera = sf.Camera([-38, -34, 24], [-1, -1, 2], fov=38)
-picture = solution.render(camera, (640, 400), samples=2, background=[60, 80, 110])
+picture = solution.render(camera, (640, 400), samples=2, background=True)
 sf.write_image("street.png", picture)

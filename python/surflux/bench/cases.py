@@ -4,6 +4,7 @@ Each runs once and returns a Row without its name.
 """
 
 import os
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -213,6 +214,24 @@ def _scene_file(name, surfels=None):
         return row
 
     return run
+
+
+def measure_all(names, repeats, threads):
+    """Rows of those of the cases that can run here; what is left out, and why, is said."""
+    rows = []
+    for name in names:
+        needs_data, run = CASES[name]
+        reason = scenes.why_not(name)
+        if needs_data and not os.environ.get("SURFLUX_DATA"):
+            reason = scenes.NO_SCANS
+        if name == factors.NAME:
+            reason = factors.why_not()
+        if reason:
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
+            continue
+        print(f"bench: {name}", file=sys.stderr)
+        rows.append(measure(name, run, repeats, threads))
+    return rows
 
 
 # Name -> (needs SURFLUX_DATA, run).

@@ -5,13 +5,13 @@ against a closed form where there is one; "own estimate" is Solution.error. With
 what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
 what each constant of a solver that is no option trades (`constants`), with --transfer precomputed light transport
-beside what it is to reach (`transfer`), with --cluster processes that share a solve out (`processes`).
+beside what it is to reach (`transfer`), with --cluster processes that share a solve out (`processes`), with --site the
+tables that the README and the guide quote (`site`).
 """
 
 import argparse
 import json
 import math
-import os
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
-from surflux.bench import cases, factors, scenes
+from surflux.bench import cases, scenes
 
 
 def main(arguments=None, epilog=None):
@@ -40,6 +40,11 @@ def main(arguments=None, epilog=None):
     _check_options(options, kind)
     if options.list:
         print("\n".join(_scenes(kind) or cases.CASES))
+        return 0
+    if kind == "site":
+        from surflux.bench import site
+
+        print(heading() + site.write(options.site, options.repeats, options.threads))
         return 0
     if kind == "areas":
         from surflux.bench import areas
@@ -77,6 +82,7 @@ def add_options(parser):
     parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
     parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a solve")
+    parser.add_argument("--site", metavar="FOLDER", help="the tables that README and guide quote, as JSON and Markdown")
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
     parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
     parser.add_argument(
@@ -97,7 +103,7 @@ def add_options(parser):
 
 def _kind(options):
     """What is asked for, one of the options' names, or "cases" where none of these is."""
-    kinds = ("quick", "full", "scale", "reference", "areas", "constants", "transfer", "cluster")
+    kinds = ("quick", "full", "scale", "reference", "areas", "constants", "transfer", "cluster", "site")
     chosen = [kind for kind in kinds if getattr(options, kind)]
     if len(chosen) > 1:
         raise ValueError(f"--{chosen[1]}: does not go with --{chosen[0]}")
@@ -109,6 +115,12 @@ def _check_options(options, kind):
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
     if options.plot and kind not in ("quick", "full", "scale", "areas"):
         raise ValueError("--plot: goes with --quick, --full, --scale or --areas")
+    if kind == "site":
+        for name in ("markdown", "json"):
+            if getattr(options, name):
+                raise ValueError(f"--{name}: does not go with --site, which writes both into its folder")
+        if Path(options.site).exists() and not Path(options.site).is_dir():
+            raise ValueError(f"--site: wanted a folder, and {options.site} is a file")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
     if options.paths is not None:
@@ -154,19 +166,7 @@ def _scenes(kind):
 
 
 def _cases(options):
-    rows = []
-    for name in options.case or cases.CASES:
-        needs_data, run = cases.CASES[name]
-        reason = scenes.why_not(name)
-        if needs_data and not os.environ.get("SURFLUX_DATA"):
-            reason = scenes.NO_SCANS
-        if name == factors.NAME:
-            reason = factors.why_not()
-        if reason:
-            print(f"bench: {name} left out: {reason}", file=sys.stderr)
-            continue
-        print(f"bench: {name}", file=sys.stderr)
-        rows.append(cases.measure(name, run, options.repeats, options.threads))
+    rows = cases.measure_all(options.case or cases.CASES, options.repeats, options.threads)
     return rows, cases.table(rows)
 
 

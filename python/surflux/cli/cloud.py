@@ -21,14 +21,12 @@ from surflux.points.standing import stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
-from surflux.scenes.studio import BACKDROP, CLEAR_SKY, daylight, studio
-from surflux.solutions.about import about_solution
+from surflux.scenes.studio import BACKDROP, daylight, studio
+from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
 CLOUD_LIMIT = 1_000_000
-# What is seen behind a cloud, by its light.
-BEHIND = {"studio": BACKDROP, "sun": CLEAR_SKY, "sky": 0.0}
 
 
 def is_cloud(path):
@@ -95,7 +93,7 @@ class Cloud:
         """
         lit = np.flatnonzero(self._whole_of_row >= 0)
         source = self._whole_of_row[lit]
-        count, columns, comments = len(self.scan), {}, ()
+        count, columns, more = len(self.scan), {}, {"up": up or (0.0, 0.0, 1.0)}
         places = self.scan.points[lit], self._normals[source]
         rho, emission = self._whole.reflectance[source], self._whole.emission[source]
         with watched(None, True):
@@ -109,10 +107,9 @@ class Cloud:
                 "radius": spread(self.surfels.radii, self._row, count, np.float64),
                 "area": spread(areas, self._row, count, np.float64),
             }
-            comments = pack_comments(about_solution(solution) | {"points": 1})
+            more |= {"comments": pack_comments(about_solution(solution) | {"points": 1}), "pixels": pixels_of(solution)}
         elif not albedo:  # colours that are light are no reflectance to whoever reads them
             columns["reflectance"] = spread(rho, lit, count)
-        more = {"comments": comments, "up": up or (0.0, 0.0, 1.0)}
         return save_lit(self.scan, path, found, lit, places[1], self.alone, colors, columns, **more)
 
 
@@ -176,6 +173,14 @@ def lights_of_cloud(options, surfels, camera):
         LOG.info("the light, z up and y north: %r", day)
         return [day]
     return studio(surfels, camera)
+
+
+def backdrop(options, solution):
+    """What is seen behind, as write_layers takes it: of a studio a grey, whose sky only fills in shadows."""
+    if options.light != "studio":
+        return True
+    solution._environments.clear()
+    return BACKDROP
 
 
 def output_of(options):

@@ -15,9 +15,9 @@ from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
 from surflux.cli import areas, checking, tiles
 from surflux.cli.cloud import (
-    BEHIND,
     CLOUD_LIMIT,
     Cloud,
+    backdrop,
     camera_of_cloud,
     is_cloud,
     lights_of_cloud,
@@ -30,6 +30,7 @@ from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
 from surflux.cli.options import command_line, vectors_joined
 from surflux.cli.pictures import (
     animations,
+    background_of,
     camera_of,
     check_gaussians,
     check_images,
@@ -178,14 +179,13 @@ def _solve(options):
     solution = solver(scene, **settings, progress=True)
     if not is_first(options):
         return 0
+    behind = background_of(options, backdrop(options, solution))
     if cloud is None:
         solution.save(output)
     else:
         cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
         solution.save(options.solution)
-    backdrop = 0.0 if _is_scene(options.input) else BEHIND[options.light]
-    behind = backdrop if options.background is None else options.background
     undrawn = draw_if_possible(solution, camera, options, images, background=behind)
     if undrawn is not None:
         images = []
@@ -311,7 +311,7 @@ def _render(options):
     solution = sf.load_solution(options.input)
     camera = camera_of(options, solution.surfels, solution.camera)
     settings = {"samples": options.samples, "culling": not options.both_sides, "threads": options.threads}
-    background = options.background or 0.0
+    background = background_of(options)
     if options.gaussians:
         write_gaussians(solution, options)
     if options.turntable is None:

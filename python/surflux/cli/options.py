@@ -117,7 +117,7 @@ def command_line(runs, cloud_limit):
     text = "of a cloud: stand it on a level square, grey, under its lowest points"
     solve.add_argument("--ground", action="store_true", help=text)
     _image_options(solve)
-    _background_option(solve, "dark grey behind a cloud in studio light, else black")
+    _background_option(solve, "dark grey behind a cloud in studio light, else the sky")
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)
     solve.set_defaults(usual=solve.parse_args(["-"]))  # by whose values, the very objects, what is given is told
@@ -283,13 +283,14 @@ def _quality_options(parser):
     parser.add_argument(
         "--samples", type=int, default=2, metavar="N", help="subpixels of a pixel each way (default: 2)"
     )
-    _background_option(parser, "black")
+    _background_option(parser, "the sky")
     parser.add_argument("--both-sides", action="store_true", help="show surfaces from behind, too")
 
 
 def _background_option(parser, default):
-    text = f"what is seen where nothing is, from 0, black, to 1, white, as .png shows it (default: {default})"
-    parser.add_argument("--background", type=_color, metavar="GREY|R,G,B", help=text)
+    text = "what is seen where nothing is: the environment of the scene, sky, which is black where there is none, or "
+    text += f"from 0, black, to 1, white, as .png shows it (default: {default})"
+    parser.add_argument("--background", type=_background, metavar="sky|GREY|R,G,B", help=text)
 
 
 def _fps_option(parser):
@@ -357,13 +358,15 @@ def _bounces(text):
         raise argparse.ArgumentTypeError(f"wanted a number or all, got {text!r}") from None
 
 
-def _color(text):
+def _background(text):
+    if text == "sky":
+        return text
     try:
         color = tuple(float(part) for part in text.split(","))
     except ValueError:
         color = ()
     if len(color) not in (1, 3) or not all(0.0 <= value <= 1.0 for value in color):
-        wanted = "wanted one number from 0, black, to 1, white, or three of them, R,G,B"
+        wanted = "wanted sky, one number from 0, black, to 1, white, or three of them, R,G,B"
         raise argparse.ArgumentTypeError(f"{wanted}, got {text!r}")
     return color * (3 // len(color))
 

@@ -11,6 +11,7 @@ from surflux.cli.saying import say
 from surflux.pictures.backdrop import radiance_shown_as
 from surflux.pictures.framing import own_or_framing
 from surflux.pictures.images import resolved_exposure
+from surflux.solutions.background import add_background, environments_behind
 
 
 def check_images(images, made=None):
@@ -22,14 +23,13 @@ def check_images(images, made=None):
             require_place(image)
 
 
-def write_images(solution, camera, options, images, *, background=0.0, **settings):
+def write_images(solution, camera, options, images, *, background, samples=2, **settings):
     """Each picture of a solution in the format of its name; background: as of write_layers."""
 
-    def drawn(layers, behind, samples=None):
-        given = settings | ({"progress": True} if samples is None else {"samples": samples})
-        return solution.render(camera, options.size, layers=layers, background=behind, **given)
+    def drawn(layers):
+        return solution.render(camera, options.size, layers=layers, samples=samples, progress=True, **settings)
 
-    write_layers(drawn, options, images, background)
+    write_layers(drawn, camera, samples, options, images, background, solution._environments)
 
 
 def draw_if_possible(solution, camera, options, images, **settings):
@@ -43,26 +43,27 @@ def draw_if_possible(solution, camera, options, images, **settings):
     return None
 
 
-def write_layers(drawn, options, images, background=0.0):
+def write_layers(drawn, camera, samples, options, images, background, environments=()):
     """Each picture in the format of its name; only EXR has room for what the light is made of.
 
     Args:
-        drawn: function (layers, radiance behind, samples=None), as of Solution.render; samples: instead of its own.
-        background: display value, from 0 to 1, of what is seen behind, or three of them. Files of radiance have what
-            the exposure would show so.
+        drawn: function of the names of layers, or True for all, that draws them before black.
+        camera, samples: by which it draws.
+        background: True for the environments; or the display value, from 0 to 1, of what is seen behind, or three of
+            them. Files of radiance have what the exposure would show so.
+        environments: list of Environment.
     """
-    tone, behind = exposed(lambda: drawn(["radiance"], 0.0, samples=1)["radiance"], options, background)
     all_of_it = any(Path(image).suffix.lower() == ".exr" for image in images)
-    layers = drawn(all_of_it or ["radiance"], behind)
+    layers = drawn(all_of_it or ["radiance", "alpha"])
+    tone, behind = exposed(lambda: layers["radiance"], options, background)
+    layers = add_background(layers, environments_behind(behind, environments), camera, samples)
     for image in images:
         sf.write_image(image, layers, **(tone if Path(image).suffix.lower() == ".png" else {}))
 
 
 def animations(solution, camera, options, images, background, settings):
     """Paths of films and numbered pictures from around what a camera looks at; settings: of Solution.render."""
-    tone, behind = exposed(
-        lambda: solution.render(camera, options.size, **(settings | {"samples": 1})), options, background
-    )
+    tone, behind = exposed(lambda: solution.render(camera, options.size, **settings), options, background)
     cameras, paths = sf.turntable(camera, options.turntable), []
     for image in images:
         given = {"fps": options.fps, "background": behind, "progress": True, **settings}
@@ -72,15 +73,18 @@ def animations(solution, camera, options, images, background, settings):
 
 
 def exposed(first, options, background):
-    """(exposure, stops and filmic of pictures; the radiance that they show as the background).
+    """(exposure, stops and filmic of pictures; the radiance that they show as the background, or True for True).
 
-    first: function that draws a picture without background, by which the exposure is found where none is given.
+    first: function that draws a picture without background, by which the exposure is found where none is given: a sky
+    and a sun in it have no say.
     """
     tone = {"exposure": options.exposure, "stops": options.stops, "filmic": not options.linear}
     if not np.any(background):
         return tone, 0.0
     factor = options.exposure if options.exposure is not None else resolved_exposure(None, first())
     tone["exposure"] = factor
+    if background is True:
+        return tone, True
     color = np.broadcast_to(background, (3,))
     return tone, radiance_shown_as(color, factor * 2.0**options.stops, tone["filmic"])
 
@@ -88,6 +92,11 @@ def exposed(first, options, background):
 def tone_of_series(path, tone, options):
     """The tone of a film or of numbered pictures; of files of radiance what was asked for alone, which they refuse."""
     return tone | {"exposure": options.exposure} if Path(path).suffix.lower() in (".exr", ".hdr") else tone
+
+
+def background_of(options, default=True):
+    """What is to be seen behind, as write_layers takes it: of --background, which has "sky" for True."""
+    return {None: default, "sky": True}.get(options.background, options.background)
 
 
 def check_gaussians(path):

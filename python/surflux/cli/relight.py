@@ -6,7 +6,7 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import file_error, require_file, require_place
-from surflux.cli.pictures import camera_of, check_images, exposed, tone_of_series
+from surflux.cli.pictures import background_of, camera_of, check_images, exposed, tone_of_series
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
@@ -136,7 +136,7 @@ def _saved(transfer, lights, options):
 def _drawn(transfer, lights, camera, options):
     """Paths of the films and pictures written."""
     settings = {"samples": options.samples, "culling": not options.both_sides}
-    background = options.background or 0.0
+    background = background_of(options)
     paths = []
     single = [image for image in options.image or [] if not _is_series(image)]
     series = [image for image in options.image or [] if _is_series(image)]
@@ -146,7 +146,7 @@ def _drawn(transfer, lights, camera, options):
     if series:
 
         def first():
-            return lights.relit(transfer, 0).render(camera, options.size, **(settings | {"samples": 1}))
+            return lights.relit(transfer, 0).render(camera, options.size, **settings)
 
         tone, behind = exposed(first, options, background)
         for image in series:

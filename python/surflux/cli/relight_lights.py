@@ -58,10 +58,10 @@ class MovingLamps:
         self.relit(transfer, 0)  # which warns of lamps that light nothing
         renderer = sf.LampRenderer(transfer, camera, options.size, samples=samples, culling=culling, progress=True)
 
-        def drawn(layers, behind, samples=None):
-            return renderer.frame(self._frames[0], layers=layers, background=behind, seed=self._seed)
+        def drawn(layers):
+            return renderer.frame(self._frames[0], layers=layers, seed=self._seed)
 
-        return write_layers(drawn, options, images, background)
+        return write_layers(drawn, camera, samples, options, images, background)
 
     def film(self, transfer, path, size, **options):
         if self._direct == "traced":

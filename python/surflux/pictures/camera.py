@@ -199,6 +199,9 @@ class Camera:
         right /= np.linalg.norm(right)
         return right, np.cross(forward, right), forward
 
+    def _to_core(self):
+        return self._eye, self._target, self._up, self._fov, self._height or 0.0
+
     def to_dict(self) -> dict[str, Any]:
         """The camera as plain lists and numbers: the [camera] table of a scene file; Camera(**d) takes it back."""
         found = {"eye": self._eye.tolist(), "target": self._target.tolist(), "up": self._up.tolist(), "fov": self._fov}

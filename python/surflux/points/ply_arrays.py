@@ -24,9 +24,9 @@ def load_arrays(path, format=None):
         dict: "points" (n, 3); "normals" (n, 3), unit, rows of NaN where the file's are zero or not finite; "radii",
         "areas" (n,); "reflectance", "emission", "radiosity", "irradiance", "direct" (n, 3), linear; each of these but
         the points is None where the file has none. "gloss": dict of "specular" (n, 3) and "exponent" (n,), empty
-        where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the
-        patches. "faces": how many others there are, of which nothing is read. "columns": all other properties of the
-        vertices by name, (n,). "comments": list of str.
+        where the file has none. "triangles" (t, 3, 3) and "triangle_surfel" (t,), ascending: the patches.
+        "environment": (k, 3), the pixels of lights that solutions have, or None. "faces": how many others there are, of
+        which nothing is read. "columns": all other properties of the vertices by name, (n,). "comments": list of str.
 
     Raises:
         FileError: as read.
@@ -34,7 +34,7 @@ def load_arrays(path, format=None):
     form = format_of(path, format)
     if form != "ply":
         raise file_error(path, f"is no PLY file, but {form}")
-    ply = _core.read_ply(path, ["vertex", "patch"])
+    ply = _core.read_ply(path, ["vertex", "patch", "environment"])
     columns = _solved(dict(ply["columns"].get("vertex", {})))
     types = ply["types"].get("vertex", {})
     if ply["elements"].get("vertex", 0) == 0:
@@ -58,6 +58,9 @@ def load_arrays(path, format=None):
     out["gloss"] = take_gloss(path, columns)
     out["triangles"], out["triangle_surfel"] = _patches(path, ply, len(points))
     out["faces"] = ply["elements"].get("face", 0)
+    pixels = ply["columns"].get("environment", {})
+    channels = [pixels[name] for name in "rgb" if name in pixels]
+    out["environment"] = np.stack(channels, axis=-1) if len(channels) == 3 else None
     out["columns"] = columns
     out["comments"] = ply["comments"]
     return out

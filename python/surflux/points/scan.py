@@ -164,6 +164,10 @@ class Scan:
         >>> again.attributes["kwh"].tolist(), again.attributes["classification"].tolist()
         ([1100.0, 950.5], [2, 6])
         """
+        return self._save(path, columns, normals, colors, comments, up)
+
+    def _save(self, path, columns, normals, colors, comments, up, pixels=None):
+        """Writes as `save` does; pixels: as of write_points."""
         suffix, n = written_suffix(check.path("path", path)), len(self)
         up = check.direction("up", up)
         if n == 0:
@@ -185,7 +189,7 @@ class Scan:
         if len(self.rows) == n and not np.array_equal(self.rows, np.arange(n)):
             out["row"] = self.rows
         path = Path(os.fsdecode(path))
-        write_points(path, out, self.frame, comments, up)
+        write_points(path, out, self.frame, comments, up, pixels)
         return path
 
     def display_colors(self, bits: Literal[8, 16] = 8) -> NDArray[np.uint8] | NDArray[np.uint16]:

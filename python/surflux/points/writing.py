@@ -26,7 +26,7 @@ def ply_path(path, name="path"):
 
 
 def save_surfels(
-    path, surfels, *, radiosity=None, irradiance=None, direct=None, columns=None, comments=(), colors=None
+    path, surfels, *, radiosity=None, irradiance=None, direct=None, columns=None, comments=(), colors=None, pixels=None
 ):
     """Write surfels, and what was computed for them, as binary little-endian PLY.
 
@@ -42,6 +42,7 @@ def save_surfels(
         columns: dict of more properties, (n,) or (n, 3) each; (n, 3) become name_r, name_g and name_b.
         comments: lines of text for the header.
         colors: (n, 3) bytes for `red green blue` instead.
+        pixels: (k, 3) of what is seen behind, an element `environment` of their own; None for none.
 
     Returns:
         The Path written.
@@ -87,6 +88,8 @@ def save_surfels(
         patch = _columns(("surfel",), surfels.triangle_surfel, _type_of)
         patch += _columns(CORNER_NAMES, triangles.reshape(-1, 9), lambda _: "double")
         elements.append(("patch", len(triangles), patch))
+    if pixels is not None:
+        elements.append(("environment", len(pixels), _columns("rgb", pixels, _float_type)))
     path = Path(os.fsdecode(path))
     _core.write_ply(path, elements, None, list(comments))
     return path

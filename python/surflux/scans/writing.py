@@ -17,7 +17,7 @@ _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": 
 _PLY_TYPES |= {"f4": "float", "f8": "double"}
 
 
-def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0)):
+def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0), pixels=None):
     """Writes columns of points, in the format of the name; a file that is there is replaced whole or not at all.
 
     Args:
@@ -27,6 +27,7 @@ def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0)):
         frame: of a LAS file that the points come from, as open_las has it; None of others.
         comments: lines of text, of PLY files.
         up: (3,), a unit vector, which becomes y in glTF.
+        pixels: (k, 3) of what is seen behind, in PLY files an element `environment`; None for none.
 
     Raises:
         ValueError: a name that says no format of these; what the format has no room for.
@@ -38,7 +39,7 @@ def write_points(path, columns, frame=None, comments=(), up=(0.0, 0.0, 1.0)):
     if writer is write_las:
         writer(path, columns, frame)
     elif writer is _write_ply:
-        writer(path, columns, comments)
+        writer(path, columns, comments, pixels)
     elif writer is _write_gltf:
         writer(path, columns, up)
     else:
@@ -53,7 +54,7 @@ def written_suffix(path, name="path"):
     return suffix
 
 
-def _write_ply(path, columns, comments):
+def _write_ply(path, columns, comments, pixels):
     """Binary little-endian PLY. Coordinates are doubles where floats do not hold them."""
     parts = scalars(columns, _tidy)
     types = {name: _ply_type(name, values) for name, values in parts.items()}
@@ -61,6 +62,8 @@ def _write_ply(path, columns, comments):
     count = len(columns["points"])
     lines = ["ply", "format binary_little_endian 1.0", *(f"comment {line}" for line in comments)]
     lines += [f"element vertex {count}", *(f"property {_PLY_TYPES[kind]} {name}" for name, kind in types.items())]
+    if pixels is not None:
+        lines += [f"element environment {len(pixels)}", *(f"property float {channel}" for channel in "rgb")]
     with whole_file(path) as file:
         file.write(("\n".join([*lines, "end_header"]) + "\n").encode("ascii", "backslashreplace"))
         for begin in range(0, count, _BLOCK):
@@ -68,6 +71,8 @@ def _write_ply(path, columns, comments):
             for name, values in parts.items():
                 rows[name] = values[begin : begin + _BLOCK]
             file.write(rows.data)
+        if pixels is not None:
+            file.write(np.ascontiguousarray(pixels, "<f4").data)
 
 
 def _ply_type(name, values):

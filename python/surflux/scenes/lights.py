@@ -292,6 +292,13 @@ class Environment:
             _set(light, image_or_rgb=image, image=image)
         return light
 
+    def _turned(self, rotation):
+        """The light in which what came from direction d comes from rotation @ d."""
+        u, _, up = _axes(self.up, self.azimuth) @ rotation.T
+        at_zero, at_quarter, _ = _axes(up, 0.0)
+        azimuth = np.degrees(np.arctan2(u @ at_quarter, u @ at_zero))
+        return Environment._of_pixels(np.asarray(self.image_or_rgb), up, azimuth)
+
     def harmonics(self, order: int = 5) -> Floats:
         """Spherical harmonics of the radiance, as surflux.spherical_harmonics has them, in the scene's axes.
 
@@ -334,6 +341,11 @@ class Environment:
 
     def _to_core(self):
         return _core.Environment(radiance=self.radiance, pixels=self.image, up=self.up, azimuth=self.azimuth)
+
+
+def _axes(up, azimuth):
+    """(3, 3): where columns 0 and w/4 of an image look on the horizon, and where its row 0 lies."""
+    return np.asarray(_core.Environment(np.zeros(3), None, up, azimuth).axes)
 
 
 Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment

@@ -13,7 +13,6 @@ _FROM = (-0.8, 0.9, -0.5)  # to the right, up and forward in the picture
 _FAR, _SIDE = 4.0, 2.0  # radii of a ball around the points: the lamp's distance, and its side
 _SUN_HIGH, _SUN_LEFT = 40.0, 60.0  # degrees: over the horizon, and left of the way back to the camera
 _SUN, _CLEAR = 800.0, 100.0  # W/m2 of the sun on what faces it, and of a clear sky on a level plane
-CLEAR_SKY = (0.55, 0.68, 0.85)  # the same in the sun
 # Of a ground: its side, over the size of what stands on it; cells along that; the share of points beneath it.
 _WIDE, _CELLS, _BELOW = 3.0, 48, 0.002
 

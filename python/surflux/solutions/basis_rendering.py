@@ -59,6 +59,7 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
 
     middle = (slice(samples // 2, None, samples),) * 2
     out = {name: drawn[name][middle] for name in ("depth", "normal", "index")}
+    out["alpha"] = drawn["coverage"].reshape(count, samples, width, samples).mean(axis=(1, 3))
     out |= {"direct": mean(found), "indirect": mean(indirect), "albedo": mean(albedo)}
     out["radiance"] = out["direct"] + out["indirect"]
     if "level" in names:

@@ -26,7 +26,7 @@ def light_at_points(solution, of, points, normals, reflectance, emission):
     return found
 
 
-def save_lit(scan, path, found, lit, normals, alone, colors, columns, **more):
+def save_lit(scan, path, found, lit, normals, alone, colors, columns, comments=(), up=(0.0, 0.0, 1.0), pixels=None):
     """Writes a Scan with the light of its rows `lit`, NaN in the others; the Path.
 
     Args:
@@ -36,7 +36,8 @@ def save_lit(scan, path, found, lit, normals, alone, colors, columns, **more):
         alone: (n,) booleans of points that are left out: 1 as `left_out`.
         colors: (m, 3) bytes to be seen, or None for the scan's own.
         columns: (n,) or (n, k) each, beside these.
-        more: as Scan.save takes it.
+        comments, up: as Scan.save takes them.
+        pixels: as of write_points.
     """
     count = len(scan)
     columns = {name: spread(values, lit, count) for name, values in found.items()} | columns
@@ -46,7 +47,7 @@ def save_lit(scan, path, found, lit, normals, alone, colors, columns, **more):
         shown = scan.display_colors()
         shown[lit] = colors
         colors = shown
-    return scan.save(path, columns, normals=spread(normals, lit, count), colors=colors, **more)
+    return scan._save(path, columns, spread(normals, lit, count), colors, comments, up, pixels)
 
 
 def spread(values, rows, count, kind=np.float32):

@@ -3,10 +3,11 @@
 import numpy as np
 
 from surflux import _core
+from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
-from surflux.solutions.rendering import FOOTPRINT, View, blended_groups, drawn_surfels, layer_names, picture
+from surflux.solutions.rendering import FOOTPRINT, View, drawn_surfels, layer_names, picture
 
-_FLAT_LAYERS = {"radiance", "direct", "indirect", "albedo"}
+_FLAT_LAYERS = {"radiance", "direct", "indirect", "albedo", "alpha"}
 _MOST_PIXELS = 1 << 21  # of a picture as a matrix: some 200 bytes each
 
 
@@ -32,7 +33,7 @@ class Painter:
         return picture(solution, view, names, None, groups, self._flat(solution, groups, view, names))
 
     def _flat(self, solution, groups, view, names):
-        """What blends one layer, (values, background, are lamps seen?) -> picture; None where it would not pay."""
+        """What blends layers, (values, are lamps seen?) each, as splats do; None where it would not pay."""
         width, height = view.size
         if isinstance(solution._field, BasisField) or set(names) - _FLAT_LAYERS or width * height > _MOST_PIXELS:
             return None
@@ -44,11 +45,11 @@ class Painter:
             if not (first or stays):  # what moves once may move again
                 return None
             self._matrix = key.matrix()
-        shining = [np.divide(lamp.exitance, np.pi) for lamp in solution._lamps]
+        shining = np.reshape([np.divide(lamp.exitance, np.pi) for lamp in solution._lamps], (-1, 3))
 
-        def blended(values, behind, lit):
-            lamps = np.reshape(shining, (-1, 3))
-            return self._matrix.draw(values, lamps if lit else np.zeros_like(lamps), behind)
+        def blended(layers):
+            drawn = [self._matrix.draw(values, shining if lit else np.zeros_like(shining)) for values, lit in layers]
+            return {"layers": drawn, "coverage": self._matrix.coverage}
 
         return blended
 

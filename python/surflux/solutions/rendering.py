@@ -13,12 +13,16 @@ from surflux._base.types import Progress
 from surflux.geometry.cores import replaced
 from surflux.pictures.camera import Camera
 from surflux.pictures.framing import own_or_framing
+from surflux.scenes.lights import Environment
+from surflux.solutions.background import add_background, environments_behind
 from surflux.solutions.basis_rendering import basis_layers
+from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
 from surflux.solutions.towards import glossy, towards_eye
 
-LAYERS = ("radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level")  # of a picture
+# Of a picture.
+LAYERS = ("radiance", "direct", "indirect", "albedo", "alpha", "normal", "depth", "index", "level")
 
 # Splats reach this many radii: beyond 1, so that every pixel of a disk lies well inside of some splat.
 FOOTPRINT = 1.5
@@ -31,7 +35,7 @@ INSERTED_OVERLAP = 1.002
 class Options(TypedDict, total=False):
     """What Solution.render takes by name, whatever it returns."""
 
-    background: ArrayLike
+    background: ArrayLike | Environment
     samples: int
     direct: Literal["interpolated", "traced"]
     rays: int
@@ -59,8 +63,8 @@ class View:
         if camera.height is not None and isinstance(solution._field, BasisField):
             raise ValueError("camera: wanted one without height, for a meshless basis is drawn in perspective alone")
         self.through = camera
-        self.camera = (camera.eye, camera.target, camera.up, camera.fov, camera.height or 0.0)
-        self.background = check.rgb("background", background)
+        self.camera = camera._to_core()
+        self.behind = environments_behind(background, solution._environments)
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)
         self.rays = check.count("rays", rays, 1, 1 << 16)
@@ -79,12 +83,6 @@ def layer_names(layers, known=LAYERS):
     return known if check.flag("layers", layers) else ("radiance",)
 
 
-def blended_groups(solution, dark=None):
-    """(n,) which surfels blend: those of one object; what is dark, as the floor below a plinth is, by itself."""
-    dark = (solution.radiosity == 0).all(axis=1) if dark is None else dark
-    return (2 * solution.objects + dark).astype(np.int32)
-
-
 def picture(solution, view, names, progress, groups=None, flat=None):
     """A dict of the layers named; progress: a callback or None. groups, flat: see painting.Painter."""
     surfels = solution.surfels
@@ -93,10 +91,9 @@ def picture(solution, view, names, progress, groups=None, flat=None):
     lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v, np.divide(lamp.exitance, np.pi)) for lamp in solution._lamps]
 
     def splat(layers, size=view.size, samples=view.samples, progress=progress, **rows):
-        """Layers (values, are lamps and the background seen?) -> what _core.render_splats gives."""
-        layers = [(values, view.background if lit else np.zeros(3), lit) for values, lit in layers]
+        """Layers (values, are lamps seen?) -> what _core.render_splats gives."""
         if flat is not None:
-            return {"layers": [flat(*layer) for layer in layers]}
+            return flat(layers)
         return _core.render_splats(
             drawn, layers, lamps, view.camera, *size, FOOTPRINT, samples, view.culling, groups, progress, **rows
         )
@@ -107,6 +104,7 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
         found["level"] = by_index(found["index"], solution.values()["level"])
+    found = add_background(found, view.behind, view.through, view.samples)
     return {name: found[name] for name in names}
 
 
@@ -121,7 +119,7 @@ def by_index(index, values):
 def _splatted(solution, view, names, splat):
     gloss = glossy(solution, towards_eye(solution.surfels.points, view.through))
     rho, emission = solution.surfels.reflectance, solution.surfels.emission
-    everything = {  # values, and are lamps and the background seen?
+    everything = {  # values, and are lamps seen?
         "radiance": (solution.radiosity / np.pi + gloss, True),
         "direct": ((emission + rho * solution.direct) / np.pi, True),
         "indirect": (rho * (solution.irradiance - solution.direct) / np.pi + gloss, False),
@@ -129,7 +127,7 @@ def _splatted(solution, view, names, splat):
     }
     blended = {name: layer for name, layer in everything.items() if name in names}
     found = splat(list(blended.values()))
-    return found | dict(zip(blended, found["layers"], strict=True))
+    return found | {"alpha": found["coverage"]} | dict(zip(blended, found["layers"], strict=True))
 
 
 def drawn_surfels(solution):

@@ -18,10 +18,10 @@ from surflux._base.types import FilePath, Floats, Image, Integers, Progress, Siz
 from surflux.pictures.camera import Camera
 from surflux.points.surfels import Surfels
 from surflux.points.writing import pack_comments, ply_path, save_surfels
-from surflux.scenes.lights import AreaLight
+from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
-from surflux.solutions.about import about_solution
+from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.fields import RAYS, BasisField, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
@@ -103,6 +103,7 @@ class Solution:
         history: Iterable[dict[str, Any]] = (),
         attempts: Iterable[dict[str, Any]] = (),
         lamps: Iterable[AreaLight] = (),
+        environments: Iterable[Environment] = (),
         camera: Camera | None = None,
         scene: Scene | None = None,
         field: Any = None,
@@ -125,7 +126,7 @@ class Solution:
         self.history = list(history)
         self.attempts = list(attempts)
         self.camera = camera
-        self._lamps = list(lamps)
+        self._lamps, self._environments = list(lamps), list(environments)  # what is seen of the lights
         self._scene = scene
         self._known_field = field
         self._on_surface = None
@@ -241,7 +242,7 @@ class Solution:
         camera: Camera | None = None,
         size: Size = (800, 600),
         *,
-        background: ArrayLike = 0.0,
+        background: ArrayLike | Environment = 0.0,
         samples: int = 2,
         layers: bool | list[str] | tuple[str, ...] = False,
         direct: Literal["interpolated", "traced"] = "interpolated",
@@ -255,18 +256,20 @@ class Solution:
         Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
         disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
         elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
-        Ren, Pfister and Zwicker 2002), within one object and not across creases. A meshless solution that is not from
-        a file is drawn from its basis, which every subpixel evaluates at what it sees (L07 section 6.2); what is not
-        in the basis (see `indirect_only`) is blended from the surfels.
+        Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, and not across creases.
+        A meshless solution that is not from a file is drawn from its basis, which every subpixel evaluates at what it
+        sees (L07 section 6.2); what is not in the basis (see `indirect_only`) is blended from the surfels.
 
         Args:
             camera: Camera; None for the scene's own, or one that has all surfels in view.
             size: (width, height) in pixels.
-            background: radiance where nothing is, scalar or RGB.
+            background: radiance where nothing is, scalar or RGB; True for the Environments of the scene's lights, in
+                the direction of each subpixel, as rays of the solver find them; or an Environment.
             samples: the picture is drawn this many times finer each way and averaged; 1 to 8.
             layers: True for a dict of all that is known about each pixel, or a list of some of the names:
                 "radiance", "direct" and "indirect" (h, w, 3), the two of which it is the sum; "albedo" (h, w, 3), the
-                reflectance, 0 where no surfel is; of the middle subpixel "normal" (h, w, 3), "depth" (h, w), along
+                reflectance, 0 where no surfel is; "alpha" (h, w), the share of the pixel in which anything is, before
+                the background; of the middle subpixel "normal" (h, w, 3), "depth" (h, w), along
                 the view axis and infinite where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and
                 -2 - k where the scene's area light number k is; and "level" (h, w), the entry of `levels` there (of a
                 meshless basis at the very place), or NaN.
@@ -353,10 +356,10 @@ class Solution:
         return means_of_parents(self.parents, self.surfels.areas, getattr(self, name))
 
     def save(self, path: FilePath) -> Path:
-        """Writes surfels, radiosity, irradiance, camera and figures as one binary PLY file; see load_solution.
+        """Writes surfels, light, camera, Environments and figures as one binary PLY file; see load_solution.
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
-        radiosity, irradiance and direct to the precision of float32, about 7 digits. The basis of a meshless solution
+        light and images of Environments to the precision of float32, about 7 digits. The basis of a meshless solution
         is left out; pickles and copies keep it. For other programs `red green blue` show the radiosity, the brightest
         percent of the surfels as white.
 
@@ -379,6 +382,7 @@ class Solution:
             columns={"parent": self.parents, "object": self.objects, "level": self.levels}
             | ({} if self.cut is None else {"cut": self.cut}),
             comments=pack_comments(about_solution(self)),
+            pixels=pixels_of(self),
         )
 
 

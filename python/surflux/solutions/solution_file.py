@@ -16,6 +16,7 @@ from surflux.points.ply_arrays import load_arrays
 from surflux.points.surfels import Surfels
 from surflux.points.writing import unpack_comments
 from surflux.scenes.lights import AreaLight
+from surflux.solutions.about import environments_of
 from surflux.solutions.solution import Solution
 
 HEADER_LIMIT = 1 << 20  # bytes: what a solution says about itself is in there
@@ -47,13 +48,14 @@ def load_solution(path: FilePath) -> Solution:
     try:
         camera = None if about["camera"] is None else Camera(**about["camera"])
         lamps = [AreaLight(*lamp) for lamp in about["lamps"]]
+        environments = environments_of(about, arrays["environment"])
         error = float(_number(about["error"]))
         timings = {stage: float(seconds) for stage, seconds in dict(about["timings"]).items()}
         history, attempts = (
             [{name: _number(value) for name, value in dict(figures).items()} for figures in entries]
             for entries in (about["history"], about.get("attempts", ()))
         )
-    except (KeyError, TypeError, ValueError, OverflowError) as fault:
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as fault:
         raise file_error(path, f"its description of the solution is damaged ({fault})") from fault
     given = ("normals", "radii", "areas", "reflectance", "emission")
     for name in given:
@@ -88,6 +90,7 @@ def load_solution(path: FilePath) -> Solution:
         history=history,
         attempts=attempts,
         lamps=lamps,
+        environments=environments,
         camera=camera,
     )
 

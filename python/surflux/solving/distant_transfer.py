@@ -70,9 +70,10 @@ class DistantTransfer(Transfer):
         >>> print(solution.irradiance.round(3)[0])
         [3.142 3.142 3.142]
         """
-        light = harmonics_of(environment)
+        light, seen = harmonics_of(environment), environment
         if rotation is not None:
             light = rotate_harmonics(light, rotation)
+            seen = environment._turned(np.asarray(rotation)) if isinstance(environment, Environment) else light
         reflectance = self._reflectance(reflectance)
         gloss = self._gloss(reflectance, specular, exponent)
         with thread_limit(threads):
@@ -80,7 +81,8 @@ class DistantTransfer(Transfer):
             incident = self._core.incident(light, reflectance, self._bounces(bounces))
             direct, irradiance = (np.maximum(np.asarray(found), 0.0) for found in incident.irradiance())
             seconds = perf_counter() - start
-        solution = self._lit(light, irradiance, direct, reflectance=reflectance, timings={"incident": seconds})
+        found = {"reflectance": reflectance, "timings": {"incident": seconds}}
+        solution = self._lit(light, seen, irradiance, direct, **found)
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
         return solution
@@ -91,10 +93,20 @@ class DistantTransfer(Transfer):
         """(direct, all) irradiance (n, 3) of 25 harmonics, linear in them: below 0 where five bands are."""
         return self._core.incident(light, self._reflectance(reflectance), self._bounces(bounces)).irradiance()
 
-    def _lit(self, light: Floats, irradiance: Floats, direct: Floats, *, reflectance: Any, **rest: Any) -> Solution:
-        """The Solution of what was found of 25 harmonics."""
-        shown = Environment.from_harmonics(light, 32)
-        scene = Scene(self.scene.objects, lights=[shown], camera=self.scene.camera)
+    def _lit(
+        self,
+        light: Floats,
+        seen: Environment | ArrayLike,
+        irradiance: Floats,
+        direct: Floats,
+        *,
+        reflectance: Any,
+        **rest: Any,
+    ) -> Solution:
+        """The Solution of what was found of 25 harmonics; seen: whose they are, or harmonics."""
+        smooth = Environment.from_harmonics(light, 32)
+        scene = Scene(self.scene.objects, lights=[smooth], camera=self.scene.camera)
+        rest["environments"] = [seen if isinstance(seen, Environment) else Environment.from_harmonics(light)]
         return self._solution(self._reflectance(reflectance), irradiance, direct, scene=scene, **rest)
 
     def _gloss(self, reflectance, specular, exponent):

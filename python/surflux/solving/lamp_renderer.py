@@ -14,18 +14,19 @@ from surflux._base.passes import progress_callback, thread_limit
 from surflux._base.types import Image, Progress, Size
 from surflux.pictures.camera import Camera
 from surflux.pictures.framing import own_or_framing
-from surflux.scenes.lights import Light
+from surflux.scenes.lights import Environment, Light
+from surflux.solutions.background import add_background, environments_behind
 from surflux.solutions.rendering import LAYERS, layer_names, picture_size
 from surflux.solving.local_transfer import LocalTransfer
 
 FRAME_LAYERS = tuple(name for name in LAYERS if name != "level")
-_FOUND = ("radiance", "direct", "indirect")  # anew for each frame
+_FOUND = ("radiance", "direct", "indirect", "alpha")  # anew for each frame
 
 
 class Options(TypedDict, total=False):
     """What LampRenderer.frame takes by name, whatever it returns."""
 
-    background: ArrayLike
+    background: ArrayLike | Environment
     reflectance: ArrayLike | None
     bounces: int | None
     shadow_rays: int
@@ -153,7 +154,7 @@ class LampRenderer:
         lights: Light | Sequence[Light],
         *,
         layers: bool | list[str] | tuple[str, ...] = False,
-        background: ArrayLike = 0.0,
+        background: ArrayLike | Environment = 0.0,
         reflectance: ArrayLike | None = None,
         bounces: int | None = None,
         shadow_rays: int = 16384,
@@ -167,9 +168,10 @@ class LampRenderer:
             lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight. Area lights are seen as they
                 shine.
             layers: True for a dict of all that is known about each pixel, or a list of some of the names: "radiance",
-                "direct" and "indirect" (h, w, 3), "albedo", "normal", "depth" and "index", as Solution.render has
-                them. The albedo of a patch is its own, and does not blend.
-            background: radiance where nothing is, scalar or RGB.
+                "direct" and "indirect" (h, w, 3), "albedo", "alpha", "normal", "depth" and "index", as Solution.render
+                has them. The albedo of a patch is its own, and does not blend.
+            background: radiance where nothing is, scalar or RGB, or an Environment. True, which is those of the lights,
+                is black here, for there is none among these.
             reflectance, bounces, shadow_rays, seed: see LocalTransfer.relight.
             penumbra_rays: of a pixel that sees an area light in part, stratified over it.
             threads: at most this many; None for all.
@@ -183,24 +185,30 @@ class LampRenderer:
         """
         names = layer_names(layers, FRAME_LAYERS)
         given = self.transfer._given(lights, reflectance, bounces, shadow_rays, seed)
-        background = check.rgb("background", background)
+        behind = environments_behind(background, ())
         penumbra_rays = check.count("penumbra_rays", penumbra_rays, 1, 4096)
         with thread_limit(threads):
             view = self._look()
             parts = not {"direct", "indirect"}.isdisjoint(names)
             core_lights, reflectance, bounces, shadow_rays, seed = given
-            found = view.frame(core_lights, reflectance, bounces, shadow_rays, penumbra_rays, background, parts, seed)
+            found = view.frame(core_lights, reflectance, bounces, shadow_rays, penumbra_rays, parts, seed)
             self.frame_timings, self.frame_rays = found["timings"], found["shadow_rays"]
             if not set(names) <= set(_FOUND):
                 found |= view.surfaces(core_lights, reflectance)
+            found = add_background(found, behind, self._camera, self.samples)
         return found["radiance"] if layers is False else {name: found[name] for name in names}
 
     def _look(self):
         """What is kept for the camera, found anew where that has moved."""
         if self._view is None:
             camera = self._camera
-            look = camera.eye, camera.target, camera.up, camera.fov, camera.height or 0.0
             self._view = _core.LampView(
-                self.transfer._core, self._corners, look, *self.size, self.samples, self.culling, self.shadow_cell
+                self.transfer._core,
+                self._corners,
+                camera._to_core(),
+                *self.size,
+                self.samples,
+                self.culling,
+                self.shadow_cell,
             )
         return self._view

@@ -113,6 +113,7 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
         timings={"areas": areas_seconds, **result["timings"]},
         history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
         lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+        environments=[light for light in scene.lights if isinstance(light, Environment)],
         camera=scene.camera,
         scene=scene,
         field=None if field is None else field(core, result, surfels),

@@ -81,7 +81,8 @@ class SkyTransfer(Transfer):
         lights = [sky] if isinstance(sky, (Environment, Sky)) else []
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
-        return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene)
+        seen = [light for light in scene.lights if isinstance(light, Environment)]
+        return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
 
     def coefficients(
         self,

@@ -57,7 +57,8 @@ class TurningLight:
     ) -> None:
         if not isinstance(transfer, DistantTransfer):
             raise ValueError(f"transfer: wanted a DistantTransfer, got {type(transfer).__name__}")
-        self.transfer, self._harmonics, self._options = transfer, harmonics_of(environment), options
+        self.transfer, self._environment, self._options = transfer, environment, options
+        self._harmonics = harmonics_of(environment)
         if axis is None:
             axis = environment.up if isinstance(environment, Environment) else (0.0, 0.0, 1.0)
         self.axis: Floats = check.direction("axis", axis)
@@ -68,20 +69,32 @@ class TurningLight:
     def harmonics(self, degrees: float = 0.0) -> Floats:
         """(25, 3) of the environment, turned by so many degrees, counter-clockwise seen from the tip of the axis."""
         degrees = degrees % 360.0
-        if degrees == 0.0:
-            return self._harmonics
-        return rotate_harmonics(self._harmonics, rotation_about(self.axis, np.radians(degrees)))
+        return rotate_harmonics(self._harmonics, self._turn(degrees)) if degrees else self._harmonics
+
+    def _turn(self, degrees):
+        return rotation_about(self.axis, np.radians(degrees))
+
+    def _seen(self, degrees):
+        """What stands behind the scene then: an Environment, or harmonics."""
+        degrees, environment = degrees % 360.0, self._environment
+        if not isinstance(environment, Environment):
+            return self.harmonics(degrees)
+        return environment._turned(self._turn(degrees)) if degrees else environment
 
     def relight(self, degrees: float = 0.0) -> Solution:
         """What the transfer has for the turned environment. 360 degrees more give the same, bit by bit."""
-        return self.transfer.relight(self.harmonics(degrees), **self._options)
+        solution = self.transfer.relight(self.harmonics(degrees), **self._options)
+        if isinstance(self._environment, Environment):  # its harmonics have less of it
+            solution._environments = [self._seen(degrees)]
+        return solution
 
     def diffuse(self, degrees: float) -> Solution:
         """The same by the waves, in a hundredth of the time, without gloss."""
         at = waves_at(np.radians(degrees % 360.0))
         irradiance, direct = (np.maximum(np.tensordot(at, of, 1), 0.0) for of in self.waves)
+        reflectance = self._options.get("reflectance")
         return self.transfer._lit(
-            self.harmonics(degrees), irradiance, direct, reflectance=self._options.get("reflectance")
+            self.harmonics(degrees), self._seen(degrees), irradiance, direct, reflectance=reflectance
         )
 
     @cached_property

@@ -107,6 +107,10 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--constants", "--quick"], "--constants: does not go with --quick"),
         (["--scale", "--quick"], "--scale: does not go with --quick"),
         (["--full", "--quick"], "--full: does not go with --quick"),
+        (["--site", "figures", "--quick"], "--site: does not go with --quick"),
+        (["--site", "figures", "--json", "a.json"], "--json: does not go with --site, which writes both"),
+        (["--site", "figures", "--case", "statues"], "--case: does not go with --site"),
+        (["--site", __file__], "--site: wanted a folder, and "),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):

@@ -57,7 +57,7 @@ def test_render_looks_from_the_camera_of_the_scene_or_from_elsewhere(here, run):
 def test_up_alone_frames_the_cloud_anew_with_that_up(here, run):
     mast = sf.Surfels([[0, y, 0] for y in np.linspace(0, 9, 60)], [[0.3, 0.3, 0.9]] * 60, radii=0.5)
     mast.save("mast.ply")
-    assert run("solve", "mast.ply", "--size", "80x80", "--up", "0,1,0", "--light", "sky")[0] == 0
+    assert run("solve", "mast.ply", "--size", "80x80", "--up", "0,1,0", "--background", 0)[0] == 0
     lit = np.argwhere(pixels("mast_solved.png").max(axis=2) > 30)
     height, width = np.ptp(lit, axis=0)
     assert height > 60

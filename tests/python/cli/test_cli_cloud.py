@@ -129,7 +129,7 @@ def test_terrain_lies_in_the_sun(here, run):
     lit = sf.read_scan("lit.npz")
     assert np.median(lit.attributes["irradiance"]) == pytest.approx(800 * np.sin(np.radians(40)) + 100, rel=0.01)
     corner = pixels("field.png")[0, 0].astype(int)
-    assert corner[2] > corner[0] + 20  # the sky is blue
+    assert corner.max() - corner.min() <= 1  # what lies behind is that of the day, whose radiance has no colour
     status, _, err = run("solve", "field.npz", "-o", "ground.npz", "--no-image", "--light", "studio", "--ground")
     assert status == 0
     assert "sun" not in err

@@ -63,7 +63,9 @@ def test_a_film_and_numbered_files(ball, run):
     for k in range(4):
         wanted = light.relight(90.0 * k)
         np.testing.assert_allclose(sf.load_solution(f"lit{k + 1}.ply").irradiance, wanted.irradiance, rtol=1e-6)
-        np.testing.assert_allclose(sf.read_image(f"a{k + 1}.exr"), wanted.render(size=(60, 40)), rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(
+            sf.read_image(f"a{k + 1}.exr"), wanted.render(size=(60, 40), background=True), rtol=1e-4, atol=1e-5
+        )
     dull = wanted.radiosity / np.pi
     assert (wanted.radiance_towards([0, -1, 0.3]) > 1.5 * dull).any()  # the scene file says that it is glossy
 
@@ -71,12 +73,12 @@ def test_a_film_and_numbered_files(ball, run):
 def test_turn_is_where_it_begins(ball, run):
     options = ("--environment", "sky.exr", "--turn", 90, *SMALL)
     assert run("relight", "ball.toml", *options, "--image", "a.exr", "--image", "a.png")[0] == 0
-    wanted = ball.relight(environment(azimuth=90)).render(size=(60, 40))
+    wanted = ball.relight(environment(azimuth=90)).render(size=(60, 40), background=True)
     np.testing.assert_allclose(sf.read_image("a.exr"), wanted, rtol=1e-4, atol=1e-5)
-    assert np.abs(wanted - ball.relight(environment()).render(size=(60, 40))).max() > 0.1
+    assert np.abs(wanted - ball.relight(environment()).render(size=(60, 40), background=True)).max() > 0.1
     options = ("--environment", "sky.exr", "--turn", 80, "--turntable", 2, "--image", "b%d.exr", *SMALL)
     assert run("relight", "ball.toml", *options)[0] == 0
-    wanted = ball.relight(environment(azimuth=260)).render(size=(60, 40))
+    wanted = ball.relight(environment(azimuth=260)).render(size=(60, 40), background=True)
     np.testing.assert_allclose(sf.read_image("b2.exr"), wanted, rtol=1e-4, atol=1e-5)
 
 

@@ -93,7 +93,7 @@ def test_a_background_that_is_no_display_value_is_refused(solved, run, capfd, co
     with pytest.raises(SystemExit) as stopped:
         run("render", "a.ply", f"--background={color}")
     assert stopped.value.code == 2
-    wanted = "argument --background: wanted one number from 0, black, to 1, white, or three of them, R,G,B, got"
+    wanted = "argument --background: wanted sky, one number from 0, black, to 1, white, or three of them, R,G,B, got"
     assert f"{wanted} '{color}'" in capfd.readouterr().err
 
 

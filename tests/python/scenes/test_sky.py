@@ -203,7 +203,7 @@ def test_arguments_of_methods_are_checked():
         (12, "^time: wanted a time or several, got int"),
         ([12], "^time: wanted a datetime, text or datetime64, got 12"),
         ([], "^time: wanted at least one time"),
-        (np.datetime64("NaT"), "^time: wanted a time, got NaT"),
+        (np.datetime64("NaT", "s"), "^time: wanted a time, got NaT"),
         (["2025-06-21T12:00Z", "2025-06-21T13:00Z"], "^time: wanted one, got 2"),
     ],
 )

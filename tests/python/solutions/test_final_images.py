@@ -126,7 +126,9 @@ def test_a_file_of_all_layers(layers, tmp_path):
     sf.write_image(path, layers)
     names, _ = _image.read_image(str(path))
     three = ["", "direct.", "indirect.", "albedo."]
-    assert sorted(names) == sorted([*(p + c for p in three for c in "RGB"), "N.X", "N.Y", "N.Z", "Z", "index", "level"])
+    assert sorted(names) == sorted(
+        [*(p + c for p in three for c in "RGB"), "N.X", "N.Y", "N.Z", "Z", "alpha", "index", "level"]
+    )
     np.testing.assert_array_equal(sf.read_image(path), layers["radiance"])
     for name, values in layers.items():
         if name != "radiance":

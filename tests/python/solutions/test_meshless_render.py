@@ -98,7 +98,7 @@ def test_pixels_are_the_field_at_what_they_see(which, request):
 
 def test_layers_add_up(solution):
     layers = solution.render(size=(80, 60), layers=True)
-    assert list(layers) == ["radiance", "direct", "indirect", "albedo", "normal", "depth", "index", "level"]
+    assert list(layers) == ["radiance", "direct", "indirect", "albedo", "alpha", "normal", "depth", "index", "level"]
     assert all(a.dtype == np.float32 for name, a in layers.items() if name != "index")
     np.testing.assert_array_equal(layers["radiance"], solution.render(size=(80, 60)))
     np.testing.assert_allclose(layers["direct"] + layers["indirect"], layers["radiance"], rtol=1e-6)

@@ -16,15 +16,15 @@ def disk(radius=1.0):
     return _core.Surfels([[0, 0, 0]], [[0, -1, 0]], [radius], None, [[0.5] * 3], [[0.0] * 3], *none)
 
 
-def render(surfels, radiance, emitters=(), width=40, height=30, background=(0, 0, 0), samples=1):
-    layers = [(radiance, background, True)]
+def render(surfels, radiance, emitters=(), width=40, height=30, samples=1):
+    layers = [(radiance, True)]
     out = _core.render_splats(surfels, layers, list(emitters), CAMERA, width, height, 1.5, samples)
     (out["radiance"],) = out.pop("layers")
     return out
 
 
 def test_shapes_and_types():
-    out = render(disk(), [[1.0, 2.0, 3.0]], background=(4, 5, 6))
+    out = render(disk(), [[1.0, 2.0, 3.0]])
     assert {k: (v.shape, v.dtype) for k, v in out.items()} == {
         "coverage": ((30, 40), np.float32),
         "depth": ((30, 40), np.float32),
@@ -33,7 +33,7 @@ def test_shapes_and_types():
         "radiance": ((30, 40, 3), np.float32),
     }
     np.testing.assert_allclose(out["radiance"][15, 20], [1, 2, 3], rtol=1e-6)
-    np.testing.assert_array_equal(out["radiance"][0, 0], [4, 5, 6])
+    np.testing.assert_array_equal(out["radiance"][0, 0], [0, 0, 0])
     assert out["depth"][15, 20] == pytest.approx(4.0, rel=1e-6)
     assert out["depth"][0, 0] == np.inf
     np.testing.assert_array_equal(out["normal"][15, 20], [0, -1, 0])
@@ -54,6 +54,11 @@ def test_refusals_are_value_errors_by_name():
         render(disk(), np.zeros((0, 3)))
     with pytest.raises(ValueError, match=r"^samples: "):
         render(disk(), [[1.0] * 3], samples=0)
+
+
+def test_an_environment_image_wants_what_is_covered():
+    with pytest.raises(ValueError, match=r"^coverage: wanted shape \(h, w\)"):
+        _core.environment_image([], CAMERA, np.zeros(4), 1)
 
 
 def test_the_device_is_described():

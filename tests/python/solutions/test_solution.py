@@ -196,7 +196,7 @@ def test_a_picture_and_its_layers(solved):
     layers = solved.render(size=(120, 90), layers=True)
     assert {name: a.shape[2:] for name, a in layers.items()} == {
         **dict.fromkeys(("radiance", "direct", "indirect", "albedo", "normal"), (3,)),
-        **dict.fromkeys(("depth", "index", "level"), ()),
+        **dict.fromkeys(("alpha", "depth", "index", "level"), ()),
     }
     # Inside of a closed room every pixel shows something.
     assert np.isfinite(layers["depth"]).all()

@@ -49,7 +49,7 @@ def test_a_frame_is_radiance_in_float32(renderer):
 
 def test_layers_are_those_of_pictures(renderer, transfer):
     found = renderer.frame(LAMPS, layers=True)
-    assert list(found) == ["radiance", "direct", "indirect", "albedo", "normal", "depth", "index"]
+    assert list(found) == ["radiance", "direct", "indirect", "albedo", "alpha", "normal", "depth", "index"]
     np.testing.assert_allclose(found["radiance"], found["direct"] + found["indirect"], rtol=1e-6)
     drawn = transfer.relight(LAMPS).render(size=SIZE, samples=1, layers=True)
     same = found["index"] == drawn["index"]  # but at edges, where rays and OpenGL round otherwise

@@ -1,0 +1,102 @@
+"""`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md.
+
+Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
+the machine busy, seconds of a file that is there stay, with their day and commit, and all else is measured. In a
+checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and
+tests/python/test_figures.py fails where a page quotes another number.
+"""
+
+import contextlib
+import datetime
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import surflux as sf
+from surflux.bench import areas, cases
+
+BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
+
+
+@dataclass(frozen=True)
+class Table:
+    """How a table is made: `measure(repeats, threads)` gives its rows, `text(rows)` their Markdown."""
+
+    command: str
+    measure: object
+    text: object
+    timed: tuple = ()  # columns that are seconds
+
+
+def _cases(repeats, threads):
+    return [asdict(row) for row in cases.measure_all(cases.CASES, repeats, threads)]
+
+
+TABLES = {
+    "cases": Table(
+        "surflux bench",
+        _cases,
+        lambda rows: cases.table([cases.Row(**row) for row in rows]),
+        timed=("seconds", "stages", "repeats"),
+    ),
+    "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
+}
+
+
+def write(folder, repeats, threads):
+    """Measures all tables and writes each when it is done; returns their Markdown, one below the other."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    now = {"date": datetime.date.today().isoformat(), "commit": commit()}  # before files in the checkout change
+    texts = []
+    for name, table in TABLES.items():
+        path = folder / f"{name}.json"
+        load = os.getloadavg()[0]  # before anything is measured here
+        rows = table.measure(repeats, threads)
+        machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
+        found = {"command": table.command, **now, "machine": machine, "rows": rows}
+        if table.timed and load > BUSY:
+            print(f"bench: {name}: other programs keep this machine busy (load {load:.1f})", file=sys.stderr)
+            if path.exists():
+                found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
+        path.write_text(json.dumps(found, indent=1) + "\n")
+        texts.append(text(name, found))
+        (folder / f"{name}.md").write_text(texts[-1] + "\n")
+    return "\n\n".join(texts)
+
+
+def with_seconds_of(old, found, timed):
+    """What was found, with the seconds of an older file; rows that it has not are left out, which is said."""
+    rows = {next(iter(row.values())): row for row in old["rows"]}
+    kept = []
+    for row in found["rows"]:
+        name = next(iter(row.values()))
+        if name in rows:
+            kept.append(row | {column: rows[name][column] for column in timed})
+        else:
+            print(f"bench: {name} left out: its seconds were never measured on a quiet machine", file=sys.stderr)
+    seconds = old.get("seconds", {key: old[key] for key in ("date", "commit")})
+    return found | {"seconds": seconds, "rows": kept}
+
+
+def text(name, found):
+    """A table as pages have it: Markdown, and below it how, when and of which commit it was measured."""
+    below = f"`{found['command']}`, {_when(found)}, {found['machine']['threads']} threads"
+    if "seconds" in found:
+        below += f"; seconds {_when(found['seconds'])}"
+    return f"{TABLES[name].text(found['rows'])}\n\n*{below}.*"
+
+
+def _when(found):
+    return f"{found['date']}, commit {found['commit']}"
+
+
+def commit():
+    """The commit of the working folder, with "-dirty" where files differ from it; outside of a checkout the version."""
+    with contextlib.suppress(OSError, subprocess.CalledProcessError):
+        told = ["git", "describe", "--always", "--dirty", "--exclude=*"]
+        return subprocess.run(told, check=True, capture_output=True, text=True).stdout.strip()
+    return f"of {sf.__version__}"

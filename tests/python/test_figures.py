@@ -1,0 +1,117 @@
+"""Pages quote what stands in data/figures, and `surflux bench --site` writes what they quote."""
+
+import json
+import re
+
+import pytest
+
+import quoted_figures
+from surflux.bench import areas, cases, site
+from surflux.cli import commands
+
+FIGURE = re.compile(rf"(?<![\w.])({quoted_figures.NUMBER} ?(?:%|s|GB|points/s))(?![\w/])(<!-- = )?")
+# In the README, of what `--site` does not measure yet: measured.md names the command for each.
+ELSEWHERE = {
+    "surflux bench --scale": {"21.6 s", ".73 %", "0.48 s", ".7 %", "17 s", "1.3 %"},
+    "surflux bench --areas, its peers": {"25 000 points/s", "470 000 points/s"},
+    "tests/support/many_surfels.py": {"156 s"},
+    "surflux bench --case view factors beside pyviewfactor": {"0.13 s", "3.1 s"},
+    "tests/support of sky-view-factor.md": {".9 %", "16 s"},
+    "the size of what script/setup installs": {"2.5 GB"},
+}
+
+
+@pytest.mark.parametrize("page", quoted_figures.PAGES, ids=lambda page: page.name)
+def test_tables_and_figures_are_those_measured(page):
+    text = page.read_text()
+    assert quoted_figures.with_tables(text) == text, "python tests/support/quoted_figures.py writes it anew"
+    assert quoted_figures.wrong_quotes(text) == []
+
+
+def test_the_readme_quotes_no_other_number():
+    told = FIGURE.findall((quoted_figures.ROOT / "README.md").read_text())
+    untied = {figure for figure, tied in told if not tied}
+    assert untied == set().union(*ELSEWHERE.values())
+
+
+def test_every_table_is_quoted_by_a_page():
+    quoted = {name for page in quoted_figures.PAGES for _, name, _ in quoted_figures.BLOCK.findall(page.read_text())}
+    assert quoted == set(site.TABLES) == {path.stem for path in quoted_figures.FIGURES.glob("*.json")}
+
+
+@pytest.fixture
+def measured(monkeypatch, tmp_path):
+    """data/figures with one row that a test knows."""
+    row = cases.Row("room", 25_400, 1.249, 0.0172, "own", {"solve": 0.5})
+    found = {"command": "surflux bench", "date": "2026-01-02", "commit": "abc", "machine": {"threads": 2}}
+    (tmp_path / "cases.json").write_text(json.dumps(found | {"rows": [vars(row)]}))
+    monkeypatch.setattr(quoted_figures, "FIGURES", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "column"),
+    [
+        ("1.2 s", "1.3 s", "seconds"),
+        ("1.7 %", "1.6 %", "error"),
+        ("1.7e-2", "1.8e-2", "error"),
+        (".5 s", ".6 s", "stages.solve"),
+        ("25 000", "26 000", "surfels"),
+    ],
+)
+def test_a_quote_is_the_figure_rounded(measured, right, wrong, column):
+    place = f"<!-- = cases / room / {column} -->"
+    assert quoted_figures.wrong_quotes(f"in {right}{place}") == []
+    assert len(quoted_figures.wrong_quotes(f"in {wrong}{place}")) == 1
+
+
+def test_a_table_says_how_and_when_it_was_measured(measured):
+    page = quoted_figures.with_tables("a\n<!-- figures: cases -->\nold\n<!-- end of figures -->\nb")
+    assert "| room | 25400 | 1.249 | 0.017 | own | solve 0.500 |\n\n" in page
+    assert "\n*`surflux bench`, 2026-01-02, commit abc, 2 threads.*\n<!-- end of figures -->\nb" in page
+
+
+def test_a_figure_that_is_not_there_is_named(measured):
+    with pytest.raises(ValueError, match=r"^data/figures/cases\.json: wanted one row 'hall', found 0$"):
+        quoted_figures.wrong_quotes("1 s<!-- = cases / hall / seconds -->")
+
+
+def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(cases, "CASES", {"furnace in a cube": cases.CASES["furnace in a cube"]})
+    monkeypatch.setattr(areas, "CLOUDS", {"icosphere 642": areas.CLOUDS["icosphere 642"]})
+    monkeypatch.setattr("os.getloadavg", lambda: (7.25, 0.0, 0.0))
+    folder = tmp_path / "figures"
+    assert commands.main(["bench", "--site", str(folder), "--repeats", "1"]) == 0
+    out, err = capsys.readouterr()
+    assert "bench: cases: other programs keep this machine busy (load 7.2)\n" in err
+    for name, table in site.TABLES.items():
+        found = json.loads((folder / f"{name}.json").read_text())
+        assert found["command"] == table.command
+        assert len(found["rows"]) == 1
+        assert (folder / f"{name}.md").read_text().strip() in out
+        assert f"{found['date']}, commit {found['commit']}, " in out
+    # The furnace is closed: B = E / (1 - rho) on every surfel.
+    assert json.loads((folder / "cases.json").read_text())["rows"][0]["error"] < 1e-3
+
+
+def test_on_a_busy_machine_seconds_stay_those_of_a_quiet_one(capsys):
+    first = {
+        "date": "2026-01-02",
+        "commit": "abc",
+        "rows": [vars(cases.Row("room", 5, 1.25, 0.3, "own", {"solve": 1.0}))],
+    }
+    now = {"command": "surflux bench", "date": "2026-02-03", "commit": "def", "machine": {"threads": 2}}
+    rows = [vars(cases.Row(name, 6, 9.75, 0.2, "own", {"solve": 9.0})) for name in ("room", "hall")]
+    timed = site.TABLES["cases"].timed
+    found = site.with_seconds_of(first, now | {"rows": rows}, timed)
+    (row,) = found["rows"]
+    assert (row["surfels"], row["error"], row["seconds"], row["stages"]) == (6, 0.2, 1.25, {"solve": 1.0})
+    assert "bench: hall left out: its seconds were never measured on a quiet machine\n" in capsys.readouterr().err
+    told = "*`surflux bench`, 2026-02-03, commit def, 2 threads; seconds 2026-01-02, commit abc.*"
+    assert site.text("cases", found).endswith(told)
+    again = site.with_seconds_of(found, now | {"rows": rows}, timed)
+    assert again["seconds"] == {"date": "2026-01-02", "commit": "abc"}
+
+
+def test_outside_of_a_checkout_the_version_takes_the_place_of_the_commit(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    assert re.fullmatch(r"of \d+\.\d+\.\d+", site.commit())
