@@ -8,7 +8,7 @@ import surflux as sf
 from surflux import _core
 from surflux._base import check
 from surflux._base.color import white_of_colors
-from surflux._base.passes import watched, without_progress
+from surflux._base.passes import watched
 from surflux._base.summary import box_text
 from surflux.cli.cloud import Cloud, camera_of_cloud, is_cloud, lights_of_cloud, patches_of_file
 from surflux.points.cleaning import cleaned, known_classes
@@ -165,11 +165,7 @@ def _solved(options, scan, facts, limit, solve_options):
         given.append(f"--points={options.points or limit}")
     given = solve_options([*given, "--", options.input])
     try:
-        if is_cloud(options.input):
-            surfels = Cloud(given, scan).surfels
-        else:
-            with without_progress():  # reading was told before
-                surfels = patches_of_file(given)
+        surfels = Cloud(given, scan).surfels if is_cloud(options.input) else patches_of_file(given)
     except (sf.FileError, ValueError) as error:
         return {"solve": {"refused": str(error), "surfels": 0}, "next": "see help(surflux.read) for what it takes"}
     camera = camera_of_cloud(given, surfels)
