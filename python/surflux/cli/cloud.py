@@ -47,12 +47,14 @@ class Cloud:
         alone: (n,) booleans: points that are left out.
     """
 
-    def __init__(self, options):
+    def __init__(self, options, scan=None):
+        """scan: what the options read, where it is read already."""
         seed = 0 if options.seed is None else options.seed
-        scan, faces = read_scan_with_faces(
-            options.input, points=options.points, seed=seed, strict=options.strict, progress=True
-        )
-        warn_of_faces(options.input, faces)
+        if scan is None:
+            scan, faces = read_scan_with_faces(
+                options.input, points=options.points, seed=seed, strict=options.strict, progress=True
+            )
+            warn_of_faces(options.input, faces)
         self.scan = scan
         count = len(scan)
         if options.points is not None and count > 0 and scan.rows[-1] >= options.points:

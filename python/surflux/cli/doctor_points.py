@@ -165,7 +165,7 @@ def _solved(options, scan, facts, limit, solve_options):
         given.append(f"--points={options.points or limit}")
     given = solve_options([*given, "--", options.input])
     try:
-        surfels = Cloud(given).surfels if is_cloud(options.input) else patches_of_file(given)
+        surfels = Cloud(given, scan).surfels if is_cloud(options.input) else patches_of_file(given)
     except (sf.FileError, ValueError) as error:
         return {"solve": {"refused": str(error), "surfels": 0}, "next": "see help(surflux.read) for what it takes"}
     camera = camera_of_cloud(given, surfels)

@@ -72,6 +72,13 @@ def test_what_solve_then_makes_of_it_is_what_doctor_said(doctor, run):
     assert camera.to_dict() == found["solve"]["camera"]
 
 
+def test_a_file_is_read_once(here, run):
+    write_ply("grid.ply", [])
+    status, _, err = run("doctor", "grid.ply")
+    assert status == 0
+    assert err.splitlines().count("surflux: reading") == 1
+
+
 def test_a_file_of_more_points_than_solve_takes(doctor, run, monkeypatch):
     from surflux.cli import commands
 
