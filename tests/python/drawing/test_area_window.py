@@ -75,7 +75,8 @@ def test_the_histogram_has_its_bars_where_they_should_be(tmp_path):
         middle = (np.floor(value / 0.0175) + 0.5) * 0.0175  # 40 bins up to 0.7
         assert bar.mean() == pytest.approx(first + (last - first) * middle / 0.7, abs=2)
         heights.append(bars[:, bar].sum(axis=0).max())
-    assert heights[0] == pytest.approx(3 * heights[1], abs=3)
+    # Of a bar the rows at its top and at the axis may be blended: up to 2 pixels less, and three times that here.
+    assert heights[0] == pytest.approx(3 * heights[1], abs=6)
     assert not is_color(image, PICKED).any()
 
     image = part(picture(tmp_path, s, 2), "histogram")
