@@ -94,7 +94,6 @@ def test_options_reach_the_solver(tiles, run, monkeypatch):
         ("--tiles --solver meshless", "--solver: wanted radiosity with --tiles"),
         ("--tiles --light studio", "--light: wanted sun or sky with --tiles"),
         ("--tiles --checkpoint kept", "--checkpoint: does not go with --tiles; a run that was stopped goes on"),
-        ("--tiles --cluster tcp://127.0.0.1:1", "--cluster: "),
         ("--tiles --halo 0", "--halo: wanted"),
         ("--tiles --far 0.5", "--far: wanted"),
         ("--tiles --unit 0", "--unit: wanted"),
