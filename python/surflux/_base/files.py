@@ -1,6 +1,7 @@
 """Files that appear whole or not at all."""
 
 import os
+import re
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -39,6 +40,7 @@ def require_place(path, place=None):
         raise file_error(path, f"cannot be written: no permission to write {'there' if device else f'in {folder}'}")
 
 
+_UNFINISHED_NAME = re.compile(r"\..*-\d+\.part(\..*)?")  # names that unfinished_name gives
 UNFINISHED = set()
 """Paths of files that this process has not written to their end."""
 
@@ -86,3 +88,8 @@ def write_whole(path, data):
 def unfinished_name(path):
     """The name of a file beside `path` until it is whole; the same suffix, and no longer than names may be."""
     return f".{path.stem[:40]}-{os.getpid()}.part{path.suffix[:40]}"
+
+
+def is_unfinished_name(name):
+    """Whether a file is one that its process was killed over before it was whole."""
+    return _UNFINISHED_NAME.fullmatch(name) is not None

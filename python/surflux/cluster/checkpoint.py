@@ -7,7 +7,7 @@ import struct
 from pathlib import Path
 
 from surflux._base import check
-from surflux._base.files import file_error, whole_file, write_whole
+from surflux._base.files import file_error, is_unfinished_name, whole_file, write_whole
 from surflux.cluster.agreement import difference, machine_facts
 
 _ABOUT = "checkpoint.json"
@@ -36,16 +36,24 @@ class Checkpoint:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as fault:
             raise file_error(folder, f"cannot be made: {fault.strerror or fault}") from fault
-        if about.exists():
+        names = self._names()
+        if _ABOUT in names:
             self._require_same(about, facts)
-        elif any(self._folder.iterdir()):
+        elif not all(map(is_unfinished_name, names)):
             raise file_error(folder, f"is no checkpoint: it holds other files, and no {_ABOUT}")
         else:
             write_whole(about, json.dumps({"format": _FORMAT, "facts": facts}, indent=1).encode())
-        names = {entry.name for entry in self._folder.iterdir()}
+        for name in filter(is_unfinished_name, names):  # of a process that was killed
+            (self._folder / name).unlink(missing_ok=True)
         self.count = 0  # of exchanges that are there, from the first on
         while self._file(self.count).name in names:
             self.count += 1
+
+    def _names(self):
+        try:
+            return {entry.name for entry in self._folder.iterdir()}
+        except OSError as fault:
+            raise file_error(self._folder, fault.strerror or str(fault)) from fault
 
     def _require_same(self, about, facts):
         try:

@@ -121,6 +121,18 @@ def test_the_folder_of_another_version_is_refused(copy):
             solved(copy)
 
 
+def test_what_a_process_was_killed_over_is_cleared_away(tmp_path):
+    """Before the folder said whose it is, and between two exchanges."""
+    call = tmp_path / "call-0"
+    call.mkdir()
+    for _ in range(2):
+        for name in (".checkpoint-123.part.json", ".00002-123.part.exchange"):
+            (call / name).write_text("half of it")
+        solved(tmp_path)
+        assert not list(call.glob(".*"))
+    assert (call / "checkpoint.json").exists()
+
+
 def test_places_that_are_no_checkpoint_are_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(sf.FileError, match="file: is a file, not a folder"):
