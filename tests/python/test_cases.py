@@ -16,6 +16,10 @@ SAMPLES = 1024
 
 # Of cases that take seconds by any solver.
 SLOW = (
+    "equal disks, patches",
+    "concentric spheres, points",
+    "elements under a disk, points",
+    "sphere inside, rough materials",
     "behind a slit",
     "two long rooms",
     "canyon",

@@ -126,6 +126,7 @@ def test_direct_light_from_more_places_is_the_same_with_less_noise():
     assert np.all(many.indirect == 0.0)
 
 
+@pytest.mark.slow
 def test_values_at_points_count_where_a_solution_has_them(folder, monkeypatch):
     truth = ScaleTruth("furnace", measured=30)
     n = len(truth.points.points)
@@ -190,6 +191,7 @@ def test_seconds_until_mitsuba_is_as_good(monkeypatch):
     assert row.mitsuba_seconds > 0.0
 
 
+@pytest.mark.slow
 def test_growth_is_told_and_drawn(tmp_path):
     rows = [scale.Row(f"gallery of {n}", n, n, 1e-5 * n**1.5, 1e-6 * n, 0.02, 0.03) for n in (100, 10_000)]
     rows.append(scale.Row("three spheres", 1, 1, 1.0, 0.1))

@@ -33,6 +33,7 @@ def test_areas_of_a_cloud(run):
     assert not (image == PICKED).all(axis=2).any()
 
 
+@pytest.mark.slow
 def test_a_picked_surfel(run):
     assert run("ball.ply", "--areas", "--pick", "7", "--screenshot", "curved.png")[0] == 0
     assert read("curved.png")[263, 247].tolist() == PICKED
@@ -74,6 +75,7 @@ def test_what_cannot_be_shown(arguments, message, run):
     assert f"surflux: error: {message}" in err
 
 
+@pytest.mark.slow
 def test_up_without_a_camera(run):
     """It turns the picture, and leaves all of it, or the picked surfel, in view."""
     pictures = {}

@@ -63,6 +63,7 @@ def test_points_that_are_thinned_away_have_the_light_around_them(survey, run):
     assert irradiance[:3100] == pytest.approx(np.pi, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_file_is_also_a_solution(survey, run):
     assert run("solve", "survey.npz", "--size", "80x60", "--thin", 2000)[0] == 0
     solution = sf.load_solution("survey_solved.ply")
@@ -146,6 +147,7 @@ def test_colours_of_few_points_do_not_turn_white(here):
     assert found[0] / found[0, 0] == pytest.approx([1, 1 / 3, 1 / 6])
 
 
+@pytest.mark.slow
 def test_what_is_lit_can_be_lit_again(survey, run):
     """Its colours are light, and its reflectance stands beside them."""
     assert run("solve", "survey.npz", "-o", "once.csv", "--no-image", "--light", "sky")[0] == 0
@@ -215,6 +217,7 @@ def test_points_that_are_read_alone_are_told_of(survey, run):
     assert np.array_equal(some.points, survey.points[some.attributes["row"]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("forward", [1, -1])
 def test_the_frame_of_a_depth_camera_stands_upright(here, run, forward):
     """A ball at the height of the camera in front of a wall: y is down where z is ahead, and up where z is behind."""
@@ -233,6 +236,7 @@ def test_the_frame_of_a_depth_camera_stands_upright(here, run, forward):
     assert forward * ahead[2] == pytest.approx(np.linalg.norm(ahead))  # as the camera did
 
 
+@pytest.mark.slow
 def test_up_is_y_in_gltf(ball, run):
     from surflux.splats.gltf_container import Container
 

@@ -112,6 +112,7 @@ def test_points_without_a_place_and_far_from_the_origin(doctor, run):
     assert "4-byte floats, which here come in steps of 0.0625" in run("doctor", "coarse.ply")[1]
 
 
+@pytest.mark.slow
 def test_normals_given_zero_and_of_a_viewpoint(doctor, run):
     def columns(normals):
         return [(name, "float", normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
@@ -142,6 +143,7 @@ def test_given_normals_are_said_to_be_checked_as_solve_does(doctor, run):
     assert doctor("box.ply")[0]["normals"]["side"] == "as the file has them"  # patches stay
 
 
+@pytest.mark.slow
 def test_colours_of_8_bits_of_16_of_none_and_of_fractions(doctor, run):
     def written(name, kind, values):
         write_ply(name, [(channel, kind, np.full(404, values)) for channel in ("red", "green", "blue")])
@@ -307,6 +309,7 @@ def test_what_is_known_of_real_scans(scans, here, run):
     assert frame["points"] - frame["finite"] == 52744
 
 
+@pytest.mark.slow
 def test_a_closed_terminal_or_a_pipe_gets_the_answer(ball):
     done = subprocess.run(
         [sys.executable, "-m", "surflux", "doctor", "-q", "ball.ply"], capture_output=True, text=True, check=True

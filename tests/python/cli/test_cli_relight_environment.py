@@ -49,6 +49,7 @@ def with_sky(here, name, more=""):
     (here / name).write_text(text)
 
 
+@pytest.mark.slow
 def test_a_film_and_numbered_files(ball, run):
     options = ("--environment", "sky.exr", "--turntable", 4, "--json", *SMALL)
     status, out, err = run(
@@ -70,6 +71,7 @@ def test_a_film_and_numbered_files(ball, run):
     assert (wanted.radiance_towards([0, -1, 0.3]) > 1.5 * dull).any()  # the scene file says that it is glossy
 
 
+@pytest.mark.slow
 def test_turn_is_where_it_begins(ball, run):
     options = ("--environment", "sky.exr", "--turn", 90, *SMALL)
     assert run("relight", "ball.toml", *options, "--image", "a.exr", "--image", "a.png")[0] == 0

@@ -143,6 +143,7 @@ def test_repeated_points_have_what_the_first_has(here, run):
     assert f"area {once:.6g} m2" in out
 
 
+@pytest.mark.slow
 def test_units_are_of_areas_alone(here, run):
     """Feet: the plane is .3048^2 of the area; what arrives per square metre is the same."""
     _, metres, _ = run("solar", plane(), *PLACE, "--time", NOON, "--json", "-o", "a.csv", *FEW)
@@ -196,6 +197,7 @@ def test_patches_of_a_mesh_stay_patches(here, run):
     assert "--casters: is for a cloud; scenes and patches of a mesh say by themselves what they are" in err
 
 
+@pytest.mark.slow
 def test_colors_are_reflected_where_asked_for(here, run):
     """Two walls of white and of black points that face each other: what the black one gets of the white one."""
     at = (np.arange(20) + 0.5) / 20 * 4
@@ -234,6 +236,7 @@ def test_walls_turned_inwards_are_told_of(here, run):
     assert "its normals face away and are turned over, all of them, to face upwards" in err
 
 
+@pytest.mark.slow
 def test_places_are_read_by_hemisphere_too(here, run):
     run("solar", plane(), "--place", "33.9S,18.4E", "--time", NOON, "--json", "-o", "a.csv", *FEW)
     _, out, _ = run("solar", plane(), "--place=-33.9,18.4", "--time", NOON, "--json", "-o", "b.csv", *FEW)

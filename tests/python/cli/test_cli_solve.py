@@ -90,6 +90,7 @@ def test_threads_are_a_limit_of_reading_too(ball, run, monkeypatch, command):
     assert seen["load_scene"] == ([1], 1)  # what it does in threads of its own has to be told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["radiosity", "meshless"])
 def test_rays_are_those_of_either_solver(here, run, solver):
     """Each ray of a meshless receiver is a link, and pairs shoot from every surfel: fewer are fewer."""
@@ -172,6 +173,7 @@ def test_a_cloud_under_a_plain_sky(ball, run):
     assert image[0, 0].min() > image[22, 30].max()  # the sky behind is twice as bright
 
 
+@pytest.mark.slow
 def test_large_clouds_are_thinned_and_this_is_said(ball, run, monkeypatch):
     status, out, err = run("solve", "ball.ply", "--thin", 60, "--json", "--size", "8x6")
     assert status == 0
@@ -209,6 +211,7 @@ def test_the_meshless_solver(here, run):
     assert (status, "--zeta: goes with --solver radiosity" in err) == (2, True)
 
 
+@pytest.mark.slow
 def test_options_of_the_file_count_in_the_package_too(here, run):
     Path("own.toml").write_text(Path("room.toml").read_text() + "\n[solve]\nseed = 5\ntransport = 'rays'\n")
     found = json.loads(run("solve", "own.toml", "--json", "--no-image")[1])
@@ -219,6 +222,7 @@ def test_options_of_the_file_count_in_the_package_too(here, run):
     assert np.abs(sf.solve(own, seed=6).irradiance - kept).max() > 1e-6 * kept.max()  # what is given counts over it
 
 
+@pytest.mark.slow
 def test_without_gl_a_solution_is_saved_and_told_of(here, run, monkeypatch):
     def render(*_, **__):
         raise _core.DeviceError("no EGL device answers")

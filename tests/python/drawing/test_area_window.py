@@ -96,6 +96,7 @@ def test_without_a_camera_a_sheet_is_seen_from_its_front(tmp_path):
             assert not edge.any()
 
 
+@pytest.mark.slow
 def test_survey_coordinates_look_like_any_other(tmp_path):
     s, far = grid(), np.array([5.1e6, 4.3e5, 800.0])
     moved = sf.Surfels(s.points + far, s.normals, radii=s.radii)
@@ -136,6 +137,7 @@ def test_without_a_display_a_picture_is_saved_and_this_is_said(tmp_path, monkeyp
     assert "there is no display, so the picture goes to" in caplog.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(800, 600), (1280, 720), (320, 240), (200, 900)])
 def test_the_parts_of_the_window_fill_it(tmp_path, size):
     """No pixel is left black by a part that is not drawn."""

@@ -231,6 +231,7 @@ def test_clicks_and_drags_beside_the_surfels_change_nothing(window):
         assert (seen(view) == before).all()
 
 
+@pytest.mark.slow
 def test_a_pick_taken_back_leaves_nothing(window):
     view = window(grid())
     before = seen(view)

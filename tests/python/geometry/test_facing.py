@@ -35,6 +35,7 @@ def turned_in_pieces(points, normals, seed):
     return np.where(rng.permutation(16)[cell][:, None] % 2 == 0, -normals, normals)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("thing", ["blob", "knot", "plate", "room"])
 def test_pieces_that_are_turned_over_are_found(thing, seed):

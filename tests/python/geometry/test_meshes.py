@@ -260,6 +260,7 @@ MESHES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.filterwarnings("ignore:.*colours are ignored:UserWarning")

@@ -69,6 +69,7 @@ def test_lights_and_cameras(light, twin):
     assert twin(camera) == camera
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
 def test_solutions(scene, twin, solver):
     solution = solver(scene)
@@ -101,6 +102,7 @@ def divided_by_a_wall(request):
     return solution
 
 
+@pytest.mark.slow
 def test_meshless_solutions_keep_their_basis(twin, divided_by_a_wall):
     """Functions, their coefficients and the walls that end them, between surfels and in pictures; also of a twin's."""
     solution = divided_by_a_wall

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from quick import quick
 from surflux.points.seen_from import _thin_out_from_origin, seen_from
 
 
@@ -36,7 +35,8 @@ def depth_image(sign, size=(160, 120)):
     return ray * t[:, None]
 
 
-@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_terrain_faces_upwards(tmp_path, seed, caplog):
     points = hills(seed=seed)
     np.savez(tmp_path / "hills.npz", points=points)
@@ -85,6 +85,7 @@ def scanned_room(seed=0):
     return rays * np.min(walls, axis=1)[:, None] * noise, -np.sign(rays) * np.eye(3)[wall]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_scanner_turned_at_the_origin(tmp_path, seed, caplog):
     points, truth = scanned_room(seed)

@@ -135,6 +135,7 @@ values = st.one_of(
 lines = st.one_of(st.just(""), st.just("# [camera]"), st.just("   # eye = 3"))
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(names, values), max_size=3, unique_by=lambda pair: pair[0]),
     st.lists(

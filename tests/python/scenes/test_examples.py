@@ -28,6 +28,7 @@ def test_an_example_is_lit_and_keeps_its_power(name, monkeypatch):
     assert all(lit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_no_patches_of_an_example_lie_half_under_a_wall(name, caplog, recwarn):
     sf.solve(getattr(sf.examples, name)(), transport="rays", rays=16, insert=False)

@@ -153,6 +153,7 @@ def agree(folder, data):
 SLOW = "points of a boulder", "points of a torus knot"  # which are sampled anew for every value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(o, marks=[pytest.mark.slow] * (o in SLOW)) for o in OBJECTS])
 def test_an_object_has_the_keys_and_types_that_the_loader_takes(folder, name):
     least = OBJECTS[name]

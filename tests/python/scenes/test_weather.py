@@ -53,6 +53,7 @@ def test_clear_skies_go_by_height_and_turbidity():
     assert (night.direct_normal, night.diffuse) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_hours_of_files(epw):
     """The row of 12 to 13 hours on 21 June: the sun is where it is at half past eleven in UTC."""
     row = 24 * 171 + 12
@@ -72,6 +73,7 @@ def test_a_time_zone_that_the_sun_contradicts_is_not_taken(tmp_path, epw):
     np.testing.assert_array_equal(found.times, right.times)
 
 
+@pytest.mark.slow
 def test_half_hours_of_zones_count(tmp_path):
     above = level_sun(20.0, 77.0, 5.5)
     path = write_epw(tmp_path / "half.epw", above, above, above, 20.0, 77.0, 5.5)
@@ -116,6 +118,7 @@ def test_places_and_figures_are_checked(options, message):
         sf.Sky(**({"latitude": 47.4, "longitude": 8.5, "time": "2025-06-21T12:00Z"} | options))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hour", [-1, 8760, 1.0, True])
 def test_hours_that_a_file_has_not_are_refused(epw, hour):
     with pytest.raises(ValueError, match=r"^hour: wanted a whole number"):

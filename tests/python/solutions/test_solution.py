@@ -254,6 +254,7 @@ def test_render_refuses(solved, argument, values):
             solved.render(**{argument: value})
 
 
+@pytest.mark.slow
 def test_plot_shows_what_was_solved(solved, tmp_path):
     """Off screen: the floor of the room from above, through the ceiling, whose back is not drawn."""
     from PIL import Image

@@ -60,6 +60,7 @@ def test_furnace_around_a_ball_is_exact(solver, points):
     np.testing.assert_allclose(solution.radiosity, 1.0, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rho", [0.95, 0.99])
 def test_lit_room_has_the_light_that_it_has_alone(solver, rho):
     """A wall glows: light is reflected twenty or a hundred times before it is absorbed."""
@@ -145,6 +146,7 @@ def test_open_floor_has_the_light_that_the_ball_sends(transport):
     assert np.mean(found) == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.slow
 def test_every_solver_says_where_the_power_went(solver):
     scene = sf.Scene([cube_inside(8, 0.6)], [sf.PointLight([0.5, 0.4, 0.7], 3.0)])
     solution = solver(scene)

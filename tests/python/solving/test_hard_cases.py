@@ -73,6 +73,7 @@ def white_rooms():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", white_rooms())
 def test_at_most_30_applications(name):
     """rho up to .999, neither rho nor E uniform: a Neumann series would need 9206 of them."""
@@ -101,6 +102,7 @@ def ever_denser_sphere(ratio, step=0.3):
     return np.concatenate([points, [[0, 0, 1], [0, 0, -1]]])
 
 
+@pytest.mark.slow
 def test_spacings_of_1_to_1500():
     points = ever_denser_sphere(1500)
     s = sf.Surfels(points, -points, reflectance=0.5 + 0.4 * points[:, 0] * points[:, 1], emission=1 + points[:, 2])

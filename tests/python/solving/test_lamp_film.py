@@ -84,6 +84,7 @@ def test_reflectance_and_bounces(transfer, matrices, tmp_path):
     assert len(matrices) == 1  # surfels of another reflectance are where they were
 
 
+@pytest.mark.slow
 def test_layers_of_every_frame(transfer, tmp_path):
     for layers in (["direct", "indirect", "albedo"], True):
         pictures(transfer, [POINT, OTHER], tmp_path, layers=layers)

@@ -71,6 +71,7 @@ def test_indirect_light_is_that_of_the_solution(renderer, transfer):
     assert np.sqrt(((found - drawn) ** 2).mean() / (drawn**2).mean()) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lamp", [POINT, AREA], ids=["point", "area"])
 def test_errors_beside_path_tracing_of_pixels(renderer, transfer, lamp):
     """Indirect light is as far off as transfer is of such a room, 2 to 4 %: what it is drawn by adds nothing to that.

@@ -78,6 +78,7 @@ def test_solvers_have_the_same_light_of_a_narrow_spot_on_points():
     np.testing.assert_allclose(pairs, meshless, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_two_scans_share_a_narrow_spot():
     scene = sf.Scene([cloud(1), cloud(2)], [sf.SpotLight([1, 1, 1.3], [0, 0, -1], 5.0, cone=2.0, penumbra=0.5)])
     solution = SOLVERS["rays"](scene)
@@ -174,6 +175,7 @@ def test_a_lamp_in_the_plane_of_a_ceiling_loses_nothing(light, offset):
         assert np.allclose(under_ceiling, open_sky, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.3, 0.1, 0.777)])
 def test_the_first_bounce_of_a_lamp_in_the_plane_of_a_ceiling(offset):
     """Rays from where others meet large patches near by: of a lamp a thousandth lower they bring .1 % more or less."""

@@ -93,6 +93,7 @@ def test_region_and_progress():
         place(sf.Scene([square]), 3, progress=lambda done, total: False)
 
 
+@pytest.mark.slow
 @pytest.mark.scans
 def test_statue_and_scan_keep_the_distance_and_lose_no_points(scans):
     bunny = sf.read(scans / "statues" / "bunny_34834.ply")

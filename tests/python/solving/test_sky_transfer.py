@@ -5,7 +5,6 @@ import pytest
 
 import surflux as sf
 from cases.builders import cube_inside
-from quick import quick
 
 SKY = np.random.default_rng(1).uniform(0.2, 3.0, (146, 3))
 
@@ -56,8 +55,9 @@ def test_a_ceiling_has_the_light_of_the_ground():
     assert found[:, 1:].max() == 0.0
 
 
-@pytest.mark.parametrize("count", quick(145, of=[145, 577, 2305]))
-@pytest.mark.parametrize("seed", quick(0, of=[0, 1, 2]))
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [145, 577, 2305])
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_all_patches_together_are_an_even_sky(stair, count, seed):
     """As `solve` of all pairs has it, within .7 % surfel by surfel and .2 % in the mean."""
     light = sf.Environment([1.0, 2.0, 0.5])
@@ -100,6 +100,7 @@ def test_one_light_by_harmonics_by_patches_and_by_the_solver(stair):
         assert relative_rms(found.irradiance[floors], true.irradiance[floors], true.surfels.areas[floors]) < 0.02
 
 
+@pytest.mark.slow
 def test_coefficients_times_a_sky_are_its_light(stair, transfer):
     coefficients = transfer.coefficients()
     assert coefficients.dtype == np.float32

@@ -71,6 +71,7 @@ def test_convex_bodies_and_the_dark_have_no_indirect_light():
     assert sf.precompute_transfer(sf.Scene([cube_inside(4, 0.5)])).indirect([]).max() == 0.0
 
 
+@pytest.mark.slow
 def test_lamps_that_light_nothing_are_warned_of(transfer):
     with pytest.warns(UserWarning, match="none of the lights reaches the front of a surfel"):
         assert transfer.relight(sf.PointLight([0.5, 0.5, 9.0], 1.0)).irradiance.max() == 0.0

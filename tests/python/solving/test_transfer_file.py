@@ -217,6 +217,7 @@ def test_files_that_are_cut_off(saved):
         sf.load_transfer(saved)
 
 
+@pytest.mark.slow
 def test_files_of_which_a_bit_was_changed(tmp_path):
     path = small(tmp_path / "floor.transfer")
     whole, rng = path.read_bytes(), np.random.default_rng(0)
@@ -256,6 +257,7 @@ def changed(values, how):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["largest", "none", "below", "reversed", "short", "other"])
 def test_no_array_makes_it_crash(transfer, saved, how):
     """Someone who changes a file and mends its checksums is told what is wrong, or gets light of another scene."""

@@ -56,6 +56,7 @@ def test_what_does_not_fit_is_left_out(whole, limited):
     assert 0.0 < off < 0.1
 
 
+@pytest.mark.slow
 def test_a_first_level_that_does_not_fit_is_refused(room):
     said = r"^max_memory: the first level, of [0-9]+ places, takes [0-9]+ MB, and there are 6 MB for it; "
     with pytest.raises(ValueError, match=said + "a larger radius or fewer rays take less"):

@@ -88,6 +88,7 @@ def pictures(transfer, sky, folder, **options):
     return [sf.read_image(path) for path in written]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("frames", "turns", "given"),
     [(3, 1.0, {}), (WAVES + 1, -0.5, {}), (WAVES + 1, 2.0, GIVEN)],

@@ -134,6 +134,7 @@ def test_no_group_spans_a_wall():
     assert solution.irradiance[beyond].max() == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [None, 0.7, 1.5])
 def test_no_function_reaches_through_a_wall(radius):
     """Nor where disks are so wide that walls of either cell have none of their own: nooks have."""

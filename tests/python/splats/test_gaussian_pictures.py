@@ -27,6 +27,7 @@ def inside(covered, rim):
     return found
 
 
+@pytest.mark.slow
 def test_a_ball_has_its_place_its_size_and_its_colours():
     """Within a hundredth of black to white inside. Outside by the width of its Gaussians, which fall to one half within
     a standard deviation, and by the third of a pixel^2 that renderers add."""

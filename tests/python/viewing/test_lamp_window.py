@@ -229,6 +229,7 @@ def test_direct_light_at_every_pixel_follows_a_lamp(window, transfer):
     assert np.array_equal(shot(view)[100:], untraced[100:])  # below the words, which tell milliseconds
 
 
+@pytest.mark.slow
 def test_while_the_camera_turns_surfels_are_shown(window, transfer):
     view, _ = window([WHITE])
     press(view, "t")

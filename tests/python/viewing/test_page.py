@@ -109,6 +109,7 @@ def test_light_is_exposed(browser, tmp_path):
     assert at(browser.picture(), 0, 0).tolist() == pytest.approx([128, 128, 255], abs=1)
 
 
+@pytest.mark.slow
 def test_groups_have_their_colours(browser, tmp_path):
     x = np.linspace(-1, 1, 21)
     s = sf.Surfels([[a, b, 0] for b in x for a in x], [[0, 0, 1]] * 441, radii=0.1)

@@ -70,6 +70,7 @@ def shown_radiosity(view):
     return view.subject.solution.radiosity
 
 
+@pytest.mark.slow
 def test_the_slider_turns_it_and_the_light_follows(window, dull):
     view, controls = window(dull)
     before = shot(view)
@@ -95,6 +96,7 @@ def test_while_it_is_dragged_light_is_that_of_waves(window, dull):
     assert np.abs(shot(view)[60:] - coloured[60:]).max() <= 1  # but for the words above
 
 
+@pytest.mark.slow
 def test_keys_turn_it(window, dull):
     view, controls = window(dull)
     for key, degrees in ((".", 5.0), (".", 10.0), (",", 5.0), (",", 0.0), (",", 355.0)):
@@ -126,6 +128,7 @@ def as_seen(transfer, degrees, camera):
     return np.where(front[:, None], np.pi * solution.radiance_towards(towards), solution.radiosity)
 
 
+@pytest.mark.slow
 def test_glossy_surfels_are_shown_as_the_camera_sees_them(window, glossy):
     view, _ = window(glossy)
     seen = as_seen(glossy, 0.0, FRONT)
@@ -144,6 +147,7 @@ def test_glossy_surfels_are_shown_as_the_camera_sees_them(window, glossy):
         assert f"by {light} light alone" in view.shown().title
 
 
+@pytest.mark.slow
 def test_gloss_follows_the_camera(window, glossy, monkeypatch):
     monkeypatch.setattr(turn_window, "_PATIENCE", 1e9)
     view, _ = window(glossy)
@@ -169,6 +173,7 @@ def test_where_gloss_takes_long_a_key_asks_for_it(window, glossy, monkeypatch):
     np.testing.assert_allclose(view.shown().values, as_seen(glossy, 0.0, view.camera()), rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_click_picks_a_surfel_until_light_changes(window, glossy):
     view, _ = window(glossy)
     click_pixel(view, 300, 225)

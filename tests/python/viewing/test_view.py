@@ -185,6 +185,7 @@ def test_exposure_goes_by_stops(window, lit):
         assert at(shot(view), x, y) == pytest.approx(255 * (1.055 * linear ** (1 / 2.4) - 0.055), abs=1.5)
 
 
+@pytest.mark.slow
 def test_inserted_surfels_are_marked(window):
     floor = sf.Surfels.from_mesh(SQUARE, patch_area=0.01, reflectance=0.5)
     blocker = sf.Surfels.from_mesh(
