@@ -139,20 +139,24 @@ def exposed(surfels):
 
 def camera_of_cloud(options, surfels):
     """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z."""
-    kind = layer_of(surfels.points) if options.up is None else None
-    if options.up is None and kind is None and stands_along_y(surfels):
-        options.up = (0.0, 1.0, 0.0)
-        LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
-    elif options.up is None and kind != "frame":
-        LOG.info("z is taken for up (--up 0,1,0 for y)")
-    if options.up is None and options.eye is None and kind == "frame":
-        options.up = up_of_frame(surfels.points)
-        LOG.info(
-            "the picture has %s for up, as the frame of a depth camera has (--up)", "y" if options.up[1] > 0 else "-y"
-        )
-        ahead = (0.0, 0.0, -options.up[1])
-        return camera_of(options, surfels, framing(surfels, options.size, options.up, direction=ahead))
+    if options.up is None:
+        kind = layer_of(surfels.points)
+        if kind == "frame":
+            if options.eye is None:
+                return _camera_of_frame(options, surfels)
+        elif kind is None and stands_along_y(surfels):
+            options.up = (0.0, 1.0, 0.0)
+            LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
+        else:
+            LOG.info("z is taken for up (--up 0,1,0 for y)")
     return camera_of(options, surfels, None)
+
+
+def _camera_of_frame(options, surfels):
+    options.up = up_of_frame(surfels.points)
+    LOG.info("the picture has %s for up, as the frame of a depth camera has (--up)", "y" if options.up[1] > 0 else "-y")
+    ahead = (0.0, 0.0, -options.up[1])
+    return camera_of(options, surfels, framing(surfels, options.size, options.up, direction=ahead))
 
 
 def lights_of_cloud(options, surfels, camera):

@@ -26,6 +26,8 @@ def vectors_joined(arguments):
 class _Parser(argparse.ArgumentParser):
     """One that says what is wrong in a line, and which option may have been meant."""
 
+    _commands = None
+
     def parse_args(self, args=None, namespace=None):
         options, left = self.parse_known_args(args, namespace)
         if left:
@@ -34,8 +36,6 @@ class _Parser(argparse.ArgumentParser):
             near = difflib.get_close_matches(left[0].split("=")[0], known, 1)
             parser.error(f"unrecognized arguments: {' '.join(left)}{f'; did you mean {near[0]}?' if near else ''}")
         return options
-
-    _commands = None
 
     def add_subparsers(self, **given):
         self._commands = super().add_subparsers(**given)
