@@ -154,8 +154,8 @@ def _solve(options):
         for name in ("zeta", "transport"):
             if getattr(options, name) is not None:
                 raise ValueError(f"--{name}: goes with --solver radiosity")
-        if options.no_insert:
-            raise ValueError("--no-insert: goes with --solver radiosity")
+        if options.insert is not None:
+            raise ValueError(f"--{'' if options.insert else 'no-'}insert: goes with --solver radiosity")
     for name in ("zeta", "rays"):
         if getattr(options, name) is not None and (options.error or options.seconds):
             asked = "error" if options.error else "seconds"
@@ -171,8 +171,10 @@ def _solve(options):
     scene, cloud = _scene_to_solve(options)
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}
-    if options.no_insert:
-        given["insert"] = False
+    if options.solver == "radiosity":
+        # Points of a cloud have the light at their own places: that of inserted surfels would be a mean around them.
+        usual = cloud is None or bool(options.ground)
+        given["insert"] = usual if options.insert is None else options.insert
     settings = {name: value for name, value in given.items() if value is not None} | processes_given(options)
     camera = camera_of(options, scene.surfels, scene.camera)
     solver = sf.solve_meshless if options.solver == "meshless" else sf.solve

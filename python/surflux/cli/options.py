@@ -101,7 +101,11 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
     solve.add_argument("--rays", type=int, metavar="N", help="rays of a node or receiver (default: 256; meshless: 512)")
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
-    solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
+    text = (
+        "insert surfels along borders of shadows, or solve for the given ones alone (default: insert, but not into a "
+        "cloud without --ground, whose points have light of their own)"
+    )
+    solve.add_argument("--insert", action=argparse.BooleanOptionalAction, default=None, help=text)
     solve.add_argument("--seed", type=int, help="of everything random")
     text = "share the work out among the processes of mpirun, of which the first writes and prints"
     solve.add_argument("--mpi", action="store_true", help=text)
