@@ -111,7 +111,7 @@ TEST(SkyCells, NarrowSpotsStandAlone) {
     // All that the spot brings, and the rest as without it: the sum is that of the whole.
     const double high = std::cos(pi * 8 / 32), low = std::cos(pi * 9 / 32), middle = 2 * pi * 5.5 / 64;
     std::vector<SkyCells::Part> parts;
-    const Vec3 n = normalized({std::cos(middle), std::sin(middle), 1.0});
+    const Vec3 n = normalized({-std::cos(middle), std::sin(middle), 1.0});
     const double r =
         0.5 * (high * std::sqrt(1 - high * high) + std::asin(high) - low * std::sqrt(1 - low * low) - std::asin(low));
     const double across = 2.0 * std::sin(pi / 64);
