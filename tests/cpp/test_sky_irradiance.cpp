@@ -222,7 +222,7 @@ TEST(SkyIrradiance, TheSunInAPixelHasShadowsWithSharpEdges) {
     // A pixel of 1.4 degrees at 45 over +x, and a wall that hides it up to 1 before its foot.
     Environment e = image_of(256, 128);
     for (Rgb& pixel : e.pixels) pixel = {0.1, 0.1, 0.1};
-    e.pixels[32 * 256] = {1e6, 1e6, 1e6};
+    e.pixels[32 * 256 + 127] = {1e6, 1e6, 1e6};
     const Scene scene = scene_of({floor_of(8), screen()}, {e});
     // The pixel lies at angles of 45 to 46.4 degrees from up: its shadow ends within tan of those.
     const double far = 1.0 - std::tan(pi * 33 / 128), near = 1.0 - std::tan(pi * 32 / 128) / std::cos(2 * pi / 256);
