@@ -368,5 +368,10 @@ def _axes(up, azimuth):
     return np.asarray(_core.Environment(np.zeros(3), None, up, azimuth).axes)
 
 
+def environments_among(lights):
+    """The Environments among lights, in their order."""
+    return [light for light in lights if isinstance(light, Environment)]
+
+
 Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment
 LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)
