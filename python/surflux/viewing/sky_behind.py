@@ -28,9 +28,7 @@ class SkyBehind:
             self._image.hide()
         elif not self._environments:
             self._image.show()
-        if len(environments) != len(self._environments) or any(
-            one is not other for one, other in zip(environments, self._environments, strict=True)
-        ):
+        if environments != self._environments:
             self._lights = [environment._to_core() for environment in environments]
         self._environments, self._exposure, self._drawn = list(environments), exposure, None
 
@@ -38,9 +36,7 @@ class SkyBehind:
         """Before the window is drawn: where it looks another way than before, so does the sky."""
         if not self._environments:
             return
-        interactor = self._view.plotter.iren
-        moving = interactor is not None and interactor.style is not None and interactor.style.GetState() != 0
-        side = _WHILE_MOVING if moving else 1
+        side = _WHILE_MOVING if self._view.plotter.iren.style.GetState() != 0 else 1
         (width, height), camera = self._view.plotter.window_size, self._view.camera()
         key = camera.to_dict(), width, height, side
         if key == self._drawn:
