@@ -149,10 +149,13 @@ TEST(EnvironmentMap, SamplesInProportionToTheDensityItStates) {
 
 TEST(EnvironmentMap, ColumnsTurnAroundUpByTheShortestRotation) {
     Environment e = image_of(4, 2, up);
-    // theta = pi/4 for row 0, phi = pi/4 for column 0.
-    const Vec3 first = normalized({1, 1, std::sqrt(2.0)});
+    // theta = pi/4 for row 0, phi = 3 pi/4 for column 0.
+    const Vec3 first = normalized({-1, 1, std::sqrt(2.0)});
     EXPECT_EQ(EnvironmentMap(e).radiance(first), e.pixels[0]);
     EXPECT_EQ(EnvironmentMap(e).radiance({first.x, first.y, -first.z}), e.pixels[4]);
+    // On go the columns, clockwise seen from above: right as seen from inside.
+    EXPECT_EQ(EnvironmentMap(e).radiance({-first.x, first.y, first.z}), e.pixels[1]);
+    EXPECT_EQ(EnvironmentMap(e).radiance({-first.x, -first.y, first.z}), e.pixels[2]);
     e.up = {1, 0, 0};  // the quarter turn around y: z -> x, x -> -z
     EXPECT_EQ(EnvironmentMap(e).radiance({first.z, first.y, -first.x}), e.pixels[0]);
 }

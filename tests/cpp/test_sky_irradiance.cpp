@@ -111,7 +111,7 @@ TEST(SkyCells, NarrowSpotsStandAlone) {
     // All that the spot brings, and the rest as without it: the sum is that of the whole.
     const double high = std::cos(pi * 8 / 32), low = std::cos(pi * 9 / 32), middle = 2 * pi * 5.5 / 64;
     std::vector<SkyCells::Part> parts;
-    const Vec3 n = normalized({std::cos(middle), std::sin(middle), 1.0});
+    const Vec3 n = normalized({-std::cos(middle), std::sin(middle), 1.0});
     const double r =
         0.5 * (high * std::sqrt(1 - high * high) + std::asin(high) - low * std::sqrt(1 - low * low) - std::asin(low));
     const double across = 2.0 * std::sin(pi / 64);
@@ -222,7 +222,7 @@ TEST(SkyIrradiance, TheSunInAPixelHasShadowsWithSharpEdges) {
     // A pixel of 1.4 degrees at 45 over +x, and a wall that hides it up to 1 before its foot.
     Environment e = image_of(256, 128);
     for (Rgb& pixel : e.pixels) pixel = {0.1, 0.1, 0.1};
-    e.pixels[32 * 256] = {1e6, 1e6, 1e6};
+    e.pixels[32 * 256 + 127] = {1e6, 1e6, 1e6};
     const Scene scene = scene_of({floor_of(8), screen()}, {e});
     // The pixel lies at angles of 45 to 46.4 degrees from up: its shadow ends within tan of those.
     const double far = 1.0 - std::tan(pi * 33 / 128), near = 1.0 - std::tan(pi * 32 / 128) / std::cos(2 * pi / 256);

@@ -97,7 +97,7 @@ def year_image(found):
     x, y, z = paths.suns.reshape(-1, 3)[power > 0.0].T
     height = len(image)
     row = np.minimum((np.arccos(z) / np.pi * height).astype(int), height // 2 - 1)
-    column = (np.arctan2(y, x) % (2.0 * np.pi) / np.pi * height).astype(int) % (2 * height)
+    column = (np.arctan2(y, -x) % (2.0 * np.pi) / np.pi * height).astype(int) % (2 * height)
     angle = np.pi / height * (np.cos(np.pi * row / height) - np.cos(np.pi * (row + 1) / height))
     np.add.at(image, (row, column), power[power > 0.0] / angle)
     return np.repeat(image[..., None], 3, axis=2)

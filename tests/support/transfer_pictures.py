@@ -16,6 +16,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench.pictures import unproject
+from surflux.bench.transfer import grace_probe
 from surflux.bench.transfer_truth import SUBPIXELS, traced_pictures
 from surflux.scenes.transform import make_transform
 
@@ -110,7 +111,7 @@ def buddha(out, transfer, samples):
     began = time.perf_counter()
     transfer = transfer or sf.precompute_transfer(bronze_buddha(), "distant")
     print(f"{transfer}, {len(transfer.scene.surfels)} surfels, {time.perf_counter() - began:.1f} s")
-    probe = sf.Environment(DATA / "probes" / "grace_latlong.exr", up=(0, 0, -1))
+    probe = grace_probe()
     pictures = []
     for azimuth in AZIMUTHS:
         rotation = make_transform(rotate=[0, 0, azimuth]).rotation

@@ -23,23 +23,21 @@ double weight(const Rgb& c) { return luminance({std::abs(c.x), std::abs(c.y), st
 EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(environment) {
     // The shortest rotation of +z onto `up`, applied to +x and +y (Rodrigues); a half turn around +x for up = -z.
     const Vec3& up = environment.up;
-    if (up.z < -1.0 + 1e-12) {
-        axis_x_ = {1, 0, 0};
-        axis_y_ = {0, -1, 0};
-    } else {
+    Vec3 middle{1, 0, 0}, left{0, -1, 0};
+    if (up.z >= -1.0 + 1e-12) {
         const double k = 1.0 / (1.0 + up.z);
-        axis_x_ = {1.0 - up.x * up.x * k, -up.x * up.y * k, -up.x};
-        axis_y_ = {-up.x * up.y * k, 1.0 - up.y * up.y * k, -up.y};
+        middle = {1.0 - up.x * up.x * k, -up.x * up.y * k, -up.x};
+        left = {-up.x * up.y * k, 1.0 - up.y * up.y * k, -up.y};
     }
     // Quarter turns are exact, so that the pixels' borders stay where they are along the axes.
     const double turned = environment.azimuth - 360.0 * std::floor(environment.azimuth / 360.0);
     const double quarters = std::floor(turned / 90.0), rest = (turned - 90.0 * quarters) * pi / 180.0;
-    const Vec3 x = std::cos(rest) * axis_x_ + std::sin(rest) * axis_y_;
-    const Vec3 y = std::cos(rest) * axis_y_ - std::sin(rest) * axis_x_;
+    const Vec3 x = std::cos(rest) * middle + std::sin(rest) * left;
+    const Vec3 y = std::cos(rest) * left - std::sin(rest) * middle;
     const Vec3 around[] = {x, y, -x, -y, x};
     const auto quarter = static_cast<std::size_t>(quarters) % 4;
-    axis_x_ = around[quarter];
-    axis_y_ = around[quarter + 1];
+    axis_u_ = -around[quarter];
+    axis_v_ = around[quarter + 1];
     if (is_constant()) return;
     const std::size_t w = environment.width, h = environment.height;
     row_up_to_.resize(h);
@@ -61,20 +59,20 @@ EnvironmentMap::EnvironmentMap(const Environment& environment) : environment_(en
 }
 
 Vec3 EnvironmentMap::to_world(const Vec3& local) const {
-    return local.x * axis_x_ + local.y * axis_y_ + local.z * environment_.up;
+    return local.x * axis_u_ + local.y * axis_v_ + local.z * environment_.up;
 }
 
 Vec3 EnvironmentMap::to_local(const Vec3& world) const {
-    return {dot(world, axis_x_), dot(world, axis_y_), dot(world, environment_.up)};
+    return {dot(world, axis_u_), dot(world, axis_v_), dot(world, environment_.up)};
 }
 
 std::size_t EnvironmentMap::pixel_of(const Vec3& local) const {
     const auto w = static_cast<double>(environment_.width), h = static_cast<double>(environment_.height);
     const double theta = std::acos(std::clamp(local.z, -1.0, 1.0));
-    double phi = std::atan2(local.y, local.x);
-    if (phi < 0.0) phi += 2.0 * pi;
+    double angle = std::atan2(local.y, local.x);
+    if (angle < 0.0) angle += 2.0 * pi;
     const auto row = static_cast<std::size_t>(std::min(theta / pi * h, h - 1.0));
-    const auto col = static_cast<std::size_t>(std::min(phi / (2.0 * pi) * w, w - 1.0));
+    const auto col = static_cast<std::size_t>(std::min(angle / (2.0 * pi) * w, w - 1.0));
     return row * environment_.width + col;
 }
 
@@ -90,9 +88,9 @@ Vec3 EnvironmentMap::sample(double s, double t) const {
     const double top = std::cos(pi * static_cast<double>(row) / static_cast<double>(h));
     const double bottom = std::cos(pi * static_cast<double>(row + 1) / static_cast<double>(h));
     const double z = top + within_row * (bottom - top);
-    const double phi = 2.0 * pi * (static_cast<double>(col) + within_col) / static_cast<double>(w);
+    const double angle = 2.0 * pi * (static_cast<double>(col) + within_col) / static_cast<double>(w);
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
-    return to_world({r * std::cos(phi), r * std::sin(phi), z});
+    return to_world({r * std::cos(angle), r * std::sin(angle), z});
 }
 
 double EnvironmentMap::density(const Vec3& direction) const {

@@ -231,7 +231,7 @@ SkyCells::SkyCells(const std::vector<Light>& lights, Sources sources) {
             environment->pixels.empty() ? Builder::Pixels{1, 1, {environment->radiance}}
                                         : Builder::Pixels{environment->width, environment->height, environment->pixels};
         Builder builder(pixels);
-        const Frame frame = EnvironmentMap(*environment).frame();
+        const Frame frame = EnvironmentMap(*environment).image_frame();
         const auto add_tree = [&](const Block& block) {
             Image image = builder.image_of(block, frame);
             Tree tree;

@@ -48,7 +48,8 @@ private:
         std::uint32_t next;                     // the first node that does not lie in it; the first child comes next
         bool is_cell, is_leaf, across_heights;  // how it is divided
     };
-    // Pixels [top, bottom) x [left, right); of part of one, its bounds by height and azimuth.
+    // Pixels [top, bottom) x [left, right); of part of one, its bounds by height and by azimuth, which grows with
+    // columns (EnvironmentMap::image_frame).
     struct Block {
         std::uint32_t top, bottom, left, right;
         double high, low, from, to;

@@ -76,7 +76,7 @@ std::vector<Rgb> patch_radiances(const Environment& environment, const SkyPatche
     const double widest = 0.125 * std::acos(1.0 - patches.solid_angles().back() / (2.0 * pi));
     const auto parts = [&](double angle) { return static_cast<std::size_t>(std::ceil(angle / widest)); };
     const std::size_t down = parts(pi / static_cast<double>(h)), across = parts(2.0 * pi / static_cast<double>(w));
-    const Frame frame = EnvironmentMap(environment).frame();
+    const Frame frame = EnvironmentMap(environment).image_frame();
     std::vector<Rgb> power(patches.size());
     std::vector<double> covered(patches.size(), 0.0);
     const auto rows = static_cast<double>(h * down), columns = static_cast<double>(w * across);

@@ -32,7 +32,8 @@ struct DirectionalLight {
     Rgb irradiance;  // on a plane that faces it
 };
 
-// Radiance from the full sphere: constant where `pixels` is empty, else a lat-long image, row 0 towards `up`.
+// Radiance from the full sphere: constant where `pixels` is empty, else a lat-long image, row 0 towards `up`, columns
+// clockwise seen from its tip (lights/environment.h).
 struct Environment {
     Rgb radiance;
     std::size_t width = 0, height = 0;

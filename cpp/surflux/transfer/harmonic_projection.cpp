@@ -14,13 +14,14 @@ namespace surflux {
 
 namespace {
 
-// Integrals of cos(m phi) and sin(m phi) over the pixels of a row: [m width + column].
+// Integrals of cos(m phi) and sin(m phi) over the pixels of a row: [m width + column]. In EnvironmentMap::frame phi is
+// 0 in the middle of the image, and columns go against it.
 struct Columns {
     Columns(std::size_t width, int order) {
         for (int m = 0; m < order; ++m)
             for (std::size_t col = 0; col < width; ++col) {
                 const double half = pi / static_cast<double>(width),
-                             middle = half * (2.0 * static_cast<double>(col) + 1.0);
+                             middle = pi - half * (2.0 * static_cast<double>(col) + 1.0);
                 const double size = m == 0 ? 2.0 * half : 2.0 / m * std::sin(m * half);
                 cosines.push_back(size * std::cos(m * middle));
                 sines.push_back(size * std::sin(m * middle));

@@ -15,8 +15,8 @@ ball = shapes.sphere(2562).replace(reflectance=0.25, specular=[0.5, 0.4, 0.3], e
 table = sf.Surfels.from_mesh(shapes.rectangle([-3, -3, -1], [6, 0, 0], [0, 6, 0]), patch_area=0.03, reflectance=0.6)
 transfer = sf.precompute_transfer(sf.Scene([ball, table]), "distant")
 hall = np.full((32, 64, 3), 0.4)  # row 0 above
-hall[3:14, 4:20] = [5.0, 4.0, 2.5]
-hall[6:16, 36:46] = [0.6, 1.2, 3.0]
+hall[3:14, 12:28] = [5.0, 4.0, 2.5]
+hall[6:16, 50:60] = [0.6, 1.2, 3.0]
 camera = sf.Camera([0, -6.4, 3.2], [0, 0, -0.3], fov=32)
 frames = []
 for azimuth in (0, 120, 240):

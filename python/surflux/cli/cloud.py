@@ -1,5 +1,6 @@
 """A cloud as `surflux solve` takes it: read, cleaned, lit, and what was found taken home to the rows of its file."""
 
+import copy
 import os
 from pathlib import Path
 
@@ -179,12 +180,16 @@ def lights_of_cloud(options, surfels, camera):
     return studio(surfels, camera)
 
 
-def backdrop(options, solution):
-    """What is seen behind, as write_layers takes it: of a studio a grey, whose sky only fills in shadows."""
+def before_backdrop(options, solution):
+    """(the solution to show and keep, what is seen behind it, as write_layers takes it).
+
+    A studio has a grey backdrop: its sky only fills in shadows, and nobody is to see it.
+    """
     if options.light != "studio":
-        return True
-    solution._environments.clear()
-    return BACKDROP
+        return solution, True
+    twin = copy.copy(solution)
+    twin._environments = []
+    return twin, BACKDROP
 
 
 def output_of(options):

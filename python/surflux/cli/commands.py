@@ -17,7 +17,7 @@ from surflux.cli import areas, checking, tiles
 from surflux.cli.cloud import (
     CLOUD_LIMIT,
     Cloud,
-    backdrop,
+    before_backdrop,
     camera_of_cloud,
     is_cloud,
     lights_of_cloud,
@@ -181,7 +181,8 @@ def _solve(options):
     solution = solver(scene, **settings, progress=True)
     if not is_first(options):
         return 0
-    behind = background_of(options, backdrop(options, solution))
+    solution, behind = before_backdrop(options, solution)
+    behind = background_of(options, behind)
     if cloud is None:
         solution.save(output)
     else:

@@ -182,7 +182,7 @@ def command_line(runs, cloud_limit):
         metavar="LIGHTS.toml",
         help="keyframes of lamps, see surflux.load_lamps (default: the scene's own lamps)",
     )
-    text = "turn this environment, a lat-long image with row 0 towards --up, or that of the scene"
+    text = "turn this environment, a lat-long image as cameras take it, row 0 towards --up, or that of the scene"
     relight.add_argument("--environment", metavar="IMAGE|scene", help=text)
     text = "turn the environment so far to begin with, counter-clockwise seen from the tip of its up"
     relight.add_argument("--turn", type=float, metavar="DEGREES", help=text)

@@ -8,6 +8,7 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.warn import warn
 from surflux.cli.pictures import write_images, write_layers
+from surflux.scenes.lights import environments_among
 from surflux.solving.turning_light import TurningLight
 
 OWN = "scene"  # as an environment: that of the scene
@@ -101,7 +102,7 @@ class TurningEnvironment:
 
     def take(self, scene, off_screen):
         """Takes the environment of the scene, where there is no other, before anything is found of it."""
-        own = [light for light in scene.lights if isinstance(light, sf.Environment)]
+        own = environments_among(scene.lights)
         if self._environment is None:
             if len(own) != 1:
                 has = f"{len(own)} environments" if own else "no environment"

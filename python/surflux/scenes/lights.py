@@ -181,12 +181,13 @@ class DirectionalLight:
 class Environment:
     """Radiance from the full sphere of directions: one colour, or a latitude-longitude image.
 
-    Pixel (row, column) of an image (h, w, 3) shows the direction with the angle theta = pi (row + 0.5) / h from `up`
-    and the azimuth phi = 2 pi (column + 0.5) / w. For up = +z that is
-    (sin theta cos phi, sin theta sin phi, cos theta): the first column looks along +x, the one at w/4 along +y.
-    For any other `up` these directions are turned by the shortest rotation that takes +z to `up`; for up = -z, where
-    there is no shortest one, by 180 degrees about x. Then the image is turned about `up` by `azimuth`: what showed at
-    phi shows at phi + azimuth.
+    Images are as cameras and other programs have them: seen from inside, columns go from left to right. Pixel
+    (row, column) of an image (h, w, 3) shows the direction with the angle theta = pi (row + 0.5) / h from `up` and the
+    azimuth phi = pi - 2 pi (column + 0.5) / w, counter-clockwise seen from the tip of `up`. For up = +z that is
+    (sin theta cos phi, sin theta sin phi, cos theta): the middle of the image looks along +x, the column at w/4 along
+    +y, the seam along -x, as in Blender. For any other `up` these directions are turned by the shortest rotation that
+    takes +z to `up` (for +y all look where three.js has them); for up = -z, where there is no shortest one, by 180
+    degrees about x. Then the image is turned about `up` by `azimuth`: what showed at phi shows at phi + azimuth.
 
     Args:
         image_or_rgb: radiance in W/(m2 sr), at least 0: one number, RGB (3,), an image (h, w, 3), or the path of an
@@ -195,7 +196,7 @@ class Environment:
             or its path.
         up: (3,), where row 0 of the image lies; of any length but 0.
         azimuth: degrees by which the image is turned about `up`, counter-clockwise seen from its tip; 90 brings the
-            first column from +x to +y. 360 more are the same light, bit by bit.
+            middle of the image from +x to +y. 360 more are the same light, bit by bit.
 
     Raises:
         ValueError: an argument, by name: a wrong shape, a value that is not finite or below 0, an up of zero length.
@@ -292,11 +293,30 @@ class Environment:
             _set(light, image_or_rgb=image, image=image)
         return light
 
+    def _to_file(self):
+        """What _of_file takes beside the pixels, for JSON."""
+        columns = {} if self.image is None else {"columns": "clockwise"}
+        return {"up": self.up, "azimuth": self.azimuth} | columns
+
+    @classmethod
+    def _of_file(cls, image_or_rgb, up, azimuth, columns=None):
+        """Of what _to_file gave. Files that say nothing of columns are from when these went the other way, from +x on.
+
+        Raises:
+            ValueError, TypeError: this is not what that gave.
+        """
+        if columns not in (None, "clockwise"):
+            raise ValueError(f"columns: wanted 'clockwise', got {columns!r}")
+        image = np.asarray(image_or_rgb)
+        if image.ndim == 3 and columns is None:
+            image, azimuth = image[:, ::-1], azimuth + (180.0 if azimuth < 0.0 else -180.0)
+        return cls._of_pixels(image, up, azimuth)
+
     def _turned(self, rotation):
         """The light in which what came from direction d comes from rotation @ d."""
-        u, _, up = _axes(self.up, self.azimuth) @ rotation.T
+        middle, _, up = _axes(self.up, self.azimuth) @ rotation.T
         at_zero, at_quarter, _ = _axes(up, 0.0)
-        azimuth = np.degrees(np.arctan2(u @ at_quarter, u @ at_zero))
+        azimuth = np.degrees(np.arctan2(middle @ at_quarter, middle @ at_zero))
         return Environment._of_pixels(np.asarray(self.image_or_rgb), up, azimuth)
 
     def harmonics(self, order: int = 5) -> Floats:
@@ -344,8 +364,13 @@ class Environment:
 
 
 def _axes(up, azimuth):
-    """(3, 3): where columns 0 and w/4 of an image look on the horizon, and where its row 0 lies."""
+    """(3, 3): where the middle of an image and its column w/4 look on the horizon, and where its row 0 lies."""
     return np.asarray(_core.Environment(np.zeros(3), None, up, azimuth).axes)
+
+
+def environments_among(lights):
+    """The Environments among lights, in their order."""
+    return [light for light in lights if isinstance(light, Environment)]
 
 
 Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment

@@ -34,7 +34,7 @@ def scene_arrays(scene):
     for k, light in enumerate(scene.lights):
         values = {"type": type(light).__name__}
         if isinstance(light, Environment):
-            values |= {"up": light.up, "azimuth": light.azimuth}
+            values |= light._to_file()
             arrays[f"light_{k}"] = np.asarray(light.image_or_rgb, np.float64)
         else:
             values |= {name: getattr(light, name) for name in _ARGUMENTS[type(light)]}
@@ -86,4 +86,4 @@ def _faces(of, merged, size):
 
 def _light(values, image):
     kind = values.pop("type")
-    return Environment._of_pixels(image, **values) if kind == "Environment" else _LIGHTS[kind](**values)
+    return Environment._of_file(image, **values) if kind == "Environment" else _LIGHTS[kind](**values)

@@ -103,8 +103,9 @@ def load_scene(
       (5), full angles in degrees.
     - "area": corner, edge_u, edge_v (perpendicular; shines along edge_u x edge_v), exitance (W/m2).
     - "directional": direction (of travel), irradiance (W/m2).
-    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture; up ([0, 0, 1]);
-      azimuth (0), degrees by which the picture is turned about up, counter-clockwise seen from its tip.
+    - "environment": either radiance (W/(m2 sr)) or image, the path of a latitude-longitude picture, whose columns go
+      from left to right as seen from inside and whose middle looks along +x; up ([0, 0, 1]); azimuth (0), degrees by
+      which the picture is turned about up, counter-clockwise seen from its tip.
 
     [camera]: eye, target, up ([0, 0, 1]), fov (45), the vertical field of view in degrees; or height, of what an
     orthographic camera shows.

@@ -242,7 +242,7 @@ class Sky:
         if check.flag("sun", sun) and self.direct_normal > 0.0:
             x, y, z = self.sun_direction
             row = min(int(np.arccos(z) / np.pi * height), height // 2 - 1)
-            column = int(np.arctan2(y, x) % (2.0 * np.pi) / np.pi * height) % (2 * height)
+            column = int(np.arctan2(y, -x) % (2.0 * np.pi) / np.pi * height) % (2 * height)
             angle = np.pi / height * (np.cos(np.pi * row / height) - np.cos(np.pi * (row + 1) / height))
             image[row, column] += self.direct_normal / angle
         return Environment(np.repeat(image[..., None], 3, axis=2))
@@ -290,7 +290,7 @@ class Sky:
 def _dome(height):
     """Middles (height / 2, 2 height, 3) of the pixels above the horizon; what one of each row sends a level plane."""
     edges = np.pi * np.arange(height // 2 + 1) / height
-    theta, phi = 0.5 * (edges[1:] + edges[:-1]), np.pi * (np.arange(2 * height) + 0.5) / height
+    theta, phi = 0.5 * (edges[1:] + edges[:-1]), np.pi - np.pi * (np.arange(2 * height) + 0.5) / height
     sine, cosine = np.sin(theta)[:, None], np.cos(theta)[:, None]
     places = np.stack(np.broadcast_arrays(sine * np.cos(phi), sine * np.sin(phi), cosine), axis=-1)
     return places, 0.5 * np.pi / height * np.diff(np.sin(edges) ** 2)

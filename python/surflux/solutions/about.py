@@ -15,9 +15,8 @@ def about_solution(solution):
         {
             "radiance": list(light.radiance),
             "size": None if light.image is None else list(light.image.shape[:2]),
-            "up": list(light.up),
-            "azimuth": light.azimuth,
         }
+        | light._to_file()
         for light in solution._environments
     ]
     return {
@@ -49,5 +48,5 @@ def environments_of(about, pixels):
             if min(height, width) < 1 or pixels is None or len(pixels) < end:
                 raise ValueError(f"wanted an image of {width} x {height} pixels in its element {PIXELS!r}")
             light, begin = pixels[begin:end].reshape(height, width, 3), end
-        found.append(Environment._of_pixels(np.asarray(light), values["up"], values["azimuth"]))
+        found.append(Environment._of_file(light, values["up"], values["azimuth"], values.get("columns")))
     return found

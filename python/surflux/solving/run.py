@@ -14,7 +14,7 @@ from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
-from surflux.scenes.lights import AreaLight, Environment
+from surflux.scenes.lights import AreaLight, environments_among
 from surflux.scenes.options import ASKED, CHOSEN
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
@@ -113,7 +113,7 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
         timings={"areas": areas_seconds, **result["timings"]},
         history=[{"iteration": k + 1, **figures} for k, figures in enumerate(result["history"])],
         lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
-        environments=[light for light in scene.lights if isinstance(light, Environment)],
+        environments=environments_among(scene.lights),
         camera=scene.camera,
         scene=scene,
         field=None if field is None else field(core, result, surfels),
@@ -170,8 +170,8 @@ def _warn_of_lost_light(result, converges):
 
 def _refuse_light_below_zero(scene):
     """Few spherical harmonics of a lamp are below 0 elsewhere; refinement and errors by luminance take no such."""
-    for light in scene.lights:
-        if isinstance(light, Environment) and light.image is not None and light.image.min() < 0.0:
+    for light in environments_among(scene.lights):
+        if light.image is not None and light.image.min() < 0.0:
             raise ValueError(
                 "scene: solvers take light of at least 0, and its Environment of harmonics is below 0 in places; "
                 "reference_irradiance and reference_radiance take it"

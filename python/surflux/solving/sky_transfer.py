@@ -12,7 +12,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage, thread_limit, watched
 from surflux._base.types import Progress
-from surflux.scenes.lights import Environment
+from surflux.scenes.lights import Environment, environments_among
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
@@ -81,7 +81,7 @@ class SkyTransfer(Transfer):
         lights = [sky] if isinstance(sky, (Environment, Sky)) else []
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
-        seen = [light for light in scene.lights if isinstance(light, Environment)]
+        seen = environments_among(scene.lights)
         return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
 
     def coefficients(

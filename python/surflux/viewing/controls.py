@@ -115,6 +115,9 @@ class Panel:
         shape = slider.GetRepresentation()
         shape.SetLabelHeight(0.018)
         shape.SetTitleHeight(0.02)
+        for text in (shape.GetTitleProperty(), shape.GetLabelProperty()):  # before a sky
+            text.SetBackgroundColor(1.0, 1.0, 1.0)
+            text.SetBackgroundOpacity(0.8)
         self.sliders[name] = slider
         ready.append(True)
 

@@ -67,6 +67,7 @@ class RelitView(SceneView):
         self._kept = None
         mesh, shown = self._shape.mesh, self.shown()
         (mesh.point_data if self._shape.by_point else mesh.cell_data)["shown"][:] = self.spread(shown)
+        self.draw_sky()
         self.describe(shown)
 
     def timed(self, function, *arguments):

@@ -4,6 +4,7 @@ import numpy as np
 
 from surflux.pictures.images import tone_map
 from surflux.solving.lamp_renderer import LampRenderer
+from surflux.viewing.image_behind import ImageBehind
 
 _LAYERS = {"all": "radiance", "direct": "direct", "indirect": "indirect"}
 _BEYOND = 1e6  # times what is white: what lies behind the scene is white however it is exposed
@@ -18,33 +19,18 @@ class TracedLight:
     """
 
     def __init__(self, view):
-        from vtkmodules.vtkCommonDataModel import vtkImageData
-        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
-
         self._view, self._renderer = view, None
-        self._image, mapper, self._actor = vtkImageData(), vtkImageMapper(), vtkActor2D()
-        mapper.SetInputData(self._image)
-        mapper.SetColorWindow(255.0)
-        mapper.SetColorLevel(127.5)
-        self._actor.SetMapper(mapper)
-        self._actor.GetProperty().SetDisplayLocationToBackground()
+        self._image = ImageBehind(view.plotter, "traced")
 
     def draw(self):
         """Shows the light that there is now, as the camera sees it."""
-        from vtkmodules.util.numpy_support import numpy_to_vtk
-
-        picture = self._picture()
-        height, width, _ = picture.shape
-        self._image.SetDimensions(width, height, 1)
-        # VTK counts rows from below.
-        self._image.GetPointData().SetScalars(numpy_to_vtk(picture[::-1].reshape(-1, 3), deep=True))
-        self._image.Modified()
-        self._view.plotter.add_actor(self._actor, name="traced", reset_camera=False, pickable=False)
+        self._image.put(self._picture())
+        self._image.show()
         self._hide_surfels(True)
 
     def remove(self):
         """Shows the surfels again."""
-        self._view.plotter.remove_actor("traced", render=False)
+        self._image.hide()
         self._hide_surfels(False)
 
     def _picture(self):

@@ -33,7 +33,8 @@ def turn_environment(
     `.` and `,` turn it by 5 degrees. Glossy surfels are shown as the camera sees them. While the slider is dragged,
     their lobes stay as they were; when it is let go, or the camera has moved, they follow (where that takes longer
     than .3 s, when `e` is pressed). What is white stays from light to light until `a` adapts it; `d` shows direct or
-    indirect light alone, `x` exports a page whose slider does the same.
+    indirect light alone, `x` exports a page whose slider does the same. The environment itself is behind the scene, and
+    turns with its light.
 
     Without a display, or with `screenshot`, a picture is saved instead. In a Jupyter notebook a Page is returned, which
     the notebook shows in the cell; it has no gloss.

@@ -42,6 +42,8 @@ def view(
     exposure, the level of the hierarchy whose groups are shown (D03 fig. 6b), and zeta, where the scene is there: it is
     solved again when the slider is let go, which takes as long as solving takes; what is shown is that solution, with
     its cut. Surfels have one side here as they have in the light: from behind they are not drawn, until b is pressed.
+    Behind radiosity stands the sky of the Environments that the solution was lit by, as in pictures (Solution.render),
+    in coarser pixels while the camera moves; behind all else is white.
 
     Without a display, or with `screenshot`, a picture is saved instead. In a Jupyter notebook a Page is returned,
     which the notebook shows in the cell, whether there is a display or not: the kernel may be anywhere.

@@ -13,6 +13,7 @@ from surflux.pictures.camera import Camera, upright
 from surflux.viewing.links import LinkFinder
 from surflux.viewing.picks import PARTS, draw_links, draw_members
 from surflux.viewing.properties import LIGHTS, names_of, property_of
+from surflux.viewing.sky_behind import SkyBehind
 from surflux.viewing.words import caption, values_of
 
 INSERTED = (255, 140, 0)
@@ -69,6 +70,7 @@ class SceneView:
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
         self.plotter.set_background("white")
         self.font = max(6, round(min(size[1] / 46, size[0] / 62)))
+        self._sky = SkyBehind(self)
         self._take(subject)
         self.redraw()
 
@@ -89,7 +91,15 @@ class SceneView:
         self._bar(None)
         actor = self.draw("surfels", mesh, scalars="shown", preference=preference, **look)
         self._bar(actor.mapper if shown.kind == "number" else None, shown.name)
+        self.draw_sky()
         self.describe(shown)
+
+    def draw_sky(self):
+        """Shows the sky behind what leaves surfaces, as pictures do; what is not seen so stands before white."""
+        solution = self.subject.solution
+        seen = solution is not None and self.color == "radiosity" and self.light != "indirect"
+        environments = solution._environments if seen else []
+        self._sky.show(environments, np.pi * 2.0**self.stops / self.white() if environments else 1.0)
 
     def spread(self, shown):
         """Numbers, or bytes of colours, of the parts of the mesh that stands for the surfels."""
@@ -300,6 +310,9 @@ class SceneView:
             fmt="%.3g",
         )
         bar.SetTitle(title)
+        bar.DrawBackgroundOn()
+        bar.GetBackgroundProperty().SetColor(1.0, 1.0, 1.0)
+        bar.GetBackgroundProperty().SetOpacity(0.8)
         bar.SetVerticalTitleSeparation(self.font)
 
 

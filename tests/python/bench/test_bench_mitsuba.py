@@ -38,6 +38,25 @@ def test_rays_meet_what_they_are_sent_to(mitsuba):
     assert met.tolist() == [True, True, True, True, False, True]  # the shelf's back is in front of the floor
 
 
+@pytest.mark.slow
+def test_light_of_an_image(mitsuba):
+    """On planes that face six ways: no image of an Environment stands mirrored, upside down or turned.
+
+    In Mitsuba y is up, and the middle of an image looks along z. It blends pixels, of which there are 32 for each.
+    """
+    image = np.random.default_rng(3).uniform(0.0, 2.0, (4, 8, 3)).astype(np.float32) ** 4
+    bitmap = mitsuba.Bitmap(image.repeat(32, axis=0).repeat(32, axis=1))
+    speck = {"type": "sphere", "center": [50, 0, 0], "radius": 0.001}
+    theirs = mitsuba.load_dict({"type": "scene", "speck": speck, "sky": {"type": "envmap", "bitmap": bitmap}})
+    normals, black = np.concatenate([np.eye(3), -np.eye(3)]), np.zeros((6, 3))
+    found = mitsuba_renderer.Renderer(mitsuba, theirs).irradiance(np.zeros((6, 2**14, 3)), normals, black, black, 0, 64)
+    disks = sf.Surfels(normals, normals, radii=1e-3)
+    ours = sf.solve(sf.Scene([disks], [sf.Environment(image, up=[0, 1, 0], azimuth=-90)]), rays=4096).direct
+    error = found.std(axis=1, ddof=1) / np.sqrt(64)
+    assert np.all(np.abs(found.mean(axis=1) - ours) < 4.5 * error + 0.003 * ours)  # blended rows are half a pixel off
+    assert 4.5 * error.max() < 0.1 * np.ptp(ours, axis=0).min()  # and planes are told apart
+
+
 def test_scenes_that_are_no_polygons(mitsuba):
     disk = sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0)
     for scene in (sf.Scene([disk]), sf.Scene([cube_inside(1)], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])):

@@ -139,7 +139,7 @@ def test_one_pixel_of_the_environment(row, column):
     image[row, column] = 100.0
     edges = np.cos(np.pi * np.array([row, row + 1]) / 16)
     solid_angle = (edges[0] - edges[1]) * 2 * np.pi / 32
-    theta, phi = np.pi * (row + 0.5) / 16, 2 * np.pi * (column + 0.5) / 32
+    theta, phi = np.pi * (row + 0.5) / 16, np.pi - 2 * np.pi * (column + 0.5) / 32
     direction = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
     # Facing it, the cosine over 11 degrees is 1 within 1 %.
     facing = received(sf.Environment(image), surfel(direction))[0]

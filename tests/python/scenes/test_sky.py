@@ -81,7 +81,7 @@ def test_patches_image_and_function_are_one_sky():
     np.testing.assert_allclose(by_sky, by_image, rtol=0.05)
     assert np.median(np.abs(by_sky / by_image - 1.0)) < 2e-3
     rows, columns = [3, 60, 127], [0, 200, 400]
-    theta, phi = np.pi * (np.array(rows) + 0.5) / 256, 2 * np.pi * (np.array(columns) + 0.5) / 512
+    theta, phi = np.pi * (np.array(rows) + 0.5) / 256, np.pi - 2 * np.pi * (np.array(columns) + 0.5) / 512
     directions = np.c_[np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)]
     np.testing.assert_allclose(sky.radiance(directions), image.image[rows, columns, 0], rtol=1e-6)
 
@@ -116,7 +116,7 @@ def test_the_sun_in_the_image_has_its_power_in_its_place():
     ((row, column),) = np.argwhere(added[..., 0])
     angle = np.pi / 128 * (np.cos(np.pi * row / 128) - np.cos(np.pi * (row + 1) / 128))
     assert added[row, column] * angle == pytest.approx([500.0] * 3)
-    theta, phi = np.pi * (row + 0.5) / 128, np.pi * (column + 0.5) / 128
+    theta, phi = np.pi * (row + 0.5) / 128, np.pi - np.pi * (column + 0.5) / 128
     middle = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
     assert middle @ sky.sun_direction > np.cos(np.radians(1.0))
     assert sky.sun_radiance == pytest.approx(500.0 / 6.8e-5, rel=0.01)  # the sun's solid angle

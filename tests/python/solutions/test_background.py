@@ -55,7 +55,7 @@ def looked_up(sky, directions):
     local = directions @ turn  # the inverse of the rotation
     height, width = sky.image.shape[:2]
     row = np.arccos(np.clip(local[..., 2], -1, 1)) / np.pi * height
-    column = (np.arctan2(local[..., 1], local[..., 0]) - np.radians(sky.azimuth)) / (2 * np.pi) % 1 * width
+    column = (np.pi + np.radians(sky.azimuth) - np.arctan2(local[..., 1], local[..., 0])) / (2 * np.pi) % 1 * width
     far = np.minimum(np.abs(row - np.rint(row)), np.abs(column - np.rint(column)))
     return sky.image[np.minimum(row.astype(int), height - 1), np.minimum(column.astype(int), width - 1)], far
 
@@ -188,7 +188,7 @@ def test_moving_lamps_before_a_sky():
 
 def test_a_sun_in_a_pixel_is_as_bright_as_it_is():
     image = np.ones((64, 128, 3))
-    image[20, 5] = 1e6
+    image[20, 58] = 1e6
     picture = beneath(sf.Environment(image)).render(
         sf.Camera([0, 0, 0], [1, 0.25, 0.6], fov=40), (64, 48), background=True
     )

@@ -129,7 +129,7 @@ def test_the_image_of_a_sky(exponent):
     image[[2, 5, 6], [3, 20, 21]] = [[50, 20, 5], [30, 30, 30], [5, 80, 5]]
     fine = 40
     theta = np.pi * (np.arange(8 * fine) + 0.5) / (16 * fine)
-    phi = 2 * np.pi * (np.arange(32 * fine) + 0.5) / (32 * fine)
+    phi = np.pi - 2 * np.pi * (np.arange(32 * fine) + 0.5) / (32 * fine)
     t, p = (a.ravel() for a in np.meshgrid(theta, phi, indexing="ij"))
     w = np.c_[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)]
     radiance = np.kron(image[:8], np.ones((fine, fine, 1))).reshape(-1, 3)

@@ -160,7 +160,7 @@ def test_pixels_are_integrated_as_the_path_tracer_has_them(shape):
     image = np.random.default_rng(7).random((*shape, 3))
     fine = 1600 // shape[0] + 1, 1600 // shape[1] + 1
     theta = np.pi * (np.arange(fine[0] * shape[0]) + 0.5) / (fine[0] * shape[0])
-    phi = 2 * np.pi * (np.arange(fine[1] * shape[1]) + 0.5) / (fine[1] * shape[1])
+    phi = np.pi - 2 * np.pi * (np.arange(fine[1] * shape[1]) + 0.5) / (fine[1] * shape[1])
     ring = np.stack([np.cos(phi), np.sin(phi)], axis=-1)
     expected = np.zeros((16, 3))
     for k, t in enumerate(theta):
@@ -187,7 +187,7 @@ def test_irradiance_of_five_bands_is_that_of_the_path_tracer():
     """The clamped cosine leaves out bands 6, 8, ... of a smooth sky, which has none: exact but for the samples."""
     smooth = np.full((25, 3), 0.0)
     smooth[[0, 1, 2, 3, 6, 8]] = [[4, 3, 2], [1, 0, 1], [0.5, 1, 0], [0.3, 0, 0.3], [0.5, 0.2, 0], [0, 0.4, 0.1]]
-    theta, phi = np.pi * (np.arange(128) + 0.5) / 128, np.pi * (np.arange(256) + 0.5) / 128
+    theta, phi = np.pi * (np.arange(128) + 0.5) / 128, np.pi - np.pi * (np.arange(256) + 0.5) / 128
     t, p = np.meshgrid(theta, phi, indexing="ij")
     d = np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1).reshape(-1, 3)
     sky = sf.Environment((sf.spherical_harmonics(d) @ smooth).reshape(128, 256, 3))
@@ -217,11 +217,13 @@ GRACE = np.array(
 
 @pytest.mark.scans
 def test_the_grace_probe_has_its_published_coefficients(scans):
-    """MANIFEST.md: the image is the probe times .1, in axes that are mirrored, (X, Y, Z) = (-y, -z, -x).
+    """The image is the probe times .1, and the published axes are a rotation of its own: (X, Y, Z) = (-y, -z, x).
 
-    A mirror is no rotation: columns in reverse make y into -y, and the rest, (X, Y, Z) = (y, -z, -x), is one.
+    Both are mirrored: the file has its rows from below, and the publication, of a probe that shows what is ahead in its
+    middle, has X to the right, Y upwards and Z ahead, which is left-handed. The cathedral set upright, image[::-1], is
+    in axes that no rotation takes to those.
     """
     image = sf.read_image(scans / "probes" / "grace_latlong.exr")
-    mirrored = sf.Environment(10.0 * image[:, ::-1].astype(float)).harmonics(order=3)
-    found = sf.rotate_harmonics(mirrored, [[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
+    probe = sf.Environment(10.0 * image.astype(float)).harmonics(order=3)
+    found = sf.rotate_harmonics(probe, [[0, -1, 0], [0, 0, -1], [1, 0, 0]])
     np.testing.assert_allclose(found, GRACE, atol=0.005)
