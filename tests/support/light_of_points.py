@@ -2,8 +2,8 @@
 
     python tests/support/light_of_points.py CLOUD [SEEDS]
 
-As `surflux solve CLOUD` lights it, with `--insert` and without; against `reference_irradiance` at 4000 of the points, whose
-own error is taken off.
+As `surflux solve CLOUD` lights it, with `--insert` and without; against `reference_irradiance` at 4000 of the points,
+whose own error is taken off.
 """
 
 import sys

@@ -23,7 +23,8 @@ def survey(here):
 
 
 def test_all_rows_come_home_in_their_order(survey, run):
-    status, out, err = run("solve", "survey.npz", "-o", "lit.csv", "--no-image", "--insert", "--solution", "solution.ply")
+    files = "-o", "lit.csv", "--solution", "solution.ply"
+    status, out, err = run("solve", "survey.npz", *files, "--no-image", "--insert")
     assert status == 0, err
     assert "3101 points, as read, with their light but for 1 left out: lit.csv\nsolved surfels: solution.ply\n" in out
     assert "counted once, for another one stands at their place: 100 points" in err
