@@ -160,18 +160,18 @@ def _camera_of_frame(options, surfels):
     return camera_of(options, surfels, framing(surfels, options.size, options.up, direction=ahead))
 
 
-def lights_of_cloud(options, surfels, camera):
+def lights_of_cloud(options, surfels, camera, what="cloud"):
     """The lights of --light, which becomes what was chosen; says so."""
     if options.light is None:
         level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
         options.light = "sun" if level and layer_of(surfels.points) == "terrain" else "studio"
         said = {
             "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
-            "studio": "a cloud has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
+            "studio": f"a {what} has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
         }
         LOG.info(said[options.light])
     if options.light == "sky":
-        LOG.info("the cloud is lit by a sky of radiance 1 from all sides")
+        LOG.info("the %s is lit by a sky of radiance 1 from all sides", what)
         return [Environment(1.0)]
     if options.light == "sun":
         day = daylight(camera)

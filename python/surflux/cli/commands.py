@@ -1,29 +1,17 @@
 """The command line, `surflux`."""
 
 import argparse
-import math
 import os
 import sys
 import warnings
 from pathlib import Path
 
-import numpy as np
-
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.passes import LOG, thread_limit
-from surflux.cli import areas, checking, tiles
-from surflux.cli.cloud import (
-    CLOUD_LIMIT,
-    Cloud,
-    before_backdrop,
-    camera_of_cloud,
-    is_cloud,
-    lights_of_cloud,
-    output_of,
-    patches_of_file,
-)
+from surflux.cli import areas, checking, solve, tiles
+from surflux.cli.cloud import CLOUD_LIMIT, is_cloud
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
@@ -34,18 +22,16 @@ from surflux.cli.pictures import (
     camera_of,
     check_gaussians,
     check_images,
-    draw_if_possible,
     write_gaussians,
     write_images,
 )
-from surflux.cli.processes import check_processes, in_all_processes, is_first, joined, processes_given
-from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text
+from surflux.cli.processes import in_all_processes, joined
+from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
+from surflux.cli.solve import is_scene, load_scene
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
-from surflux.scenes.studio import ground
-from surflux.solutions.solution_file import holds_solution
 
 
 def main(arguments=None):
@@ -122,9 +108,9 @@ def _check_options(options):
             checked(f"--{name.replace('_', '-')}", given[name])
     if given.get("command") == "solve":
         tiles.check_options(options)
-    if "viewpoint" in given and _is_scene(options.input):
+    if "viewpoint" in given and is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
-    if "points" in given and _is_scene(options.input):
+    if "points" in given and is_scene(options.input):
         raise ValueError("--points: is for a cloud; a scene file thins an object by its key thin")
     if given.get("exposure", "auto") == "auto":
         options.exposure = None
@@ -148,142 +134,24 @@ def _check_options(options):
         require_place(ply_path(given["solution"], "--solution"))
 
 
-def _solve(options):
-    check_processes(options)
-    if options.solver == "meshless":
-        for name in ("zeta", "transport"):
-            if getattr(options, name) is not None:
-                raise ValueError(f"--{name}: goes with --solver radiosity")
-        if options.no_insert:
-            raise ValueError("--no-insert: goes with --solver radiosity")
-    for name in ("zeta", "rays"):
-        if getattr(options, name) is not None and (options.error or options.seconds):
-            asked = "error" if options.error else "seconds"
-            raise ValueError(f"--{name}: is chosen where --{asked} is given; wanted one of the two")
-    if options.no_image and options.image:
-        raise ValueError("--no-image: does not go with --image")
-    if options.tiles:
-        return _told(options, *tiles.run(options))
-    output = output_of(options)
-    images = [] if options.no_image else options.image or [output.with_suffix(".png")]
-    require_place(output)
-    check_images(images)
-    scene, cloud = _scene_to_solve(options)
-    names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
-    given = {name: getattr(options, name) for name in names}
-    if options.no_insert:
-        given["insert"] = False
-    settings = {name: value for name, value in given.items() if value is not None} | processes_given(options)
-    camera = camera_of(options, scene.surfels, scene.camera)
-    solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
-    solution = solver(scene, **settings, progress=True)
-    if not is_first(options):
-        return 0
-    solution, behind = before_backdrop(options, solution)
-    behind = background_of(options, behind)
-    if cloud is None:
-        solution.save(output)
-    else:
-        cloud.save(output, solution, options.albedo, options.up)
-    if options.solution:
-        solution.save(options.solution)
-    undrawn = draw_if_possible(solution, camera, options, images, background=behind)
-    if undrawn is not None:
-        images = []
-    result = {
-        "input": options.input,
-        "surfels": len(solution.surfels),
-        "area": float(solution.surfels.areas.sum()),
-        "mean_radiosity": [float(v) for v in np.average(solution.radiosity, axis=0, weights=solution.surfels.areas)],
-        "timings": solution.timings,
-        "history": solution.history,
-        "attempts": solution.attempts,
-        "error": solution.error,
-        "output": str(output),
-        "images": [str(image) for image in images],
-    }
-    if cloud is not None:
-        result |= {"points": len(cloud.scan), "left_out": int(np.count_nonzero(cloud.alone))}
-    if options.solution:
-        result["solution"] = str(options.solution)
-    # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
-    status = 1 if undrawn is not None and options.image else 0
-    if options.json:
-        return print_json(result) or status
-    rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
-    print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
-    if math.isfinite(solution.error):
-        print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
-    for stage, seconds in solution.timings.items():
-        print(f"  {stage:<16} {seconds:8.3f} s")
-    if cloud is None:
-        print(f"solved surfels: {output}")
-    else:
-        print(f"{cloud.counted()}: {output}")
-    if options.solution:
-        print(f"solved surfels: {options.solution}")
-    for image in images:
-        print(f"picture: {image}")
-    return status
-
-
-def _scene_to_solve(options):
-    """(Scene, Cloud or None of a scene file)."""
-    scene, points = _is_scene(options.input), is_cloud(options.input)
-    if not points:
-        alone = ("albedo", "strict", "keep_outliers", "raw_colors")
-        for name in ("thin", "light", "normals", "ground", *alone) if scene else alone:
-            if getattr(options, name):
-                flag = name.replace("_", "-")
-                more = {
-                    "thin": "; a scene file thins an object by its key thin",
-                    "light": "; a scene file has lights of its own",
-                    "normals": "; a scene file turns an object by its key orient",
-                }
-                raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
-    if scene:
-        return _load_scene(options), None
-    if Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
-        raise sf.FileError(
-            f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
-        )
-    if points:
-        cloud = Cloud(options)
-        surfels = cloud.surfels
-    else:
-        cloud, surfels = None, patches_of_file(options)
-    camera = camera_of_cloud(options, surfels)
-    objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
-    name = Path(options.input).stem
-    return sf.Scene(objects, lights_of_cloud(options, surfels, camera), camera=camera, name=name), cloud
-
-
-def _load_scene(options):
-    return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
-
-
 def _cloud(options):
     given = {"viewpoint": options.viewpoint, "points": options.points, "seed": getattr(options, "seed", None) or 0}
     return sf.read(options.input, **given, progress=True)
 
 
-def _is_scene(path):
-    return Path(path).suffix.lower() == ".toml"
-
-
 def _area(options):
-    cloud = _load_scene(options).surfels if _is_scene(options.input) else _cloud(options)
-    return _told(options, *areas.measured(options, cloud))
+    cloud = load_scene(options).surfels if is_scene(options.input) else _cloud(options)
+    return told(options, *areas.measured(options, cloud))
 
 
 def _check_cloud(options):
-    if _is_scene(options.input):
+    if is_scene(options.input):
         if options.output:
             raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
-        scene = _load_scene(options)
+        scene = load_scene(options)
     else:
         scene = sf.Scene([_cloud(options)])
-    return _told(options, *checking.checked(options, scene))
+    return told(options, *checking.checked(options, scene))
 
 
 def _doctor(options):
@@ -294,7 +162,7 @@ def _doctor(options):
 
     result, lines = doctor.examined(options, CLOUD_LIMIT, solve_options)
     status = 2 if result.get("solve", {}).get("refused") else 0
-    return _told(options, result, lines) or status
+    return told(options, result, lines) or status
 
 
 def _render(options):
@@ -333,13 +201,13 @@ def _render(options):
 def _relight(options):
     from surflux.cli import relight
 
-    return _told(options, *relight.run(options))
+    return told(options, *relight.run(options))
 
 
 def _solar(options):
     from surflux.cli import solar
 
-    return _told(options, *solar.run(options, CLOUD_LIMIT))
+    return told(options, *solar.run(options, CLOUD_LIMIT))
 
 
 def _view(options):
@@ -372,16 +240,8 @@ def _completion(options):
     return 0
 
 
-def _told(options, result, lines):
-    """Prints a result for programs, or its lines for people."""
-    if options.json:
-        return print_json(result)
-    print("\n".join(lines))
-    return 0
-
-
 RUNS = {
-    "solve": _solve,
+    "solve": solve.run,
     "area": _area,
     "check": _check_cloud,
     "doctor": _doctor,

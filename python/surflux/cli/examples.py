@@ -8,6 +8,7 @@ EXAMPLES = {
             "room.toml -o room.ply --image room.exr --image room.png",
             "a scene, all layers and a picture",
         ),
+        ("statue.stl -o lit.vtp", "a mesh, whose faces have their light"),
         ("room.toml --error 1%", "finer until the estimated error is at most that"),
         ("tiles/*.laz --tiles --halo 150 -o lit --image map.png", "a survey tile by tile, into a folder, and its map"),
     ),

@@ -60,12 +60,15 @@ def command_line(runs, cloud_limit):
         _loudness_options(sub)
         return sub
 
-    solve = command("solve", "Solve a scene file, or a point cloud under light that it is given.")
-    text = "a scene (.toml) or a file of points; with --tiles several of LAS, LAZ or COPC"
+    solve = command("solve", "Solve a scene file, or a point cloud or mesh under light that it is given.")
+    text = "a scene (.toml), a file of points, or a mesh; with --tiles several of LAS, LAZ or COPC"
     solve.add_argument("input", metavar="SCENE|CLOUD", nargs="+", action=_Inputs, help=text)
+    solve.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
     text = "the points of a cloud as read, with their light, as .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf; the "
-    text += "solved surfels of a scene, as .ply (default: INPUT's name + _solved.ply); of --tiles a folder (default: "
-    text += "tiles_solved)"
+    text += (
+        "solved surfels of a scene or mesh, as .ply (default: INPUT's name + _solved.ply), or the mesh's faces with "
+    )
+    text += "their light, as .vtp; of --tiles a folder (default: tiles_solved)"
     solve.add_argument("-o", "--output", metavar="OUT", help=text)
     text = "the files are tiles of one survey, solved one after another, each with what is around it; a run that was "
     text += "stopped goes on, and --image is a map from above"
@@ -101,7 +104,11 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--zeta", type=float, help="what interpolation may leave, of the RMS irradiance (default: 0.02)")
     solve.add_argument("--rays", type=int, metavar="N", help="rays of a node or receiver (default: 256; meshless: 512)")
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
-    solve.add_argument("--no-insert", action="store_true", help="solve for the given surfels alone")
+    text = (
+        "insert surfels along borders of shadows, or solve for the given ones alone (default: insert, but not into a "
+        "cloud without --ground, whose points have light of their own)"
+    )
+    solve.add_argument("--insert", action=argparse.BooleanOptionalAction, default=None, help=text)
     solve.add_argument("--seed", type=int, help="of everything random")
     text = "share the work out among the processes of mpirun, of which the first writes and prints"
     solve.add_argument("--mpi", action="store_true", help=text)

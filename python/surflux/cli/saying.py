@@ -74,6 +74,14 @@ def print_json(result):
     return 0
 
 
+def told(options, result, lines):
+    """Prints a result for programs, or its lines for people; the exit status."""
+    if options.json:
+        return print_json(result)
+    print("\n".join(lines))
+    return 0
+
+
 def _plain(value):
     """value in the types that JSON has, which do not include NaN."""
     if isinstance(value, dict):

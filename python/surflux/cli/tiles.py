@@ -12,7 +12,7 @@ from surflux.scenes.lights import Environment
 
 _OWN = ("halo", "far", "unit")  # options that go with --tiles alone
 _SHARED = ("points", "viewpoint", "normals", "albedo", "keep_outliers", "raw_colors", "strict", "seed", "threads")
-_SOLVE = ("error", "seconds", "tolerance", "zeta", "rays", "transport")
+_SOLVE = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "insert")
 # Options of solve that do not go with --tiles, and why.
 _REFUSED = {
     "thin": "; --points thins all tiles alike",
@@ -57,7 +57,6 @@ def run(options):
     given = {name: getattr(options, name) for name in _OWN + _SHARED}
     given = {name: value for name, value in given.items() if value is not None}
     settings = {name: getattr(options, name) for name in _SOLVE if getattr(options, name) is not None}
-    settings |= {"insert": False} if options.no_insert else {}
     if options.light is None:
         LOG.info("tiles have no light: they get the sun and sky of a clear day, in W/m2 (--light sky)")
     lights = [Environment(1.0)] if options.light == "sky" else None

@@ -94,7 +94,8 @@ def warn_of_faces(path, faces):
     if faces:
         warn(
             f"{os.fsdecode(path)}: has {check.counted(faces, 'face')}, left out because it is read as points: "
-            'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file, kind = "surfels" for points)'
+            'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a scene file, kind = "surfels" for points; '
+            "surflux solve --mesh)"
         )
 
 

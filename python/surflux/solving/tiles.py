@@ -84,7 +84,7 @@ def solve_tiles(
         keep_outliers: takes points that stand alone, or that the files withhold, which are left out otherwise.
         raw_colors: takes colours as bright as they are; their mean reflectance is made plausible otherwise.
         strict: refuses tiles with points that have no finite place.
-        solve_options: of solve, by name, but seed, threads and progress.
+        solve_options: of solve, by name, but seed, threads and progress; insert is False where it is not given.
         seed: of everything random; the result is the same for the same seed, whatever the number of threads.
         threads: at most this many; None for all.
         progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
@@ -121,7 +121,8 @@ def solve_tiles(
     flags = {"albedo": albedo, "keep_outliers": keep_outliers, "raw_colors": raw_colors, "strict": strict}
     flags = {name: check.flag(name, value) for name, value in flags.items()}
     seed = check.seed("seed", seed)
-    settings = _checked_settings(solve_options)
+    # Points have the light at their own places: that of inserted surfels would be a mean around them.
+    settings = {"insert": False} | _checked_settings(solve_options)
     lights = [clear_day(_MORNING)] if lights is None else lights
     lit_by = Scene([_ANYTHING], lights).lights  # whose messages name them
     with watched(threads, progress):

@@ -23,7 +23,8 @@ def survey(here):
 
 
 def test_all_rows_come_home_in_their_order(survey, run):
-    status, out, err = run("solve", "survey.npz", "-o", "lit.csv", "--no-image", "--solution", "solution.ply")
+    files = "-o", "lit.csv", "--solution", "solution.ply"
+    status, out, err = run("solve", "survey.npz", *files, "--no-image", "--insert")
     assert status == 0, err
     assert "3101 points, as read, with their light but for 1 left out: lit.csv\nsolved surfels: solution.ply\n" in out
     assert "counted once, for another one stands at their place: 100 points" in err
@@ -42,6 +43,28 @@ def test_all_rows_come_home_in_their_order(survey, run):
         power = np.sum(solution.surfels.areas[:, None] * getattr(solution, name), axis=0)
         area = np.bincount(solution.parents, solution.surfels.areas)
         assert np.sum(area[:, None] * found[:3000], axis=0) == pytest.approx(power, rel=1e-6)
+
+
+def test_points_beside_a_shadow_are_in_it_or_in_the_sun(here, run):
+    """Each has the light at its own place: what surfels inserted around it have would be a mean."""
+    side = np.linspace(-1.0, 1.0, 40)
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side))
+    floor, roof = np.stack([x, y, 0 * x], axis=-1), np.stack([0.25 * x, 0.25 * y, 0 * x + 0.4], axis=-1)
+    sf.Scan(np.concatenate([floor, roof]), np.tile([0.0, 0.0, 1.0], (3200, 1))).save("table.npz")
+
+    def sunlight(*more):
+        status, _, err = run("solve", "table.npz", "-o", "lit.npz", "--no-image", "--light", "sun", "--rays", 32, *more)
+        assert status == 0, err
+        direct = sf.read_scan("lit.npz").attributes["direct"][:1600].mean(axis=1)
+        return direct / np.median(direct)
+
+    def between(light):
+        return np.count_nonzero((light > 0.35) & (light < 0.8))
+
+    light = sunlight()
+    assert np.count_nonzero(light < 0.35) > 60
+    assert between(light) == 0
+    assert between(sunlight("--insert")) > 10
 
 
 def test_what_is_left_out_can_be_kept(survey, run):

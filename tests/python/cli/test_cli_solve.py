@@ -55,7 +55,20 @@ def test_options_reach_the_solver(here, run, monkeypatch):
 
     monkeypatch.setattr(sf, "solve", solve)
     assert run("solve", "room.toml", "--seed", 7, "--threads", 1, "--zeta", 0.1, "--rays", 64)[0] == 2
-    assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "progress": True}
+    assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "insert": True, "progress": True}
+
+
+def test_a_cloud_is_solved_for_its_own_points(ball, run, monkeypatch):
+    given = []
+
+    def solve(scene, **options):
+        given.append(options["insert"])
+        raise ValueError("enough: seen")
+
+    monkeypatch.setattr(sf, "solve", solve)
+    for options in ((), ("--insert",), ("--ground",), ("--ground", "--no-insert")):
+        assert run("solve", "ball.ply", *options)[0] == 2
+    assert given == [False, True, True, False]
 
 
 @pytest.mark.parametrize("command", ["solve", "area", "check"])

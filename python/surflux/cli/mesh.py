@@ -1,0 +1,56 @@
+"""A mesh as `surflux solve` takes it: cut into patches, and what was found taken home to its faces."""
+
+from pathlib import Path
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.check import counted
+from surflux._base.passes import LOG
+from surflux.geometry.meshes import read_mesh
+from surflux.points.surfels import Surfels
+from surflux.scans.formats import MESHES
+from surflux.solutions.lit_points import LIGHT
+
+# Light varies over a face: those of coarse meshes are cut until there are about as many patches.
+PATCHES = 20_000
+SUFFIXES = (".ply", ".vtp")
+
+
+def is_mesh(options):
+    """Whether `solve` takes the faces of a file: of a mesh, and with --mesh of a PLY file."""
+    if options.mesh:
+        return True
+    suffix = Path(options.input).suffix.lower().lstrip(".")
+    return suffix in MESHES or (suffix == "obj" and len(_core.read_obj(options.input)[1]) > 1)
+
+
+def refuse_options(options):
+    """Refuses, before any work, what does not go with a mesh."""
+    for name in ("points", "viewpoint", "thin", "albedo", "strict", "keep_outliers", "raw_colors"):
+        if getattr(options, name):
+            raise ValueError(f"--{name.replace('_', '-')}: is for a cloud")
+    if options.output is not None and Path(options.output).suffix.lower() not in SUFFIXES:
+        raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {options.output!r}")
+
+
+def patches_of_mesh(options):
+    """Surfels of the faces of a file, which large ones are cut for."""
+    surfels = Surfels.from_mesh(options.input, reflectance=None, threads=options.threads, progress=True)
+    if len(surfels) < PATCHES:
+        area, faces = surfels.areas.sum() / PATCHES, len(surfels)
+        surfels = Surfels.from_mesh(options.input, area, None, threads=options.threads, progress=True)
+        LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
+    return surfels.flipped() if options.normals == "flip" else surfels
+
+
+def save_faces(path, source, solution):
+    """Writes the faces of a mesh file as .vtp, in their order, with their light (NaN without area)."""
+    import pyvista
+
+    mesh = read_mesh(source)
+    corners = np.insert(mesh.indices, mesh.offsets[:-1], np.diff(mesh.offsets))
+    faces = pyvista.PolyData(mesh.vertices, faces=corners)
+    for name in LIGHT:
+        faces.cell_data[name] = solution.per_face(name).astype(np.float32)
+    faces.save(path)

@@ -1,0 +1,155 @@
+"""`surflux solve`: a scene file, a cloud or a mesh, solved, written and drawn."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import surflux as sf
+from surflux._base import check
+from surflux._base.files import require_place
+from surflux.cli import tiles
+from surflux.cli.cloud import (
+    Cloud,
+    before_backdrop,
+    camera_of_cloud,
+    is_cloud,
+    lights_of_cloud,
+    output_of,
+    patches_of_file,
+)
+from surflux.cli.mesh import is_mesh, patches_of_mesh, save_faces
+from surflux.cli.mesh import refuse_options as refuse_for_mesh
+from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
+from surflux.cli.processes import check_processes, is_first, processes_given
+from surflux.cli.saying import print_json, told
+from surflux.scenes.studio import ground
+from surflux.solutions.solution_file import holds_solution
+
+
+def is_scene(path):
+    return Path(path).suffix.lower() == ".toml"
+
+
+def load_scene(options):
+    return sf.load_scene(options.input, threads=options.threads, progress=True)  # which has threads of its own
+
+
+def run(options):
+    """One `surflux solve`; its exit status."""
+    check_processes(options)
+    if options.solver == "meshless":
+        for name in ("zeta", "transport"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name}: goes with --solver radiosity")
+        if options.insert is not None:
+            raise ValueError(f"--{'' if options.insert else 'no-'}insert: goes with --solver radiosity")
+    for name in ("zeta", "rays"):
+        if getattr(options, name) is not None and (options.error or options.seconds):
+            asked = "error" if options.error else "seconds"
+            raise ValueError(f"--{name}: is chosen where --{asked} is given; wanted one of the two")
+    if options.no_image and options.image:
+        raise ValueError("--no-image: does not go with --image")
+    if options.tiles:
+        return told(options, *tiles.run(options))
+    output = output_of(options)
+    images = [] if options.no_image else options.image or [output.with_suffix(".png")]
+    require_place(output)
+    check_images(images)
+    mesh = is_mesh(options)
+    if mesh:
+        refuse_for_mesh(options)
+    scene, cloud = _scene_to_solve(options, mesh)
+    names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
+    given = {name: getattr(options, name) for name in names}
+    if options.solver == "radiosity":
+        # Points of a cloud have the light at their own places: that of inserted surfels would be a mean around them.
+        usual = cloud is None or bool(options.ground)
+        given["insert"] = usual if options.insert is None else options.insert
+    settings = {name: value for name, value in given.items() if value is not None} | processes_given(options)
+    camera = camera_of(options, scene.surfels, scene.camera)
+    solver = sf.solve_meshless if options.solver == "meshless" else sf.solve
+    solution = solver(scene, **settings, progress=True)
+    if not is_first(options):
+        return 0
+    solution, behind = before_backdrop(options, solution)
+    behind = background_of(options, behind)
+    of_faces = mesh and output.suffix.lower() != ".ply"
+    if of_faces:
+        save_faces(output, options.input, solution)
+    elif cloud is None:
+        solution.save(output)
+    else:
+        cloud.save(output, solution, options.albedo, options.up)
+    if options.solution:
+        solution.save(options.solution)
+    undrawn = draw_if_possible(solution, camera, options, images, background=behind)
+    if undrawn is not None:
+        images = []
+    result = {
+        "input": options.input,
+        "surfels": len(solution.surfels),
+        "area": float(solution.surfels.areas.sum()),
+        "mean_radiosity": [float(v) for v in np.average(solution.radiosity, axis=0, weights=solution.surfels.areas)],
+        "timings": solution.timings,
+        "history": solution.history,
+        "attempts": solution.attempts,
+        "error": solution.error,
+        "output": str(output),
+        "images": [str(image) for image in images],
+    }
+    if cloud is not None:
+        result |= {"points": len(cloud.scan), "left_out": int(np.count_nonzero(cloud.alone))}
+    if options.solution:
+        result["solution"] = str(options.solution)
+    # Who asked for a picture and got none is told by the exit status, too; the solution is saved either way.
+    status = 1 if undrawn is not None and options.image else 0
+    if options.json:
+        return print_json(result) or status
+    rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
+    print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
+    if math.isfinite(solution.error):
+        print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
+    for stage, seconds in solution.timings.items():
+        print(f"  {stage:<16} {seconds:8.3f} s")
+    if cloud is None:
+        print(f"{'faces of the mesh, with their light' if of_faces else 'solved surfels'}: {output}")
+    else:
+        print(f"{cloud.counted()}: {output}")
+    if options.solution:
+        print(f"solved surfels: {options.solution}")
+    for image in images:
+        print(f"picture: {image}")
+    return status
+
+
+def _scene_to_solve(options, mesh):
+    """(Scene, Cloud or None of a scene file or a mesh)."""
+    scene, points = is_scene(options.input), not mesh and is_cloud(options.input)
+    if not points and not mesh:
+        alone = ("albedo", "strict", "keep_outliers", "raw_colors")
+        for name in ("thin", "light", "normals", "ground", *alone) if scene else alone:
+            if getattr(options, name):
+                flag = name.replace("_", "-")
+                more = {
+                    "thin": "; a scene file thins an object by its key thin",
+                    "light": "; a scene file has lights of its own",
+                    "normals": "; a scene file turns an object by its key orient",
+                }
+                raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
+    if scene:
+        return load_scene(options), None
+    if not mesh and Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
+        raise sf.FileError(
+            f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
+        )
+    if points:
+        cloud = Cloud(options)
+        surfels = cloud.surfels
+    else:
+        cloud, surfels = None, patches_of_mesh(options) if mesh else patches_of_file(options)
+    camera = camera_of_cloud(options, surfels)
+    objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
+    name = Path(options.input).stem
+    lights = lights_of_cloud(options, surfels, camera, "mesh" if mesh else "cloud")
+    return sf.Scene(objects, lights, camera=camera, name=name), cloud

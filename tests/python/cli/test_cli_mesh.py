@@ -1,0 +1,70 @@
+"""`surflux solve` of a mesh: its faces are cut into patches, lit, and taken home in their order."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+
+pyvista = pytest.importorskip("pyvista")
+
+
+@pytest.fixture
+def bowl(here):
+    """Half a ball of triangles and quads whose fronts are outside, as .ply."""
+    mesh = pyvista.Sphere(radius=1.0, theta_resolution=16, phi_resolution=9, end_phi=90.0)
+    mesh.save("bowl.ply")
+    return pyvista.read("bowl.ply")
+
+
+def test_faces_come_home_with_their_light(bowl, run):
+    """Outside of what is convex each face has pi of a sky of radiance 1."""
+    status, out, err = run("solve", "bowl.ply", "--mesh", "-o", "lit.vtp", "--no-image", "--light", "sky", "--rays", 32)
+    assert status == 0, err
+    assert "faces of the mesh, with their light: lit.vtp" in out
+    assert "the mesh is lit by a sky of radiance 1 from all sides" in err
+    lit = pyvista.read("lit.vtp")
+    assert lit.n_cells == bowl.n_cells
+    assert lit.cell_centers().points == pytest.approx(bowl.cell_centers().points, abs=1e-6)
+    assert lit.cell_data["irradiance"] == pytest.approx(np.full((bowl.n_cells, 3), np.pi), rel=0.01)
+    assert lit.cell_data["radiosity"] == pytest.approx(0.5 * lit.cell_data["irradiance"], rel=1e-5)
+
+
+def test_large_faces_are_cut(here, run):
+    (here / "square.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
+    status, out, err = run("solve", "square.obj", "--no-image", "--light", "sky", "--normals", "flip", "--rays", 16)
+    assert status == 0, err
+    assert "face is cut into" in err
+    assert "solved surfels: square_solved.ply" in out
+    found = sf.load_solution("square_solved.ply").surfels
+    assert len(found) >= 20_000
+    assert found.areas.sum() == pytest.approx(1.0)
+    assert np.all(found.normals[:, 2] == -1.0)
+
+
+def test_an_obj_file_of_points_stays_a_cloud(here, run):
+    points = np.random.default_rng(0).normal(size=(300, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    (here / "ball.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points))
+    status, out, err = run("solve", "ball.obj", "-o", "lit.csv", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "300 points, as read, with their light: lit.csv" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--thin", 100), "--thin: is for a cloud"),
+        (("--keep-outliers",), "--keep-outliers: is for a cloud"),
+        (("-o", "lit.csv"), "-o: wanted a name ending in .ply or .vtp of a mesh, got 'lit.csv'"),
+    ],
+)
+def test_what_a_mesh_does_not_take_is_refused(bowl, run, options, said):
+    status, _, err = run("solve", "bowl.ply", "--mesh", *options)
+    assert (status, said in err) == (2, True), err
+
+
+def test_faces_that_are_left_out_are_told_of(bowl, run):
+    status, _, err = run("solve", "bowl.ply", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "left out because it is read as points" in err
+    assert "surflux solve --mesh" in err
