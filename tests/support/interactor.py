@@ -1,4 +1,15 @@
-"""What a person does with the mouse and the keyboard, told to the interactor of a window that nobody sees."""
+"""What a person does with the mouse and the keyboard, told to the interactor of a window that nobody sees, and what it
+shows then.
+"""
+
+from surflux.drawing import plots
+
+
+def shot(view):
+    """(h, w, 3) ints: the window, drawn anew."""
+    with plots.quiet_vtk():
+        view.plotter.render()
+        return view.plotter.screenshot(return_img=True).astype(int)
 
 
 def press(view, key):

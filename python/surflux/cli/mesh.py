@@ -1,4 +1,4 @@
-"""A mesh as `surflux solve` takes it: cut into patches, and what was found taken home to its faces."""
+"""A mesh as the commands take it: cut into patches, and what was found taken home to its faces."""
 
 from pathlib import Path
 
@@ -18,20 +18,17 @@ SUFFIXES = (".ply", ".vtp")
 
 
 def is_mesh(options):
-    """Whether `solve` takes the faces of a file: of a mesh, and with --mesh of a PLY file."""
+    """Whether `solve` and `view` take the faces of a file: of a mesh, and with --mesh of a PLY file."""
     if options.mesh:
         return True
     suffix = Path(options.input).suffix.lower().lstrip(".")
     return suffix in MESHES or (suffix == "obj" and len(_core.read_obj(options.input)[1]) > 1)
 
 
-def refuse_options(options):
-    """Refuses, before any work, what does not go with a mesh."""
-    for name in ("points", "viewpoint", "thin", "albedo", "strict", "keep_outliers", "raw_colors"):
-        if getattr(options, name):
-            raise ValueError(f"--{name.replace('_', '-')}: is for a cloud")
-    if options.output is not None and Path(options.output).suffix.lower() not in SUFFIXES:
-        raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {options.output!r}")
+def check_output(path):
+    """Refuses, before any work, names of files that do not take what was found of a mesh."""
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {str(path)!r}")
 
 
 def patches_of_mesh(options):

@@ -18,13 +18,26 @@ from surflux.cli.cloud import (
     output_of,
     patches_of_file,
 )
-from surflux.cli.mesh import is_mesh, patches_of_mesh, save_faces
-from surflux.cli.mesh import refuse_options as refuse_for_mesh
+from surflux.cli.mesh import check_output, is_mesh, patches_of_mesh, save_faces
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
 from surflux.cli.saying import print_json, told
 from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
+
+_OF_CLOUDS = ("albedo", "strict", "keep_outliers", "raw_colors")
+# Options that do not go with what is no cloud, and what a scene file has in their place.
+_REFUSED = {
+    "scene": ("mesh", "thin", "light", "normals", "ground", *_OF_CLOUDS),
+    "mesh": ("points", "viewpoint", "thin", *_OF_CLOUDS),
+    "patches": _OF_CLOUDS,
+}
+_IN_SCENES = {
+    "mesh": "says by its key kind what it takes",
+    "thin": "thins an object by its key thin",
+    "light": "has lights of its own",
+    "normals": "turns an object by its key orient",
+}
 
 
 def is_scene(path):
@@ -56,10 +69,11 @@ def run(options):
     images = [] if options.no_image else options.image or [output.with_suffix(".png")]
     require_place(output)
     check_images(images)
-    mesh = is_mesh(options)
-    if mesh:
-        refuse_for_mesh(options)
-    scene, cloud = _scene_to_solve(options, mesh)
+    kind = _kind_of(options)
+    _refuse_options(options, kind)
+    if kind == "mesh":
+        check_output(output)
+    scene, cloud = _scene_to_solve(options, kind)
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}
     if options.solver == "radiosity":
@@ -74,7 +88,7 @@ def run(options):
         return 0
     solution, behind = before_backdrop(options, solution)
     behind = background_of(options, behind)
-    of_faces = mesh and output.suffix.lower() != ".ply"
+    of_faces = kind == "mesh" and output.suffix.lower() != ".ply"
     if of_faces:
         save_faces(output, options.input, solution)
     elif cloud is None:
@@ -123,33 +137,33 @@ def run(options):
     return status
 
 
-def _scene_to_solve(options, mesh):
-    """(Scene, Cloud or None of a scene file or a mesh)."""
-    scene, points = is_scene(options.input), not mesh and is_cloud(options.input)
-    if not points and not mesh:
-        alone = ("albedo", "strict", "keep_outliers", "raw_colors")
-        for name in ("thin", "light", "normals", "ground", *alone) if scene else alone:
-            if getattr(options, name):
-                flag = name.replace("_", "-")
-                more = {
-                    "thin": "; a scene file thins an object by its key thin",
-                    "light": "; a scene file has lights of its own",
-                    "normals": "; a scene file turns an object by its key orient",
-                }
-                raise ValueError(f"--{flag}: is for a cloud{more.get(name, '')}")
-    if scene:
+def _kind_of(options):
+    """What the input is: "scene", "mesh", "cloud", or "patches" that Surfels.save wrote."""
+    if is_scene(options.input):
+        return "scene"
+    return "mesh" if is_mesh(options) else "cloud" if is_cloud(options.input) else "patches"
+
+
+def _refuse_options(options, kind):
+    for name in _REFUSED.get(kind, ()):
+        if getattr(options, name):
+            what = "a PLY file" if name == "mesh" else "a cloud"
+            hint = _IN_SCENES.get(name) if kind == "scene" else None
+            raise ValueError(f"--{name.replace('_', '-')}: is for {what}{f'; a scene file {hint}' if hint else ''}")
+
+
+def _scene_to_solve(options, kind):
+    """(Scene, Cloud or None of anything else)."""
+    if kind == "scene":
         return load_scene(options), None
-    if not mesh and Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
+    if kind != "mesh" and Path(options.input).suffix.lower() == ".ply" and holds_solution(options.input):
         raise sf.FileError(
             f"{options.input}: is solved already, and holds no lights; `surflux render` and `surflux view` show it"
         )
-    if points:
-        cloud = Cloud(options)
-        surfels = cloud.surfels
-    else:
-        cloud, surfels = None, patches_of_mesh(options) if mesh else patches_of_file(options)
+    cloud = Cloud(options) if kind == "cloud" else None
+    surfels = cloud.surfels if cloud else (patches_of_mesh if kind == "mesh" else patches_of_file)(options)
     camera = camera_of_cloud(options, surfels)
     objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
     name = Path(options.input).stem
-    lights = lights_of_cloud(options, surfels, camera, "mesh" if mesh else "cloud")
+    lights = lights_of_cloud(options, surfels, camera, "mesh" if kind == "mesh" else "cloud")
     return sf.Scene(objects, lights, camera=camera, name=name), cloud

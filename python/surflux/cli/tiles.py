@@ -18,6 +18,7 @@ _REFUSED = {
     "thin": "; --points thins all tiles alike",
     "solution": "; each tile is written with its light alone",
     "ground": "",
+    "mesh": "; tiles hold points",
     **dict.fromkeys(("mpi", "cluster"), "; tiles are solved by one process"),
     "checkpoint": "; a run that was stopped goes on with the tile that it had not finished",
     "background": "; --image is a map, black where no point is",

@@ -7,10 +7,10 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_place
 from surflux._base.warn import warn
+from surflux.cli.mesh import is_mesh
 from surflux.cli.pictures import camera_of
 from surflux.drawing.plots import picture_path
 from surflux.points.reading import read_with_faces
-from surflux.scans.formats import MESHES
 from surflux.solutions.solution_file import NO_SOLUTION
 from surflux.viewing.page import page_path
 
@@ -28,7 +28,7 @@ def thing_of(options):
         zeta = {} if options.zeta is None else {"zeta": options.zeta}
         return sf.solve(scene, **zeta, progress=True), True
     suffix = path.suffix.lower()
-    if options.mesh or suffix.lstrip(".") in (*MESHES, "obj"):
+    if is_mesh(options):
         return sf.Surfels.from_mesh(path, reflectance=None, progress=True), False
     try:
         if suffix == ".ply":

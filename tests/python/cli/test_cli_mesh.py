@@ -68,3 +68,10 @@ def test_faces_that_are_left_out_are_told_of(bowl, run):
     assert status == 0, err
     assert "left out because it is read as points" in err
     assert "surflux solve --mesh" in err
+
+
+def test_a_scene_file_says_itself_what_it_takes(here, run):
+    (here / "room.toml").write_text('[[object]]\nshape = "room"\n')
+    status, _, err = run("solve", "room.toml", "--mesh")
+    assert status == 2
+    assert "--mesh: is for a PLY file; a scene file says by its key kind what it takes" in err

@@ -5,7 +5,7 @@ import pytest
 from test_view_controls import drag_slider
 
 import surflux as sf
-from interactor import click_pixel, press
+from interactor import click_pixel, press, shot
 from surflux.drawing import plots
 from surflux.viewing import relit_controls
 from surflux.viewing.lamp_controls import KEYS, LampControls
@@ -41,12 +41,6 @@ def window(transfer):
     yield make
     for view in views:
         view.plotter.close()
-
-
-def shot(view):
-    with plots.quiet_vtk():
-        view.plotter.render()
-        return view.plotter.screenshot(return_img=True).astype(int)
 
 
 def pixel(view, place):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from test_view import RED, SQUARE, at, grid, is_color, lit, pair, shot, window
+from test_view import RED, SQUARE, at, grid, is_color, lit, pair, window
 
 import surflux as sf
-from interactor import click_pixel
+from interactor import click_pixel, shot
 from surflux.drawing import plots, sharing
 from surflux.viewing import controls, words
 from surflux.viewing.links import LinkFinder

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from interactor import click_pixel
+from interactor import click_pixel, shot
 from surflux.drawing import plots
 from surflux.scenes import shapes
 from surflux.solving.turning_light import TurningLight
@@ -42,12 +42,6 @@ def window():
     yield make
     for view in views:
         view.plotter.close()
-
-
-def shot(view):
-    with plots.quiet_vtk():
-        view.plotter.render()
-        return view.plotter.screenshot(return_img=True).astype(int)
 
 
 def expect_sky(view, solution, image=None):

@@ -7,7 +7,7 @@ import pytest
 from test_view_controls import drag_slider
 
 import surflux as sf
-from interactor import click_pixel, press
+from interactor import click_pixel, press, shot
 from surflux._base.color import white_of
 from surflux.drawing import plots
 from surflux.geometry.rotation import rotation_about
@@ -54,12 +54,6 @@ def window():
     yield make
     for view in views:
         view.plotter.close()
-
-
-def shot(view):
-    with plots.quiet_vtk():
-        view.plotter.render()
-        return view.plotter.screenshot(return_img=True).astype(int)
 
 
 def relit(transfer, degrees):

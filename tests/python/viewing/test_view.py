@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from interactor import shot
 from surflux.drawing import plots
 from surflux.drawing.colors import member_colors
 from surflux.viewing.properties import names_of
@@ -17,12 +18,6 @@ RED, GREEN, BLUE = [0.8, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 0.8]
 SQUARE = ([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]])
 DARK, BRIGHT = [68, 1, 84], [253, 231, 37]  # the two ends of viridis
 STYLES = ("disks", "splats", "points")
-
-
-def shot(view):
-    with plots.quiet_vtk():
-        view.plotter.render()
-        return view.plotter.screenshot(return_img=True).astype(int)
 
 
 @pytest.fixture

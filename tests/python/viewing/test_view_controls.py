@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, shot, window
+from test_view import ABOVE, SIZE, SQUARE, is_color, lit, pair, window
 
 import surflux as sf
-from interactor import press
+from interactor import press, shot
 from surflux.drawing import plots
 from surflux.viewing import controls, viewer
 
