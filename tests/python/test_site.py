@@ -24,15 +24,40 @@ def site(tmp_path_factory):
         reason = f"{', '.join(missing)}: not there; script/setup --docs installs it"
         pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
     folder = tmp_path_factory.mktemp("built")
+    (folder / "site").mkdir()
+    (folder / "site" / "no_more.html").touch()
     environment = {name: value for name, value in os.environ.items() if name != "SURFLUX_DATA"}
     done = subprocess.run([sys.executable, BUILD, folder], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder / "site"
 
 
+def test_pages_of_examples_that_are_no_more_go(tmp_path):
+    spec = importlib.util.spec_from_file_location("build", BUILD)
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    gallery = tmp_path / "python" / "guide" / "gallery"
+    (gallery / "images" / "thumb").mkdir(parents=True)
+    there, gone = ("effective_areas", "areas")
+    names = (
+        "{}.py",
+        "{}.py.md5",
+        "{}.rst",
+        "{}.ipynb",
+        "images/sphx_glr_{}_001.png",
+        "images/thumb/sphx_glr_{}_thumb.png",
+    )
+    for stem in (there, gone):
+        for name in names:
+            (gallery / name.format(stem)).touch()
+    assert build.copy_of_the_guide(tmp_path) == gallery.parent
+    assert {path for path in gallery.rglob("*") if path.is_file()} == {gallery / name.format(there) for name in names}
+
+
 @pytest.mark.slow
 def test_every_page_is_there(site):
     guide = ROOT / "python" / "guide"
+    assert not (site / "no_more.html").exists()
     for source in [*guide.glob("*.md"), *guide.glob("*.rst"), *guide.glob("*.ipynb")]:
         assert (site / source.with_suffix(".html").name).is_file()
     for example in (guide / "examples").glob("*.py"):
