@@ -184,12 +184,13 @@ def read_toml(path):
 
 # A key of very many parts takes tomllib the square of their number.
 _MOST_PARTS = 100
-# A text that does not end, which tomllib refuses, is one up to the end: each character is looked at once.
-_TEXT = r'"(?:[^"\\\n]++|\\[^\n]?+)*+(?:"|(?=\n)|\Z)|\'[^\'\n]*+(?:\'|(?=\n)|\Z)'
-_LONG_TEXT = r'"""(?:[^"\\]++|\\.?+|"(?!""))*+(?:"""|\Z)|' + r"'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
+# A text that does not end, which tomllib refuses, is one up to the end: each character is looked at once. No group of
+# more than one character is repeated possessively, which Python below 3.11.5 gets wrong.
+_TEXT = r'"(?:[^"\\\n]++|\\[^\n]?)*(?:"|(?=\n)|\Z)|\'[^\'\n]*+(?:\'|(?=\n)|\Z)'
+_LONG_TEXT = r'"""(?:[^"\\]++|\\(?:.|\Z)|"(?!""))*(?:"""|\Z)|' + r"'''(?:[^']++|'(?!''))*(?:'''|\Z)"
 _PART = rf"(?:[\w-]++|{_TEXT})"
 # Comments and texts of several lines are passed over; what stands for a key may also be a value.
-_TOKEN = re.compile(rf"#[^\n]*+|{_LONG_TEXT}|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)", re.DOTALL)
+_TOKEN = re.compile(rf"#[^\n]*+|{_LONG_TEXT}|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*)", re.DOTALL)
 
 
 def _check_keys(path, text):
