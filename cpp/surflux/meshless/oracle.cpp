@@ -14,6 +14,8 @@ namespace {
 constexpr double many_bounces = 4.0;
 // Where all else is dark, a lit spot may be off by this share of that, of its own light.
 constexpr double own_share = 0.25;
+// In dim parts light may be off by this many times epsilon_e of itself, where it is this share of the RMS or brighter.
+constexpr double local_weight = 5.0, dimmest = 1e-3;
 constexpr double significance = 2.0;  // standard errors that a difference must be beyond
 
 // RMS over the surface of a luminance by row.
@@ -39,8 +41,14 @@ Oracle::Wanted Oracle::wanted(double epsilon_e) const {
     const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
     const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first_bounce[row]); };
     const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(rows.direct[row]); };
-    return {epsilon_e * std::min(rms(*this, all), many_bounces * rms(*this, all_first)),
-            epsilon_e * std::min(rms(*this, sent), many_bounces * rms(*this, sent_first))};
+    const double of_all = std::min(rms(*this, all), many_bounces * rms(*this, all_first));
+    const double of_sent = std::min(rms(*this, sent), many_bounces * rms(*this, sent_first));
+    return {epsilon_e * of_all, epsilon_e * of_sent, epsilon_e * local_weight, dimmest * of_all};
+}
+
+Oracle::Wanted Oracle::Wanted::at(double light) const {
+    const double here = local * std::max(light, dimmest);
+    return {std::min(of_all, here), std::min(of_sent, here), local, dimmest};
 }
 
 std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) const {
@@ -69,8 +77,9 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
                 }
             }
             const double uncertain = significance * gather[row].standard_error, own = own_share * epsilon_e * allowed;
-            chosen[k] = off > std::max(most.of_all, own * all(row)) + uncertain ||
-                        off_sent > std::max(most.of_sent, own * sent(row)) + uncertain;
+            const Wanted here = most.at(all(row));
+            chosen[k] = off > std::max(here.of_all, own * all(row)) + uncertain ||
+                        off_sent > std::max(here.of_sent, own * sent(row)) + uncertain;
         }
     });
     std::vector<std::uint32_t> out;

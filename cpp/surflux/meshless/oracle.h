@@ -35,9 +35,14 @@ struct Oracle {
     // standard errors the larger of wanted() and a quarter of epsilon_e of their own light, both times allowed_at().
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
 
-    // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send.
+    // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send. In the dim parts
+    // of a scene that is a share of the light there, down to a thousandth of the RMS of all.
     struct Wanted {
         double of_all, of_sent;
+        double local, dimmest;
+
+        Wanted at(double light) const;
+        Wanted times(double more) const { return {more * of_all, more * of_sent, more * local, dimmest}; }
     };
     Wanted wanted(double epsilon_e) const;
     // How much more it may be off on a level.

@@ -93,9 +93,10 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     if (!any) return means_.outside(surfel) > 0.0;
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
-    const double more = allowed(surfel), root = std::sqrt(static_cast<double>(rays_for(surfel)));
-    return off > std::max(more * wanted_.of_all, ray_error / root * all) ||
-           off_sent > std::max({more * wanted_.of_sent, ray_error / root * sent, ray_error_of_skies / root * all});
+    const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(all);
+    const double root = std::sqrt(static_cast<double>(rays_for(surfel)));
+    return off > std::max(here.of_all, ray_error / root * all) ||
+           off_sent > std::max({here.of_sent, ray_error / root * sent, ray_error_of_skies / root * all});
 }
 
 bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
@@ -107,12 +108,13 @@ bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
 bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const {
     const double root = std::sqrt(static_cast<double>(rays));
     const auto farther = [&](double a, double b, double may_be) {
-        return std::abs(a - b) > allowed(surfel) * may_be + ray_error_of_few / root * std::max(a, b);
+        return std::abs(a - b) > may_be + ray_error_of_few / root * std::max(a, b);
     };
     const double all = luminance(means_.mean(surfel, oracle_.field.coefficients)),
                  direct = luminance(means_.mean(surfel, oracle_.field.direct));
-    return farther(all, luminance(found.all), wanted_.of_all) ||
-           farther(all - direct, luminance(found.all - found.direct), wanted_.of_sent);
+    const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(luminance(found.all));
+    return farther(all, luminance(found.all), here.of_all) ||
+           farther(all - direct, luminance(found.all - found.direct), here.of_sent);
 }
 
 // Of the candidates that are not inside geometry.

@@ -1,64 +1,101 @@
-"""Error against seconds as a picture: a column for each scene, above the error of H, below of its indirect part."""
+"""Error against seconds as a picture: a column for each scene, a row for each kind of error."""
 
 import inspect
 
-from surflux.bench.solvers import SOLVERS
+from surflux.bench.solvers import OF_REFERENCE, PATHS, SOLVERS
 
-COLORS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown", "tab:olive", "tab:cyan")
-COLORS += ("tab:pink", "gold", "navy", "darkgreen", "black", "salmon")  # no two curves alike
-PANELS = (("error", "error of H, %"), ("indirect", "error of its indirect part, %"))
+COLORS = {"rays": "tab:blue", "pairs": "tab:orange", "meshless": "tab:green", PATHS: "0.45", "Mitsuba": "black"}
+MARKERS = {"error": "o", "surfels": "s", "rays": "^", "zeta": "v", "insert": "P", "shadow rays": "d", "tolerance": "X"}
+MARKERS |= {"epsilon_e": "v", "levels": "D", "samples": "s"}
+PANELS = (
+    ("error", "error of H, %"),
+    ("indirect", "error of its indirect part, %"),
+    ("local_90", "local error, 90th percentile, %"),
+)
 
 
 def draw(rows, path):
-    """Writes the PNG. Hollow points are errors that the reference is not sure enough of to claim them."""
+    """Writes the PNG: a color for each solver, a marker for each knob, `error=` in bold.
+
+    Hollow points are errors that the reference is not sure enough of to claim them.
+    """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    names = list(dict.fromkeys((row.solver, row.knob) for row in rows))
-    ours = [name for name in names if name[0] in SOLVERS]
-    style = {name: {"color": COLORS[k % len(COLORS)]} for k, name in enumerate(ours)}
-    figure = Figure(figsize=(max(8.0, 4.0 * len(scenes)), 7.6), layout="constrained")
-    axes = figure.subplots(2, len(scenes), squeeze=False, sharex=True, sharey=True)
+    figure = Figure(figsize=(max(9.0, 3.6 * len(scenes)), 10.5), layout="constrained")
+    axes = figure.subplots(len(PANELS), len(scenes), squeeze=False, sharex="col", sharey=True)
     for column, scene in enumerate(scenes):
         for k, (error, label) in enumerate(PANELS):
             panel = axes[k, column]
             for name, points in curves([row for row in rows if row.scene == scene]).items():
-                _draw_curve(panel, points, error, style.get(name, {"color": "0.3", "linestyle": "--"}))
-            panel.set(xscale="log", yscale="log")
-            for axis in (panel.xaxis, panel.yaxis):
-                axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-                axis.set_minor_formatter(NullFormatter())
-            panel.grid(True, color="0.9")
-            panel.set_axisbelow(True)
+                _draw_curve(panel, points, error, _style(*name))
+            _set_logarithmic(panel)
             if column == 0:
                 panel.set_ylabel(label)
         axes[0, column].set_title(scene, fontsize="x-large")
-        axes[1, column].set_xlabel("seconds")
-    dashed = {"color": "0.3", "linestyle": "--"}
-    handles = [Line2D([], [], marker="o", **style.get(name, dashed), label=f"{name[0]}: {name[1]}") for name in names]
-    empty = {"linestyle": "none", "color": "0.3", "markersize": 9}
-    handles.append(Line2D([], [], marker="o", markerfacecolor="none", label="all knobs at their defaults", **empty))
-    if not all(row.is_claimed(name) for row in rows for name, _ in PANELS if getattr(row, name) is not None):
-        empty["markersize"] = 5.5
+        axes[-1, column].set_xlabel("seconds")
+    names = dict.fromkeys((row.solver, row.knob) for row in rows)
+    handles = [Line2D([], [], label=": ".join(name), **_style(*name)) for name in names]
+    empty = {"linestyle": "none", "color": "0.3", "marker": "o"}
+    handles.append(Line2D([], [], markerfacecolor="none", markersize=10, label="all knobs at their defaults", **empty))
+    if not all(row.is_claimed(name) for row in rows for name, _ in PANELS):
         text = "reference's own error above a quarter"
-        handles.append(Line2D([], [], marker="o", markerfacecolor="white", label=text, **empty))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
-    figure.savefig(path, dpi=130)
+        handles.append(Line2D([], [], markerfacecolor="white", markersize=5, label=text, **empty))
+    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
+    figure.savefig(path, dpi=110)
+
+
+def draw_asked(rows, path):
+    """Writes the PNG of the first page: of one scene what `error=` of `solve` costs, beside path tracers."""
+    from matplotlib.figure import Figure
+
+    rows = [row for row in rows if row.scene == "three spheres"]
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    panel = figure.subplots()
+    shown = {("rays", "error"): "solve, error=", (PATHS, "samples"): PATHS, ("Mitsuba", "samples"): "Mitsuba 3"}
+    for name, label in shown.items():
+        points = [row for row in rows if (row.solver, row.knob) == name]
+        if points:
+            _draw_curve(panel, points, "error", _style(*name) | {"label": label})
+    surfels = next((row.surfels for row in rows), 0)
+    panel.set(xlabel=f"seconds, all {surfels} surfels", ylabel="error of the irradiance, %")
+    _set_logarithmic(panel)
+    panel.legend()
+    figure.savefig(path, dpi=90)
+
+
+def _style(solver, knob):
+    style = {"color": COLORS[solver], "marker": MARKERS[knob], "markersize": 5, "linewidth": 1.0}
+    if knob == "error":
+        return style | {"linewidth": 2.4}
+    return style if solver in SOLVERS else style | {"linestyle": "--"}
+
+
+def _set_logarithmic(panel):
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    panel.set(xscale="log", yscale="log")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    panel.grid(True, color="0.9")
+    panel.set_axisbelow(True)
 
 
 def curves(rows):
-    """{(solver, knob): rows in the order of the knob} of one scene; all knobs' go through the row of the defaults."""
+    """{(solver, knob): rows in the order of the knob} of one scene; knobs with a default go through its row."""
     found = {}
     for solver, knob in dict.fromkeys((row.solver, row.knob) for row in rows):
         points = [row for row in rows if (row.solver, row.knob) == (solver, knob)]
         if points[0].options:
-            untouched = [r for r in rows if r.solver == solver and not r.options and r.surfels == points[0].surfels]
             first = next(iter(points[0].options))
             usual = inspect.signature(SOLVERS[solver].run).parameters[first].default
-            points = sorted(points + untouched, key=lambda row: row.options.get(first, usual))
+            if usual is not None:
+                surfels = points[0].surfels
+                points += [r for r in rows if r.solver == solver and not r.options and r.surfels == surfels]
+            points.sort(key=lambda row: row.options.get(first, usual))
         found[solver, knob] = points
     return found
 
@@ -66,12 +103,12 @@ def curves(rows):
 def _draw_curve(panel, rows, error, style):
     rows = [row for row in rows if getattr(row, error) is not None]
     # What the reference drowns has no place on a logarithmic axis but where it would begin to be seen.
-    seconds, shown = [r.seconds for r in rows], [100 * max(getattr(r, error), 0.25 * r.reference) for r in rows]
-    panel.plot(seconds, shown, linewidth=1.4, **style)
+    shown = [100 * max(getattr(r, error), 0.25 * getattr(r, OF_REFERENCE[error])) for r in rows]
+    panel.plot([r.seconds for r in rows], shown, **style)
     for row, value in zip(rows, shown, strict=True):
-        point = {"color": style["color"], "linestyle": "none", "markersize": 5.5}
-        fill = {} if row.is_claimed(error) else {"markerfacecolor": "white"}
-        panel.plot([row.seconds], [value], marker="o", **point, **fill)
+        if not row.is_claimed(error):
+            hollow = {"linestyle": "none", "label": None, "markerfacecolor": "white"}
+            panel.plot([row.seconds], [value], **(style | hollow))
         if row.solver in SOLVERS and not row.options:
             panel.plot([row.seconds], [value], marker="o", markerfacecolor="none", markersize=10, color="0.3")
 

@@ -22,7 +22,7 @@ class BenchScene:
 
     exact: (n, 3), the irradiance of all surfels in closed form, or None.
     polygons: () -> Scene, the same surfaces as polygons throughout, with lamps that stand in the way of light: what a
-        renderer of meshes takes.
+        renderer of meshes takes; None where they cannot be had.
     """
 
     scene: sf.Scene
@@ -82,7 +82,10 @@ def from_file(stem, density):
                 entry.pop("thin", None)
         return with_solid_lamps(make_scene(path, whole))
 
-    return BenchScene(make_scene(path, data), None, polygons)
+    scene = make_scene(path, data)
+    lamps_alone = all(isinstance(light, AreaLight) for light in scene.lights)
+    has_meshes = all(entry.get("shape") not in POINTS_ALONE for entry in data["object"])
+    return BenchScene(scene, None, polygons if lamps_alone and has_meshes else None)
 
 
 def concentric(density):
@@ -153,7 +156,14 @@ def targets_on(polygons, scene, seed=0):
 
 
 # Name -> file in data/.
-FILES = {"three spheres": "three_spheres", "statues": "statues", "Cornell box": "cornell", "two bunnies": "two_bunnies"}
+FILES = {
+    "three spheres": "three_spheres",
+    "statues": "statues",
+    "Cornell box": "cornell",
+    "two bunnies": "two_bunnies",
+    "door ajar": "door",
+}
 # Of --quick and --full. Concentric spheres are made here.
-NAMES = ("concentric spheres", "three spheres", "Cornell box", "two bunnies")
+NAMES = ("concentric spheres", *FILES)
+POINTS_ALONE = ("blob", "knot")  # shapes that have no polygons
 NO_SCANS = "SURFLUX_DATA names no folder of scans"

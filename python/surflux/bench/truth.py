@@ -189,3 +189,22 @@ def errors_against(truth, total, indirect):
             doubt = np.std(off - noise, ddof=1) / np.sqrt(len(off)) / bright
             found["uncertainty"] = float(doubt / (2.0 * max(found[name], np.sqrt(doubt), np.finfo(float).tiny)))
     return found
+
+
+def local_errors_against(truth, total, dimmest=1e-3):
+    """Errors of irradiance by the light that is there, as an eye sees that has grown used to the dark.
+
+    |H - Href| / |Href| at the surfels of a Truth where |Href| is above `dimmest` times its RMS, the squares of the
+    standard errors taken off. Returns a dict: "local", the median, "local_90", the 90th percentile, and
+    "reference_local", that of the standard errors of the reference.
+    """
+    true, noise = np.linalg.norm(truth.total, axis=1), (truth.total_error**2).sum(axis=1)
+    known = true > dimmest * np.sqrt(np.mean(true**2 - noise))
+    off = ((total - truth.total) ** 2).sum(axis=1) - noise
+    single = np.sqrt(np.maximum(0.0, off[known])) / true[known]
+    own = np.sqrt(noise[known]) / true[known]
+    return {
+        "local": float(np.median(single)),
+        "local_90": float(np.quantile(single, 0.9)),
+        "reference_local": float(np.quantile(own, 0.9)),
+    }

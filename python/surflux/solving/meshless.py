@@ -54,8 +54,9 @@ def solve_meshless(
         radius: least distance of two points of the first level on a plane, in the unit of the positions; halved from
             level to level. None: by the areas of the objects.
         epsilon_e: what light at a receiver may be off by before it is refined, of the area-weighted RMS of what is
-            solved for, or of four times its first bounce where that is less; 1.4 times as much on each finer level,
-            which speaks for less of the surface, and half as much at surfels themselves; positive.
+            solved for, or of four times its first bounce where that is less; in dim parts of the scene of five times
+            the light there, down to a thousandth of that RMS; 1.4 times as much on each finer level, which speaks for
+            less of the surface, and half as much at surfels themselves; positive.
         epsilon_omega: solid angle in steradians, as a receiver sees it, below which a patch wider than the coarsest
             spacing sends by its mean, too, and below which a larger one's functions are fine enough; positive.
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
