@@ -90,7 +90,7 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),
         (["--quick", "--case", "statues"], "--case: does not go with --quick"),
         (["--scene", "statues"], "--scene: goes with --quick, --full, --scale, --constants or --transfer"),
-        (["--full", "--scene", "statues"], "--scene: there is no 'statues'; --list names them all"),
+        (["--full", "--scene", "gallery"], "--scene: there is no 'gallery'; --list names them all"),
         (["--paths", "4096"], "--paths: goes with --quick, --full, --scale or --reference"),
         (["--reference", "--paths", "1000"], "--paths: wanted a whole number from 1024"),
         (["--cache", "kept"], "--cache: goes with --scale"),
