@@ -19,7 +19,7 @@ _FARTHEST = 2.5  # rungs at once
 # The estimate at rung 0 in rooms, by which the first attempt goes, but no farther than _FIRST: much of what a solve
 # takes is the same for all rungs, so that one attempt is best.
 _TYPICAL, _FIRST = 0.03, 2.0
-_NO_GAIN = 0.05  # of an estimate: a whole rung that takes off less than that is the last
+_NO_GAIN = 0.1  # of an estimate: an attempt that takes off less than that a rung, of twice the seconds, is the last
 _CELLS, _MOST_PLACES = 16, 3  # to a side of the grid that tells where errors are
 _AIM = 0.88  # of the error that is wanted: estimates have an error themselves
 
@@ -113,7 +113,7 @@ def _gains(tried):
     if len(tried) < 2:
         return True
     last, previous = tried[-1], tried[-2]
-    return last["error"] < (1.0 - _NO_GAIN) ** min(1.0, last["rung"] - previous["rung"]) * previous["error"]
+    return last["error"] < (1.0 - _NO_GAIN) ** (last["rung"] - previous["rung"]) * previous["error"]
 
 
 def _next(ladder, tried, error, left):

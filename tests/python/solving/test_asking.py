@@ -72,6 +72,15 @@ def test_what_gains_nothing_any_more_ends_and_says_where(ladder):
     assert "100% of what the last attempt changed is around (2997, 2998, 2999)" in str(said[0].message)
 
 
+def test_a_step_of_several_rungs_has_to_gain_for_each(ladder):
+    """6 % a rung, as of coarse surfels: two rungs took off more than 5 % at once, and it went on."""
+    attempt, rungs = attempts_of(lambda rung: 0.025 * 0.94**rung)
+    with pytest.warns(UserWarning, match="finer settings gain nothing any more"):
+        solve_asked(ladder, attempt, 0.01, None)
+    assert len(rungs) == 2
+    assert rungs[1] - rungs[0] > 1.8
+
+
 def test_the_finest_settings_are_the_last():
     attempt, rungs = attempts_of(lambda rung: 0.5 * 2.0 ** (-0.5 * rung))
     with pytest.warns(UserWarning, match="for these are the finest settings"):
