@@ -13,7 +13,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import surflux as sf
 from surflux.bench import scenes
-from surflux.bench.truth import even_squares, places_on
+from surflux.bench.solvers import by_scene_surfel
+from surflux.bench.truth import even_squares, local_errors, places_on
 
 PLACES = 8
 WALL = 0.1  # m
@@ -49,20 +50,7 @@ class Reference:
 
     def of(self, solution):
         """What a solution has at these surfels: means, by area, over those inserted below each."""
-        areas, parents, n = solution.surfels.areas, solution.parents, len(self.scene.surfels)
-        power = np.stack([np.bincount(parents, areas * h, n) for h in solution.irradiance.T], axis=1)
-        return (power / np.bincount(parents, areas, n)[:, None])[self.rows]
-
-
-def local_errors(found, true, noise, rms, dimmest=1e-3):
-    """|H - Href| / |Href| (k,) of the surfels where |Href| is above that share of the RMS of H.
-
-    The square of the reference's standard error is taken off.
-    """
-    bright = np.linalg.norm(true, axis=1)
-    known = bright > dimmest * rms
-    off = ((found - true) ** 2 - noise**2).sum(axis=1)
-    return np.sqrt(np.maximum(0.0, off[known])) / bright[known]
+        return by_scene_surfel(solution, solution.irradiance, len(self.scene.surfels))[self.rows]
 
 
 def rms_of(solution):

@@ -22,6 +22,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench import mitsuba_renderer, scenes
+from surflux.bench.scale_truth import with_areas
 from surflux.bench.truth import LEAST_PATHS, Truth, errors_against, even_squares, local_errors_against, places_on
 
 
@@ -43,6 +44,7 @@ def _by(transport):
     return run
 
 
+PATHS = "path tracing"  # by reference_irradiance, among the solvers of a table
 ASKED = [{"error": error} for error in (0.08, 0.04, 0.02, 0.01)]
 
 # Whatever solves a Scene: here is where another one joins.
@@ -168,9 +170,7 @@ def of_solvers(name, built, mode, with_knobs, repeats, threads):
     """Rows of all solvers on one scene: their defaults, and all knobs, and path tracing, where these are asked for."""
     scene = built.scene
     count = sum(len(s) for s in scene.objects)
-    surfels = scene.surfels
-    if surfels.areas is None:
-        surfels.areas = np.concatenate([sf.effective_areas(s) if s.areas is None else s.areas for s in scene.objects])
+    surfels = with_areas(scene)
     truth = Truth(scene, surfels, mode.surfels, exact=built.exact, threads=threads)
     measured = []
     for solver_name, solver in SOLVERS.items():
@@ -264,9 +264,6 @@ def _by_paths(name, scene, surfels, index, mode, repeats, threads):
         row = Row(name, PATHS, "samples", str(samples), len(rows), median(seconds[1:]), *6 * (0.0,), repeats=repeats)
         measured.append((row, found[1:]))
     return measured
-
-
-PATHS = "path tracing"
 
 
 @contextlib.contextmanager

@@ -191,20 +191,28 @@ def errors_against(truth, total, indirect):
     return found
 
 
-def local_errors_against(truth, total, dimmest=1e-3):
-    """Errors of irradiance by the light that is there, as an eye sees that has grown used to the dark.
+def local_errors(found, true, noise, rms, dimmest=1e-3):
+    """|H - Href| / |Href| (k,) of the surfels where |Href| is above that share of the RMS of H.
 
-    |H - Href| / |Href| at the surfels of a Truth where |Href| is above `dimmest` times its RMS, the squares of the
-    standard errors taken off. Returns a dict: "local", the median, "local_90", the 90th percentile, and
-    "reference_local", that of the standard errors of the reference.
+    The square of the reference's standard error is taken off.
     """
-    true, noise = np.linalg.norm(truth.total, axis=1), (truth.total_error**2).sum(axis=1)
-    known = true > dimmest * np.sqrt(np.mean(true**2 - noise))
-    off = ((total - truth.total) ** 2).sum(axis=1) - noise
-    single = np.sqrt(np.maximum(0.0, off[known])) / true[known]
-    own = np.sqrt(noise[known]) / true[known]
+    bright = np.linalg.norm(true, axis=1)
+    known = bright > dimmest * rms
+    off = ((found - true) ** 2 - noise**2).sum(axis=1)
+    return np.sqrt(np.maximum(0.0, off[known])) / bright[known]
+
+
+def local_errors_against(truth, total):
+    """Errors of irradiance by the light that is there, as an eye sees that has grown used to the dark (local_errors).
+
+    Returns a dict: "local", the median, "local_90", the 90th percentile, and "reference_local", that of the standard
+    errors of the reference.
+    """
+    true, noise = truth.total, truth.total_error
+    rms = np.sqrt(np.mean((true**2 - noise**2).sum(axis=1)))
+    single = local_errors(total, true, noise, rms)
     return {
         "local": float(np.median(single)),
         "local_90": float(np.quantile(single, 0.9)),
-        "reference_local": float(np.quantile(own, 0.9)),
+        "reference_local": float(np.quantile(local_errors(true + noise, true, 0.0, rms), 0.9)),
     }

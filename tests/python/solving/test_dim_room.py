@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from support.dim_room import WALL, Reference, door_ajar, in_the_dark, local_errors
+from support.dim_room import WALL, Reference, door_ajar, in_the_dark
+from surflux.bench.truth import local_errors
 from surflux.solving.run import tuned
 
 BY_RMS = {"local_weight": 1e9}  # refinement as if there were no local light
