@@ -2,13 +2,15 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 import quoted_figures
-from surflux.bench import areas, cases, site
+from surflux.bench import areas, cases, scenes, site, solvers
 from surflux.cli import commands
 
+PICTURES = set().union(*(plot.pictures for plot in site.PLOTS.values()))
 FIGURE = re.compile(rf"(?<![\w.])({quoted_figures.NUMBER} ?(?:%|s|GB|points/s))(?![\w/])(<!-- = )?")
 # In the README, of what `--site` does not measure yet: measured.md names the command for each.
 ELSEWHERE = {
@@ -34,9 +36,13 @@ def test_the_readme_quotes_no_other_number():
     assert untied == set().union(*ELSEWHERE.values())
 
 
-def test_every_table_is_quoted_by_a_page():
-    quoted = {name for page in quoted_figures.PAGES for _, name, _ in quoted_figures.BLOCK.findall(page.read_text())}
-    assert quoted == set(site.TABLES) == {path.stem for path in quoted_figures.FIGURES.glob("*.json")}
+def test_every_table_and_plot_is_on_a_page():
+    pages = [page.read_text() for page in quoted_figures.PAGES]
+    quoted = {name for page in pages for _, name, _ in quoted_figures.BLOCK.findall(page)}
+    assert quoted == {*site.TABLES, *site.PLOTS} == {path.stem for path in quoted_figures.FIGURES.glob("*.json")}
+    for name in PICTURES:
+        assert any(f"/data/figures/{name}.png)" in page for page in pages)
+    assert {path.stem for path in quoted_figures.FIGURES.glob("*.png")} == PICTURES
 
 
 @pytest.fixture
@@ -78,17 +84,24 @@ def test_a_figure_that_is_not_there_is_named(measured):
 def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(cases, "CASES", {"furnace in a cube": cases.CASES["furnace in a cube"]})
     monkeypatch.setattr(areas, "CLOUDS", {"icosphere 642": areas.CLOUDS["icosphere 642"]})
+    quick = replace(solvers.QUICK, rounds=1, densities={"three spheres": (0.25,)}, samples=(16,), mitsuba_rounds=1)
+    monkeypatch.setattr(solvers, "QUICK", replace(quick, knobs_at={"three spheres": None}))
+    monkeypatch.setattr(scenes, "NAMES", ("three spheres",))
     monkeypatch.setattr("os.getloadavg", lambda: (7.25, 0.0, 0.0))
     folder = tmp_path / "figures"
     assert commands.main(["bench", "--site", str(folder), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
-    assert "bench: cases: other programs keep this machine busy (load 7.2)\n" in err
-    for name, table in site.TABLES.items():
+    assert "bench: other programs keep this machine busy (load 7.2)\n" in err
+    assert {path.stem for path in folder.glob("*.png")} == PICTURES
+    assert min(path.stat().st_size for path in folder.glob("*.png")) > 5_000
+    for name, what in (site.TABLES | site.PLOTS).items():
         found = json.loads((folder / f"{name}.json").read_text())
-        assert found["command"] == table.command
+        assert found["command"] == what.command
+        assert f"{found['date']}, commit {found['commit']}, " in out
+        if name in site.PLOTS:
+            continue
         assert len(found["rows"]) == 1
         assert (folder / f"{name}.md").read_text().strip() in out
-        assert f"{found['date']}, commit {found['commit']}, " in out
     # The furnace is closed: B = E / (1 - rho) on every surfel.
     assert json.loads((folder / "cases.json").read_text())["rows"][0]["error"] < 1e-3
 

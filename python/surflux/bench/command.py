@@ -6,7 +6,7 @@ what each knob of each solver does (`solvers`), with --scale both from 2500 surf
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
 what each constant of a solver that is no option trades (`constants`), with --transfer precomputed light transport
 beside what it is to reach (`transfer`), with --cluster processes that share a solve out (`processes`), with --site the
-tables that the README and the guide quote (`site`).
+tables and plots that the README and the guide have (`site`).
 """
 
 import argparse
@@ -44,7 +44,7 @@ def main(arguments=None, epilog=None):
     if kind == "site":
         from surflux.bench import site
 
-        print(heading() + site.write(options.site, options.repeats, options.threads))
+        print(heading() + site.write(options.site, options.repeats, options.threads, options.only))
         return 0
     if kind == "areas":
         from surflux.bench import areas
@@ -82,7 +82,9 @@ def add_options(parser):
     parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
     parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a solve")
-    parser.add_argument("--site", metavar="FOLDER", help="the tables that README and guide quote, as JSON and Markdown")
+    parser.add_argument("--site", metavar="FOLDER", help="tables and plots of README and guide, with JSON of each")
+    text = "with --site: only this table or plot; again for more"
+    parser.add_argument("--only", action="append", metavar="NAME", help=text)
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
     parser.add_argument("--scene", action="append", metavar="NAME", help="with a table of scenes: only this")
     parser.add_argument(
@@ -119,8 +121,14 @@ def _check_options(options, kind):
         for name in ("markdown", "json"):
             if getattr(options, name):
                 raise ValueError(f"--{name}: does not go with --site, which writes both into its folder")
+        from surflux.bench import site
+
+        for name in options.only or ():
+            check.choice("--only", name, (*site.TABLES, *site.PLOTS))
         if Path(options.site).exists() and not Path(options.site).is_dir():
             raise ValueError(f"--site: wanted a folder, and {options.site} is a file")
+    elif options.only:
+        raise ValueError("--only: goes with --site")
     if options.case and kind != "cases":
         raise ValueError(f"--case: does not go with --{kind}, which has tables of its own")
     if options.paths is not None:

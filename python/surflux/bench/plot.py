@@ -46,6 +46,25 @@ def draw(rows, path):
     figure.savefig(path, dpi=110)
 
 
+def draw_asked(rows, path):
+    """Writes the PNG of the first page: of one scene what `error=` of `solve` costs, beside path tracers."""
+    from matplotlib.figure import Figure
+
+    rows = [row for row in rows if row.scene == "three spheres"]
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    panel = figure.subplots()
+    shown = {("rays", "error"): "solve, error=", (PATHS, "samples"): PATHS, ("Mitsuba", "samples"): "Mitsuba 3"}
+    for name, label in shown.items():
+        points = [row for row in rows if (row.solver, row.knob) == name]
+        if points:
+            _draw_curve(panel, points, "error", _style(*name) | {"label": label})
+    surfels = next((row.surfels for row in rows), 0)
+    panel.set(xlabel=f"seconds, all {surfels} surfels", ylabel="error of the irradiance, %")
+    _set_logarithmic(panel)
+    panel.legend()
+    figure.savefig(path, dpi=90)
+
+
 def _style(solver, knob):
     style = {"color": COLORS[solver], "marker": MARKERS[knob], "markersize": 5, "linewidth": 1.0}
     if knob == "error":

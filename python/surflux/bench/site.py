@@ -1,9 +1,10 @@
-"""`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md.
+"""`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md, and
+plots that they show, as NAME.json and a PNG for each picture. --only measures some of them.
 
 Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
-the machine busy, seconds of a file that is there stay, with their day and commit, and all else is measured. In a
-checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables up to it, and
-tests/python/test_figures.py fails where a page quotes another number.
+the machine busy, seconds of a table that is there stay, with their day and commit, and all else is measured; plots stay
+as they are. In a checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables
+up to it, and tests/python/test_figures.py fails where a page quotes another number.
 """
 
 import contextlib
@@ -16,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import surflux as sf
-from surflux.bench import areas, cases
+from surflux.bench import areas, cases, plot, scenes, solvers
 
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
@@ -46,26 +47,75 @@ TABLES = {
 }
 
 
-def write(folder, repeats, threads):
-    """Measures all tables and writes each when it is done; returns their Markdown, one below the other."""
+@dataclass(frozen=True)
+class Plot:
+    """What is drawn: `measure(repeats, threads)` gives rows, of which `pictures`, name -> (rows, path), are made and
+    `text(rows)`, some of them in Markdown."""
+
+    command: str
+    measure: object
+    text: object
+    pictures: dict
+
+
+def _curves(repeats, threads):
+    there = [name for name in scenes.NAMES if not scenes.why_not(name)]
+    return solvers.measure(solvers.QUICK, there, repeats, threads)
+
+
+PLOTS = {
+    "speed_error": Plot(
+        "surflux bench --quick --plot curves.png",
+        _curves,
+        lambda rows: solvers.short_table([solvers.Row(**row) for row in rows]),
+        {"speed_error": plot.draw, "error_seconds": plot.draw_asked},
+    ),
+}
+
+
+def write(folder, repeats, threads, only=None):
+    """Measures what is asked for, all if `only` is None, and writes each when it is done; returns their Markdown, one
+    below the other.
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     now = {"date": datetime.date.today().isoformat(), "commit": commit()}  # before files in the checkout change
-    texts = []
-    for name, table in TABLES.items():
-        path = folder / f"{name}.json"
-        load = os.getloadavg()[0]  # before anything is measured here
-        rows = table.measure(repeats, threads)
-        machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
-        found = {"command": table.command, **now, "machine": machine, "rows": rows}
-        if table.timed and load > BUSY:
-            print(f"bench: {name}: other programs keep this machine busy (load {load:.1f})", file=sys.stderr)
-            if path.exists():
-                found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
-        path.write_text(json.dumps(found, indent=1) + "\n")
-        texts.append(text(name, found))
-        (folder / f"{name}.md").write_text(texts[-1] + "\n")
+    load = os.getloadavg()[0]  # before anything is measured here
+    busy = load > BUSY
+    if busy:
+        print(f"bench: other programs keep this machine busy (load {load:.1f})", file=sys.stderr)
+    names = [name for name in (*TABLES, *PLOTS) if only is None or name in only]
+    texts = [_write_table(folder, name, now, busy, repeats, threads) for name in names if name in TABLES]
+    texts += [_write_plot(folder, name, now, busy, repeats, threads) for name in names if name in PLOTS]
     return "\n\n".join(texts)
+
+
+def _write_table(folder, name, now, busy, repeats, threads):
+    table, path = TABLES[name], folder / f"{name}.json"
+    found = _found(table, now, table.measure(repeats, threads))
+    if table.timed and busy and path.exists():
+        found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
+    path.write_text(json.dumps(found, indent=1) + "\n")
+    path.with_suffix(".md").write_text(text(name, found) + "\n")
+    return text(name, found)
+
+
+def _write_plot(folder, name, now, busy, repeats, threads):
+    what, path = PLOTS[name], folder / f"{name}.json"
+    if busy and path.exists():
+        return f"{name}: as it was"
+    rows = what.measure(repeats, threads)
+    found = _found(what, now, [asdict(row) for row in rows])
+    lines = ",\n".join(" " + json.dumps(row) for row in found["rows"])  # one each
+    path.write_text(f"{json.dumps(found | {'rows': []}, indent=1)[:-3]}\n{lines}\n ]\n}}\n")
+    for picture, draw in what.pictures.items():
+        draw(rows, folder / f"{picture}.png")
+    return text(name, found)
+
+
+def _found(what, now, rows):
+    machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
+    return {"command": what.command, **now, "machine": machine, "rows": rows}
 
 
 def with_seconds_of(old, found, timed):
@@ -87,7 +137,7 @@ def text(name, found):
     below = f"`{found['command']}`, {_when(found)}, {found['machine']['threads']} threads"
     if "seconds" in found:
         below += f"; seconds {_when(found['seconds'])}"
-    return f"{TABLES[name].text(found['rows'])}\n\n*{below}.*"
+    return f"{(TABLES | PLOTS)[name].text(found['rows'])}\n\n*{below}.*"
 
 
 def _when(found):

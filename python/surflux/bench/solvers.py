@@ -355,5 +355,19 @@ def table(rows):
     return "\n".join(lines)
 
 
+def short_table(rows):
+    """Of each scene what some 2 % cost: both solvers that are asked for them, and path tracers with 256 samples."""
+    lines = ["| scene | by | seconds | error of H, % | local error, 90th percentile, % |", "|---|---|--:|--:|--:|"]
+    chosen = {("rays", "error"): "`solve`, error=.02", ("meshless", "error"): "`solve_meshless`, error=.02"}
+    chosen |= {(PATHS, "samples"): "`reference_irradiance`, 256 paths", ("Mitsuba", "samples"): "Mitsuba 3, 256 paths"}
+    for r in rows:
+        if (r.solver, r.knob) in chosen and (r.options.get("error") == 0.02 or r.value == "256"):
+            errors = [
+                f"{'' if r.is_claimed(name) else '~ '}{_percent(getattr(r, name))}" for name in ("error", "local_90")
+            ]
+            lines.append(f"| {r.scene} | {chosen[r.solver, r.knob]} | {r.seconds:.2f} | {' | '.join(errors)} |")
+    return "\n".join(lines)
+
+
 def _percent(value):
     return f"{100 * value:.2g}" if value < 0.995 else f"{100 * value:.0f}"
