@@ -44,5 +44,5 @@ def test_there_is_nothing_to_try_before_a_wheel_is_built(run):
 def test_an_unknown_system_is_named(run, tmp_path):
     (tmp_path / "build-wheel").mkdir()
     (tmp_path / "build-wheel" / "interpreters").write_text("3.11 /usr/bin/python3\n")
-    said = "try: unknown system sid (known: bookworm, trixie, venv)\n"
+    said = "try: unknown system sid (known: bookworm, trixie, noble, resolute, venv)\n"
     assert run("try_wheel", "sid") == (1, "", said)

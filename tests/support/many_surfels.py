@@ -1,21 +1,18 @@
 """Seconds, memory of each stage and silences of `solve` on as many surfels as wanted: four balls in a room of patches.
 
-`python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless] [--plot growth.png]`. Nothing is sampled: what counts is
+`python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless]`. Nothing is sampled: what counts is
 the solver's.
 """
 
 import argparse
-import json
 import resource
 import threading
 from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import surflux as sf
 from surflux._base import passes
@@ -86,34 +83,16 @@ def measured(count, solve=sf.solve):
     }
 
 
-def plot(rows, path):
-    surfels = [row["surfels"] for row in rows]
-    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
-    for panel, key in zip(figure.subplots(1, 2), ("seconds", "gigabytes"), strict=True):
-        panel.loglog(surfels, [row[key] for row in rows], marker="o")
-        panel.set(xlabel="surfels", ylabel=key)
-        panel.grid(True, which="both", color="0.9")
-    figure.savefig(path, dpi=120)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("surfels", type=float, nargs="+")
     parser.add_argument("--meshless", action="store_true")
-    parser.add_argument("--plot", help="a PNG of all rows")
-    parser.add_argument("--rows", type=Path, help="JSON, where rows are kept that are measured once")
     options = parser.parse_args()
-    rows = json.loads(options.rows.read_text()) if options.rows and options.rows.exists() else []
     for surfels in options.surfels:
         # Each in a process of its own: its peak of memory is its own.
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
             solve = sf.solve_meshless if options.meshless else sf.solve
-            rows.append(fresh.submit(measured, int(surfels), solve).result())
-        print(rows[-1])
-        if options.rows:
-            options.rows.write_text(json.dumps(rows))
-    if options.plot:
-        plot(sorted(rows, key=lambda row: row["surfels"]), options.plot)
+            print(fresh.submit(measured, int(surfels), solve).result())
 
 
 if __name__ == "__main__":

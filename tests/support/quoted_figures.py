@@ -3,13 +3,15 @@
 python tests/support/quoted_figures.py    writes the tables in README.md and python/guide/*.md anew
 
 A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`. A number in a sentence has its place in
-NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first column, a column that may be
-stages.NAME. Numbers before a % are hundredths, unless the column is in per cent; signs are left to the sentence.
+NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first columns, as many as tell it from
+others (`three spheres, rays, error, 0.02`), a column that may be stages.NAME. Numbers before a % are hundredths, unless
+the column is in per cent; signs are left to the sentence.
 """
 
 import json
 import re
 import sys
+from itertools import accumulate
 from pathlib import Path
 
 from surflux.bench import site
@@ -33,7 +35,7 @@ def with_tables(page):
 
 def value(name, row, column):
     """A figure by its place."""
-    rows = [r for r in found(name)["rows"] if next(iter(r.values())) == row]
+    rows = [r for r in found(name)["rows"] if row in accumulate(map(str, r.values()), "{}, {}".format)]
     if len(rows) != 1:
         raise ValueError(f"data/figures/{name}.json: wanted one row {row!r}, found {len(rows)}")
     value = rows[0]

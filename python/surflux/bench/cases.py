@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 import surflux as sf
-from surflux.bench import clouds, factors, images, scenes
+from surflux.bench import clouds, factors, images, scenes, sky
 from surflux.points.reading import read_with_faces
 from surflux.scenes import shapes
 
@@ -253,6 +253,7 @@ CASES = {
     "form factors in a cube": (False, _cube_factors),
     images.NAME: (False, lambda threads: _run(*images.picture(threads))),
     factors.NAME: (False, lambda threads: _run(*factors.beside_peer(threads))),
+    sky.NAME: (True, lambda threads: _run(*sky.tile(threads))),
     **{name: (False, _scene_file(file)) for name, file in scenes.FILES.items()},
     # Whole ones are a row of --scale.
     "two bunnies": (False, _scene_file("two_bunnies", 10_400)),

@@ -114,15 +114,15 @@ def _draw_curve(panel, rows, error, style):
 
 
 def draw_growth(rows, path):
-    """Writes the PNG of `surflux bench --scale`: seconds, memory and errors against surfels, of the galleries or, where
-    there are none, the statues.
+    """Writes the PNG of `surflux bench --scale`: seconds, memory and errors against surfels, of the galleries or the
+    statues, of which there are more.
     """
     from matplotlib.figure import Figure
 
     from surflux.bench.scale import GROWING
 
     kinds = [[row for row in rows if row.scene.startswith(scene)] for scene in GROWING]
-    rows = sorted(next(filter(None, kinds), []), key=lambda row: row.surfels)
+    rows = sorted(max(kinds, key=len), key=lambda row: row.surfels)
     if not rows:
         raise ValueError("--plot: wanted galleries or statues among the scenes, got none")
     surfels = [row.surfels for row in rows]

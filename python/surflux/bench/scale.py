@@ -292,6 +292,20 @@ def table(rows):
     return text
 
 
+def short_table(rows):
+    """What a reader wants to know first, as one Markdown table."""
+    lines = [
+        "| scene | surfels | seconds | GB | loading, seconds | error of H, % | of its indirect part, % "
+        "| irradiance_at, % | own estimate, % |",
+        "|---|" + "--:|" * 8,
+    ]
+    for r in rows:
+        errors = [_claimed(r, 0), _claimed(r, 1), "" if r.at_points is None else _claimed(r, 2), _percent(r.own)]
+        took = f"{r.seconds:.2f} | {r.gigabytes:.2f} | {r.loading:.2f}"
+        lines.append(f"| {r.scene} | {r.surfels} | {took} | {' | '.join(errors)} |")
+    return "\n".join(lines)
+
+
 def _figure(value):
     return "" if value is None else f"{value:.3g}" if value >= 1e5 else str(value)
 
