@@ -22,12 +22,12 @@ class Seen(Exception):
     """The scene that a command would solve."""
 
 
-def scene_of(path):
+def scene_of(path, *options):
     def solve(scene, **options):
         raise Seen(scene)
 
     before, sf.solve = sf.solve, solve
-    sys.argv = ["surflux", "solve", path, "--no-image", "-o", "never_written.npz"]
+    sys.argv = ["surflux", "solve", path, "--no-image", "-o", "never_written.npz", *options]
     try:
         main()
     except Seen as seen:

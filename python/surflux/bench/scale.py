@@ -301,7 +301,7 @@ def short_table(rows):
     ]
     for r in rows:
         errors = [_claimed(r, 0), _claimed(r, 1), "" if r.at_points is None else _claimed(r, 2), _percent(r.own)]
-        took = f"{r.seconds:.2f} | {r.gigabytes:.2f} | {r.loading:.2f}"
+        took = f"{r.seconds:.2f} | {'' if r.gigabytes is None else f'{r.gigabytes:.2f}'} | {r.loading:.2f}"
         lines.append(f"| {r.scene} | {r.surfels} | {took} | {' | '.join(errors)} |")
     return "\n".join(lines)
 

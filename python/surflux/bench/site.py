@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import surflux as sf
-from surflux.bench import areas, cases, plot, scale, scenes, solvers, transfer
+from surflux.bench import areas, cases, plot, scale, scenes, solvers
 
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
@@ -36,10 +36,6 @@ def _cases(repeats, threads):
     return [asdict(row) for row in cases.measure_all(cases.CASES, repeats, threads)]
 
 
-def _transfer(repeats, threads):
-    return [asdict(row) for row in transfer.measure(transfer.CASES, repeats, threads)]
-
-
 TABLES = {
     "cases": Table(
         "surflux bench",
@@ -49,12 +45,6 @@ TABLES = {
     ),
     "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
     "area_speeds": Table("surflux bench --areas", areas.methods, areas.as_markdown, timed=("seconds", "points/s")),
-    "transfer": Table(
-        "surflux bench --transfer",
-        _transfer,
-        lambda rows: transfer.table([transfer.Row(**row) for row in rows], wanted=False),
-        timed=("seconds", "core_seconds", "relight_ms", "bounce_ms", "frames"),
-    ),
 }
 
 
@@ -75,10 +65,12 @@ def _curves(repeats, threads):
 
 
 def _growth(repeats, threads):
-    return scale.measure(GROWTH, 1, threads)  # its command says so: the largest takes minutes a run
+    return scale.measure(GROWTH, 1, threads, paths=PATHS)
 
 
-GROWTH = ("three spheres", "two bunnies", *(name for name in scale.SCENES if name.startswith("statues of")))
+# What takes minutes of the hour that all of --scale takes.
+GROWTH = ("three spheres", "two bunnies", *(f"statues of {count}" for count in (100_000, 300_000, 1_000_000)))
+PATHS = 4096
 PLOTS = {
     "speed_error": Plot(
         "surflux bench --quick --plot curves.png",
@@ -87,7 +79,7 @@ PLOTS = {
         {"speed_error": plot.draw, "error_seconds": plot.draw_asked},
     ),
     "growth": Plot(
-        " ".join(["surflux bench --scale --repeats 1", *(f'--scene "{name}"' for name in GROWTH)]),
+        " ".join([f"surflux bench --scale --repeats 1 --paths {PATHS}", *(f'--scene "{name}"' for name in GROWTH)]),
         _growth,
         lambda rows: scale.short_table([scale.Row(**row) for row in rows]),
         {"growth": plot.draw_growth},

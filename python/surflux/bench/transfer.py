@@ -13,7 +13,7 @@ L07 is Lehtinen and others 2007 on two cores of their time, pictures on its grap
 import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
@@ -285,31 +285,31 @@ CASES = {
 }
 
 
-COLUMNS = {  # title -> (field, factor, digits, field of its standard error)
-    "precomputed in, s": ("seconds", 1, 0, None),
-    "of all cores, s": ("core_seconds", 1, 0, None),
-    "MB": ("megabytes", 1, 0, None),
-    "peak, GB": ("gigabytes", 1, 1, None),
-    "error of worst lamp, %": ("worst", 100, 1, "uncertainty"),
-    "RMS over lamps, %": ("rms", 100, 1, None),
-    "of indirect light, worst lamp, %": ("worst_of_indirect", 100, 1, "uncertainty_of_indirect"),
-    "with 3 bounces, %": ("worst_of_three", 100, 1, None),
-    "relit, ms": ("relight_ms", 1, 0, None),
-    "a bounce, ms": ("bounce_ms", 1, 1, None),
-    "frames/s": ("frames", 1, 1, None),
-}
-
-
-def table(rows, wanted=True):
-    """Markdown: a line for each scene; if `wanted`, beside a cell what is wanted of it and whether it is kept."""
-    columns = ["scene", "triangles", "surfels", "links", "seeds", *COLUMNS, *(["L07"] if wanted else [])]
-    lines = [f"| {' | '.join(columns)} |", "|---|" + "--:|" * 15 + ("---|" if wanted else "")]
+def table(rows):
+    """Markdown: a line for each scene, with what is wanted of a cell and whether it is kept beside it."""
+    lines = [
+        "| scene | triangles | surfels | links | seeds | precomputed in, s | of all cores, s | MB | peak, GB "
+        "| error of worst lamp, % | RMS over lamps, % | of indirect light, worst lamp, % | with 3 bounces, % "
+        "| relit, ms | a bounce, ms | frames/s | L07 |",
+        "|---|" + "--:|" * 15 + "---|",
+    ]
     for row in rows:
-        cells = [str(count) for count in (row.triangles, row.surfels, row.links, row.seeds)]
-        cells += [_said(row if wanted else replace(row, wanted={}), *column) for column in COLUMNS.values()]
-        if wanted:
-            cells.append(CASES[row.scene].l07 if row.scene in CASES else "")
-        lines.append(f"| {' | '.join([row.scene, *cells])} |")
+        cells = [
+            _said(row, "seconds", 1, 0),
+            _said(row, "core_seconds", 1, 0),
+            _said(row, "megabytes", 1, 0),
+            _said(row, "gigabytes", 1, 1),
+            _said(row, "worst", 100, 1, row.uncertainty),
+            _said(row, "rms", 100, 1),
+            _said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect),
+            _said(row, "worst_of_three", 100, 1),
+            _said(row, "relight_ms", 1, 0),
+            _said(row, "bounce_ms", 1, 1),
+            _said(row, "frames", 1, 1),
+            CASES[row.scene].l07 if row.scene in CASES else "",
+        ]
+        counts = [str(count) for count in (row.triangles, row.surfels, row.links, row.seeds)]
+        lines.append(f"| {' | '.join([row.scene, *counts, *cells])} |")
     for row in rows:
         if row.scene in CASES and CASES[row.scene].options:
             options = ", ".join(f"{name}={value}" for name, value in CASES[row.scene].options.items())
@@ -317,15 +317,15 @@ def table(rows, wanted=True):
     return "\n".join(lines)
 
 
-def _said(row, name, factor, digits, doubt):
+def _said(row, name, factor, digits, doubt=None):
     """A cell: the value or its range over seeds, its standard error, and what is wanted."""
     value = getattr(row, name)
     if value is None:
         return ""
-    ends = [f"{factor * end:.{digits}f}" for end in (value if isinstance(value, (tuple, list)) else (value,))]
+    ends = [f"{factor * end:.{digits}f}" for end in (value if isinstance(value, tuple) else (value,))]
     text = " to ".join(dict.fromkeys(ends))
     if doubt is not None:
-        text += f" ± {factor * getattr(row, doubt):.{digits}f}"
+        text += f" ± {factor * doubt:.{digits}f}"
     if name not in row.wanted:
         return text
     wanted = f"{'>=' if name == 'frames' else '<='} {factor * row.wanted[name]:g}"

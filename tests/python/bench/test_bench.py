@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.bench import areas, cases, factors, scenes
+from surflux.bench import areas, cases, factors, scenes, sky
 from surflux.cli import commands
 
 
@@ -40,6 +40,19 @@ def test_a_case_gives_a_row_in_all_three_forms(tmp_path, capsys):
 def test_errors_are_those_of_the_closed_forms(name, largest):
     row = cases.measure(name, cases.CASES[name][1], 1, None)
     assert 0.0 < row.error < largest
+
+
+@pytest.mark.scans
+@pytest.mark.slow
+def test_the_sky_of_a_lidar_tile(monkeypatch):
+    monkeypatch.setattr(sky, "REFERENCE_RAYS", 1024)
+    sky._reference.cache_clear()
+    surfels, seconds, error, against, stages = sky.tile(None)
+    sky._reference.cache_clear()
+    assert surfels == 110_000
+    assert seconds == pytest.approx(sum(stages.values()))
+    assert 0.002 < error < 0.015
+    assert against == "1024 rays of another seed, RMS"
 
 
 def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):

@@ -1,6 +1,7 @@
 """`surflux bench --scale`: what a row says is what was solved, and references that are kept are gone on from."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -203,12 +204,16 @@ def test_growth_is_told_and_drawn(tmp_path):
     assert sf.read_image(tmp_path / "growth.png").std() > 0.05
     with pytest.raises(ValueError, match="--plot: wanted galleries or statues among the scenes, got none"):
         plot.draw_growth(rows[-1:], tmp_path / "none.png")
+    rows = [replace(row, scene=row.scene.replace("gallery", "statues")) for row in rows[:2]] + rows[:1]
+    plot.draw_growth(rows, tmp_path / "statues.png")  # of which there are more
+    assert sf.read_image(tmp_path / "statues.png").std() > 0.05
 
 
 def test_errors_that_the_reference_is_not_sure_of_are_marked():
     row = scale.Row("x", 1, 1, 1.0, None, error=0.02, reference=0.004, indirect=0.02, reference_indirect=0.006)
     text = scale.table([row])
     assert "| 2 ± 0 | ~ 2 |" in text
+    assert scale.short_table([row]).splitlines()[-1] == "| x | 1 | 1.00 |  | 0.00 | 2 | ~ 2 |  |  |"
     assert row.is_claimed("at_points", "reference_at_points")  # there is none
 
 
