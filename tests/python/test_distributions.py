@@ -49,7 +49,7 @@ def test_an_archive_that_is_not_reached_is_named(run):
 def test_the_keys_of_ubuntu_come_from_debian(run):
     archive = "[ $1 = indextargets ] && echo file:/archive"
     code, out, error = run("noble", id="echo 0", apt_get=archive, mmdebstrap="echo mmdebstrap was called")
-    assert "Debian 13's package lists cannot be read\n" in error
+    assert "the package lists of Debian 13 cannot be read\n" in error
     assert (code, out) == (1, "")
 
 

@@ -83,8 +83,8 @@ def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, caps
     monkeypatch.setattr(solvers, "QUICK", replace(quick, knobs_at={"three spheres": None}))
     monkeypatch.setattr(scenes, "NAMES", ("three spheres",))
     monkeypatch.setattr(areas, "SPEED_CLOUD", 300)
-    statues = [scale.Row(f"statues of {n}", n, n, 1e-5 * n, None, 0.02, 0.03) for n in (1000, 10_000)]
-    monkeypatch.setattr(scale, "measure", lambda *asked: statues)
+    statues = [scale.Row(f"statues of {n}", n, n, 1e-5 * n, 1e-6 * n, 0.02, 0.03) for n in (1000, 10_000)]
+    monkeypatch.setattr(scale, "measure", lambda *asked, **options: statues)
     monkeypatch.setattr("os.getloadavg", lambda: (7.25, 0.0, 0.0))
     folder = tmp_path / "figures"
     assert commands.main(["bench", "--site", str(folder), "--repeats", "1"]) == 0

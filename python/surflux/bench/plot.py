@@ -58,7 +58,7 @@ def draw_asked(rows, path):
         points = [row for row in rows if (row.solver, row.knob) == name]
         if points:
             _draw_curve(panel, points, "error", _style(*name) | {"label": label})
-            surfels = points[0].surfels  # of all these curves
+    surfels = next((row.surfels for row in rows if (row.solver, row.knob) in shown), 0)
     panel.set(xlabel=f"seconds, light of {surfels} surfels", ylabel="error of the irradiance, %")
     _set_logarithmic(panel)
     panel.legend()
