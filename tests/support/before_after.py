@@ -18,21 +18,24 @@ CLOUD = "statues/lion_takanawa_342k_surfels.ply"
 OPTIONS = "--light", "sun", "--ground"
 TARGET, EYE, FOV = [-2.6, 3.8, -1.25], [0.9, -6.3, 1.0], 31
 SIZE = (440, 440)
+PAPER = 238  # grey of the background
 
 
 def draw(path):
     scene = scene_of(str(Path(os.environ["SURFLUX_DATA"]) / CLOUD), *OPTIONS)
     solution = sf.solve(scene)
-    names = ["albedo", "index", "radiance"]
-    layers = solution.render(sf.Camera(EYE, TARGET, fov=FOV), SIZE, background=True, layers=names)
+    layers = solution.render(sf.Camera(EYE, TARGET, fov=FOV), SIZE, layers=["albedo", "alpha", "index", "radiance"])
     of_scan = (layers["index"] >= 0) & (solution.objects[layers["index"]] == 0)  # and not of the ground below it
-    before = np.where(of_scan[:, :, None], layers["albedo"], 1.0)
     halves = []
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "half.png"
-        for radiance, exposure in ((before, 1.0), (layers["radiance"], "auto")):
+        for radiance, exposure, shown in (
+            (layers["albedo"], 1.0, of_scan),
+            (layers["radiance"], "auto", layers["alpha"]),
+        ):
             sf.write_image(file, radiance, exposure=exposure)
-            halves.append(np.asarray(Image.open(file).convert("RGB")))
+            picture, shown = np.asarray(Image.open(file).convert("RGB")), shown[:, :, None]
+            halves.append((picture * shown + PAPER * (1.0 - shown)).astype(np.uint8))
     Image.fromarray(np.hstack(halves)).quantize(256).save(path, optimize=True)
 
 

@@ -24,13 +24,14 @@ SIZE = (320, 220)
 
 
 def thumbnail(name, path):
-    """Runs an example in a folder of its own; the middle of its picture, or all of a strip, in 256 colours."""
+    """Runs an example in a folder of its own; the middle of its picture, or all of a strip or plot, in 256 colours."""
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         exec(compile((EXAMPLES / f"{name}.py").read_text(), name, "exec"), {"__name__": "__main__"})
         (picture,) = Path(folder).glob("*.png")
         image = Image.open(picture).convert("RGB")
-        into = ImageOps.pad if image.width > 2 * image.height else ImageOps.fit
+        is_plot = min(image.getpixel((0, 0))) > 250
+        into = ImageOps.pad if is_plot or image.width > 2 * image.height else ImageOps.fit
         image = into(image, SIZE, Image.Resampling.LANCZOS, **({"color": "white"} if into is ImageOps.pad else {}))
         image.quantize(256).save(path, optimize=True)
 

@@ -1,4 +1,4 @@
-"""Error against seconds as a picture: a column for each scene, a row for each kind of error."""
+"""Error against seconds as a picture: scenes side by side, three at most, and of each its kinds of error below it."""
 
 import inspect
 
@@ -23,18 +23,24 @@ def draw(rows, path):
     from matplotlib.lines import Line2D
 
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    figure = Figure(figsize=(max(9.0, 3.6 * len(scenes)), 10.5), layout="constrained")
-    axes = figure.subplots(len(PANELS), len(scenes), squeeze=False, sharex="col", sharey=True)
-    for column, scene in enumerate(scenes):
-        for k, (error, label) in enumerate(PANELS):
+    across, down = min(len(scenes), 3), -(-len(scenes) // 3)
+    figure = Figure(figsize=(max(9.0, 3.6 * across), 1.5 + 3.0 * len(PANELS) * down), layout="constrained")
+    axes = figure.subplots(len(PANELS) * down, across, squeeze=False, sharey=True)
+    for number, scene in enumerate(scenes):
+        column, first = number % 3, number // 3 * len(PANELS)
+        for k, (error, label) in enumerate(PANELS, first):
             panel = axes[k, column]
+            if k > first:
+                panel.sharex(axes[first, column])
             for name, points in curves([row for row in rows if row.scene == scene]).items():
                 _draw_curve(panel, points, error, _style(*name))
             _set_logarithmic(panel)
             if column == 0:
                 panel.set_ylabel(label)
-        axes[0, column].set_title(scene, fontsize="x-large")
-        axes[-1, column].set_xlabel("seconds")
+        axes[first, column].set_title(scene, fontsize="x-large")
+        axes[k, column].set_xlabel("seconds")
+    for unused in axes[len(PANELS) * (down - 1) :, (len(scenes) - 1) % 3 + 1 :].flat:
+        unused.axis("off")
     names = dict.fromkeys((row.solver, row.knob) for row in rows)
     handles = [Line2D([], [], label=": ".join(name), **_style(*name)) for name in names]
     empty = {"linestyle": "none", "color": "0.3", "marker": "o"}
@@ -42,7 +48,7 @@ def draw(rows, path):
     if not all(row.is_claimed(name) for row in rows for name, _ in PANELS):
         text = "reference's own error above a quarter"
         handles.append(Line2D([], [], markerfacecolor="white", markersize=5, label=text, **empty))
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(path, dpi=110)
 
 
@@ -78,7 +84,7 @@ def _set_logarithmic(panel):
     panel.set(xscale="log", yscale="log")
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
         axis.set_minor_formatter(NullFormatter())
     panel.grid(True, color="0.9")
     panel.set_axisbelow(True)
@@ -126,7 +132,7 @@ def draw_growth(rows, path):
     if not rows:
         raise ValueError("--plot: wanted galleries or statues among the scenes, got none")
     surfels = [row.surfels for row in rows]
-    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
+    figure = Figure(figsize=(13.0, 3.6), layout="constrained")
     for panel, (label, curves_) in zip(
         figure.subplots(1, 3),
         (
@@ -138,12 +144,13 @@ def draw_growth(rows, path):
     ):
         for name, values in curves_.items():
             panel.plot(surfels, values, marker="o", markersize=3, label=name, linewidth=2 if name == "in all" else 1)
-        panel.set(xscale="log", yscale="linear" if label == "error, %" else "log", xlabel="surfels", ylabel=label)
+        panel.set(xlabel="surfels", ylabel=label)
+        _set_logarithmic(panel)
         if label == "error, %":
+            panel.set_yscale("linear")
             panel.set_ylim(bottom=0.0)
-        panel.grid(True, color="0.9")
         if len(curves_) > 1:
-            panel.legend(fontsize="small")
+            panel.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     figure.savefig(path, dpi=120)
 
 
