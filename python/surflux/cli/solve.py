@@ -163,7 +163,9 @@ def _scene_to_solve(options, kind):
     cloud = Cloud(options) if kind == "cloud" else None
     surfels = cloud.surfels if cloud else (patches_of_mesh if kind == "mesh" else patches_of_file)(options)
     camera = camera_of_cloud(options, surfels)
-    objects = [surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))] if options.ground else [surfels]
+    objects = [surfels]
+    if options.ground:  # which faces of a mesh may stand on, or stick into
+        objects = sf.divide_patches([surfels, ground(surfels, options.up or (0.0, 0.0, 1.0))])
     name = Path(options.input).stem
     lights = lights_of_cloud(options, surfels, camera, "mesh" if kind == "mesh" else "cloud")
     return sf.Scene(objects, lights, camera=camera, name=name), cloud

@@ -29,6 +29,17 @@ def test_faces_come_home_with_their_light(bowl, run):
     assert lit.cell_data["radiosity"] == pytest.approx(0.5 * lit.cell_data["irradiance"], rel=1e-5)
 
 
+def test_the_ground_is_cut_where_a_mesh_stands_on_it(bowl, run):
+    """Nobody can be told to cut it who has no objects to name."""
+    status, _, err = run("solve", "bowl.ply", "--mesh", "--ground", "-o", "lit.vtp", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "walls of other objects" not in err
+    lit = pyvista.read("lit.vtp")
+    assert lit.n_cells == bowl.n_cells
+    assert lit.cell_centers().points == pytest.approx(bowl.cell_centers().points, abs=1e-6)
+    assert np.all(lit.cell_data["irradiance"] > 0.0)
+
+
 def test_large_faces_are_cut(here, run):
     (here / "square.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
     status, out, err = run("solve", "square.obj", "--no-image", "--light", "sky", "--normals", "flip", "--rays", 16)
