@@ -158,6 +158,7 @@ ERRORS = {"of H": "error", "of its indirect part": "indirect"}
 
 
 def _stages(rows):
-    """The stages that take a tenth of the time somewhere, as curves."""
+    """The stages that take a tenth of the time somewhere, as curves; what is measured behind them is no part of it."""
     names = dict.fromkeys(name for row in rows for name, seconds in row.stages.items() if seconds > 0.1 * row.seconds)
+    names = [name for name in names if not name.startswith("at ")]
     return {name: [row.stages.get(name, float("nan")) for row in rows] for name in names}

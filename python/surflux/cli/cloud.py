@@ -22,12 +22,13 @@ from surflux.points.standing import stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix
 from surflux.scenes.lights import Environment
-from surflux.scenes.studio import BACKDROP, daylight, studio
+from surflux.scenes.studio import BACKDROP, clear_day, daylight, studio
 from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.lit_points import light_at_points, save_lit, spread
 
 # A million surfels take about a minute and 2.5 GB: larger scans go in by this many of their points.
 CLOUD_LIMIT = 1_000_000
+_NORTH = 0.0, 1.0, -1.0  # and down: where the camera looks that terrain is seen by
 
 
 def is_cloud(path):
@@ -139,7 +140,10 @@ def exposed(surfels):
 
 
 def camera_of_cloud(options, surfels):
-    """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z."""
+    """The camera of the picture; what is up, where nobody says it, is that of a depth camera, of a statue, or z.
+
+    Terrain is seen from the south, as a map has it.
+    """
     if options.up is None:
         kind = layer_of(surfels.points)
         if kind == "frame":
@@ -150,6 +154,8 @@ def camera_of_cloud(options, surfels):
             LOG.info("y is taken for up: there, and on no side else, the body has a base (--up 0,0,1 for z)")
         else:
             LOG.info("z is taken for up (--up 0,1,0 for y)")
+        if kind == "terrain":
+            return camera_of(options, surfels, framing(surfels, options.size, direction=_NORTH))
     return camera_of(options, surfels, None)
 
 
@@ -162,9 +168,10 @@ def _camera_of_frame(options, surfels):
 
 def lights_of_cloud(options, surfels, camera, what="cloud"):
     """The lights of --light, which becomes what was chosen; says so."""
+    level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
+    is_terrain = level and layer_of(surfels.points) == "terrain"
     if options.light is None:
-        level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
-        options.light = "sun" if level and layer_of(surfels.points) == "terrain" else "studio"
+        options.light = "sun" if is_terrain else "studio"
         said = {
             "sun": "terrain has no light: it gets the sun and sky of a clear day, in W/m2 (--light studio or sky)",
             "studio": f"a {what} has no light: it gets a lamp behind the camera, and a sky (--light sun or sky)",
@@ -174,7 +181,7 @@ def lights_of_cloud(options, surfels, camera, what="cloud"):
         LOG.info("the %s is lit by a sky of radiance 1 from all sides", what)
         return [Environment(1.0)]
     if options.light == "sun":
-        day = daylight(camera)
+        day = clear_day() if is_terrain else daylight(camera)  # as of tiles, wherever the camera stands
         LOG.info("the light, z up and y north: %r", day)
         return [day]
     return studio(surfels, camera)

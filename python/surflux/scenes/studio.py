@@ -43,8 +43,8 @@ def daylight(camera):
     return clear_day(np.degrees(np.arctan2(back[0], back[1])))
 
 
-def clear_day(azimuth):
-    """The same with the sun so many degrees clockwise from +y."""
+def clear_day(azimuth=150.0):
+    """The same with the sun so many degrees clockwise from +y: of the north in the late morning."""
     return Sky.from_sun(_SUN_HIGH, azimuth, direct_normal=_SUN, diffuse=_CLEAR)
 
 

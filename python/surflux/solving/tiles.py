@@ -31,8 +31,6 @@ from surflux.solving.tile_result import SolvedTile, SolvedTiles
 from surflux.solving.tile_scene import TileScene, thinned_parts
 from surflux.solving.tile_survey import Survey, TileOptions
 
-_MORNING = 150.0  # degrees: where the sun of a clear day stands where no lights are given
-
 
 def solve_tiles(
     paths: Sequence[FilePath],
@@ -123,7 +121,7 @@ def solve_tiles(
     seed = check.seed("seed", seed)
     # Points have the light at their own places: that of inserted surfels would be a mean around them.
     settings = {"insert": False} | _checked_settings(solve_options)
-    lights = [clear_day(_MORNING)] if lights is None else lights
+    lights = [clear_day()] if lights is None else lights
     lit_by = Scene([_ANYTHING], lights).lights  # whose messages name them
     with watched(threads, progress):
         headers = [tile_header(path) for path in paths]

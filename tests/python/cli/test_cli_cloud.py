@@ -143,7 +143,10 @@ def test_what_goes_with_clouds_alone_is_refused(here, run):
 
 
 def test_terrain_lies_in_the_sun(here, run):
-    """800 sin 40 + 100 W/m2 on level ground; a lamp lights what is none, and a ground is no row of the file."""
+    """800 sin 40 + 100 W/m2 on level ground, wherever the camera stands.
+
+    A lamp lights what is no terrain, and a ground is no row of the file.
+    """
     rng = np.random.default_rng(2)
     points = np.column_stack([rng.uniform(0, 50, (4000, 2)), np.zeros(4000)])
     sf.Scan(points).save("field.npz")
@@ -152,6 +155,8 @@ def test_terrain_lies_in_the_sun(here, run):
     assert "terrain has no light: it gets the sun and sky of a clear day" in err
     lit = sf.read_scan("lit.npz")
     assert np.median(lit.attributes["irradiance"]) == pytest.approx(800 * np.sin(np.radians(40)) + 100, rel=0.01)
+    assert "Sky(sun 40.0 up at 150.0" in err
+    assert "Sky(sun 40.0 up at 150.0" in run("solve", "field.npz", "-o", "lit.npz", "--no-image", "--eye", "9,0,50")[2]
     corner = pixels("field.png")[0, 0].astype(int)
     assert corner.max() - corner.min() <= 1  # what lies behind is that of the day, whose radiance has no colour
     status, _, err = run("solve", "field.npz", "-o", "ground.npz", "--no-image", "--light", "studio", "--ground")
