@@ -23,7 +23,7 @@ class Seen(Exception):
 
 
 def scene_of(path, *options):
-    def solve(scene, **options):
+    def solve(scene, **settings):
         raise Seen(scene)
 
     before, sf.solve = sf.solve, solve

@@ -1,7 +1,6 @@
 """Seconds, memory of each stage and silences of `solve` on as many surfels as wanted: four balls in a room of patches.
 
-`python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless]`. Nothing is sampled: what counts is
-the solver's.
+`python tests/support/many_surfels.py 1e5 1e6 1e7 [--meshless]`. Nothing is sampled: what counts is the solver's.
 """
 
 import argparse

@@ -4,8 +4,8 @@ python tests/support/quoted_figures.py    writes the tables in README.md and pyt
 
 A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`. A number in a sentence has its place in
 NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first columns, as many as tell it from
-others (`three spheres, rays, error, 0.02`), a column that may be stages.NAME. Of a range it is the upper end. Numbers
-before a % are hundredths, unless the column is in per cent; signs are left to the sentence.
+others (`three spheres, rays, error, 0.02`), a column that may be stages.NAME. Numbers before a % are hundredths, unless
+the column is in per cent; signs are left to the sentence.
 """
 
 import json
@@ -41,7 +41,7 @@ def value(name, row, column):
     value = rows[0]
     for part in column.split(".") if column.startswith("stages.") else [column]:
         value = value[part]
-    return value[-1] if isinstance(value, list) else value
+    return value
 
 
 def wrong_quotes(page):

@@ -1,4 +1,4 @@
-"""Error against seconds as a picture: scenes side by side, three at most, and of each its kinds of error below it."""
+"""Error against seconds as a picture: scenes side by side, and of each its kinds of error below it."""
 
 import inspect
 
@@ -12,6 +12,7 @@ PANELS = (
     ("indirect", "error of its indirect part, %"),
     ("local_90", "local error, 90th percentile, %"),
 )
+ABREAST = 3  # scenes
 
 
 def draw(rows, path):
@@ -23,11 +24,11 @@ def draw(rows, path):
     from matplotlib.lines import Line2D
 
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    across, down = min(len(scenes), 3), -(-len(scenes) // 3)
+    across, down = min(len(scenes), ABREAST), -(-len(scenes) // ABREAST)
     figure = Figure(figsize=(max(9.0, 3.6 * across), 1.5 + 3.0 * len(PANELS) * down), layout="constrained")
     axes = figure.subplots(len(PANELS) * down, across, squeeze=False, sharey=True)
     for number, scene in enumerate(scenes):
-        column, first = number % 3, number // 3 * len(PANELS)
+        column, first = number % ABREAST, number // ABREAST * len(PANELS)
         for k, (error, label) in enumerate(PANELS, first):
             panel = axes[k, column]
             if k > first:
@@ -39,7 +40,7 @@ def draw(rows, path):
                 panel.set_ylabel(label)
         axes[first, column].set_title(scene, fontsize="x-large")
         axes[k, column].set_xlabel("seconds")
-    for unused in axes[len(PANELS) * (down - 1) :, (len(scenes) - 1) % 3 + 1 :].flat:
+    for unused in axes[len(PANELS) * (down - 1) :, column + 1 :].flat:
         unused.axis("off")
     names = dict.fromkeys((row.solver, row.knob) for row in rows)
     handles = [Line2D([], [], label=": ".join(name), **_style(*name)) for name in names]

@@ -259,7 +259,7 @@ def table(rows):
     stages = ["| scene | seconds of each stage |", "|---|---|"]
     for r in rows:
         figures = [_figure(r.figures.get(name)) for name in ("links", "rays", "cut", "iterations")]
-        solving, loading = ("" if size is None else f"{size:.2f}" for size in (r.gigabytes, r.loading_gigabytes))
+        solving, loading = (_two_digits(size) for size in (r.gigabytes, r.loading_gigabytes))
         took.append(
             f"| {r.scene} | {r.surfels} | {r.leaves} | {r.seconds:.2f} | {solving} | {r.loading:.2f} | {loading} "
             f"| {' | '.join(figures)} |"
@@ -301,9 +301,13 @@ def short_table(rows):
     ]
     for r in rows:
         errors = [_claimed(r, 0), _claimed(r, 1), "" if r.at_points is None else _claimed(r, 2), _percent(r.own)]
-        took = f"{r.seconds:.2f} | {'' if r.gigabytes is None else f'{r.gigabytes:.2f}'} | {r.loading:.2f}"
+        took = f"{r.seconds:.2f} | {_two_digits(r.gigabytes)} | {r.loading:.2f}"
         lines.append(f"| {r.scene} | {r.surfels} | {took} | {' | '.join(errors)} |")
     return "\n".join(lines)
+
+
+def _two_digits(value):
+    return "" if value is None else f"{value:.2f}"
 
 
 def _figure(value):

@@ -169,7 +169,7 @@ def _camera_of_frame(options, surfels):
 def lights_of_cloud(options, surfels, camera, what="cloud"):
     """The lights of --light, which becomes what was chosen; says so."""
     level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
-    is_terrain = level and layer_of(surfels.points) == "terrain"
+    is_terrain = level and options.light in (None, "sun") and layer_of(surfels.points) == "terrain"
     if options.light is None:
         options.light = "sun" if is_terrain else "studio"
         said = {
