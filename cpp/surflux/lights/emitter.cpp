@@ -19,8 +19,9 @@ struct PointEmitter : Emitter {
     Arrival arrival(const Vec3& point, const Vec3& normal, double, double) const override {
         const Vec3 d = position - point;
         const double squared = length_squared(d);
-        if (squared == 0.0) return {position, 0.0};
-        return {position, share(-d) * std::max(0.0, dot(normal, d)) / (squared * std::sqrt(squared))};
+        const double facing = dot(normal, d);
+        if (squared == 0.0 || facing <= 0.0) return {position, 0.0};
+        return {position, share(-d) * facing / (squared * std::sqrt(squared))};
     }
     double kernel_at(const Vec3& point, const Vec3& normal) const final { return arrival(point, normal, 0, 0).kernel; }
     // The integral of cos / r^2 over a patch is its solid angle.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -47,10 +48,11 @@ GroupLight::Unoccluded GroupLight::unoccluded(const Emitter& light, const std::v
     if (leaves > 0) out.from_all = light.arrival(samples_.position(0), samples_.normal(0), 0.5, 0.5).from;
     parallel_blocks(leaves, 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t leaf = begin; leaf < end; ++leaf) {
-            EvenPoints even(2, seed + light_stream, leaf);
+            std::optional<EvenPoints> even;
+            if (light.extended) even.emplace(2, seed + light_stream, leaf);
             double sum = 0.0;
             for (std::size_t p = leaf * n; p < (leaf + 1) * n; ++p) {
-                const double* u = light.extended ? even.next() : nullptr;
+                const double* u = even ? even->next() : nullptr;
                 const Arrival arrival =
                     light.arrival(samples_.position(p), samples_.normal(p), u ? u[0] : 0.5, u ? u[1] : 0.5);
                 out.kernels[p] = static_cast<float>(arrival.kernel);

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "surflux/core/parallel.h"
-#include "surflux/transfer/group_light.h"
 #include "surflux/transfer/reflections.h"
 
 namespace surflux {
@@ -13,6 +11,7 @@ LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, Transpo
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
       timings_(std::move(timings)),
+      light_(*scene_, operator_.senders, operator_.samples),
       points_(scene_->scene().surfels) {
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
@@ -30,11 +29,11 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
                                          const RelightOptions& options) const {
     const SenderGroups& senders = operator_.senders;
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
-    const GroupLight light(*scene_, senders, operator_.samples);
     std::vector<float> direct(emission_.size(), 0.0f);
-    if (options.bounces != 0) direct = light.irradiance(lights, own, {options.shadow_rays, options.seed});
-    std::vector<float> values, coefs;
+    if (options.bounces != 0) direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
     const std::vector<float> all = sent_after(options.bounces, operator_, colors, emission_, own, direct);
+    const Scratch<Tilted>::Lent tilted(tilted_);
+    std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;
     operator_.gather_tilted(all, values);
     operator_.coefficients(values, TransportOperator::tilted_channels, coefs);
     const Surfels& s = scene_->scene().surfels;

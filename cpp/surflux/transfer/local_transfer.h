@@ -4,12 +4,14 @@
 #include <memory>
 #include <vector>
 
+#include "surflux/core/parallel.h"
 #include "surflux/core/progress.h"
 #include "surflux/lights/direct.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/group_light.h"
 #include "surflux/transfer/transport_operator.h"
 
 namespace surflux {
@@ -45,11 +47,17 @@ public:
                               const RelightOptions& options) const;
 
 private:
+    struct Tilted {
+        std::vector<float> values, coefs;
+    };
+
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
     Figures timings_;
+    GroupLight light_;
     SurfelPoints points_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    mutable Scratch<Tilted> tilted_;             // megabytes that lamp after lamp would have cleared again
 };
 
 }  // namespace surflux

@@ -148,16 +148,34 @@ std::uint32_t SenderGroups::sender(std::uint32_t surfel, double reach) const {
 }
 
 void SenderGroups::pull_up(std::vector<float>& values, std::size_t channels) const {
+    // What is below a node is numbered right behind it: blocks of nodes are filled in side by side, but for the few
+    // nodes of each that something of a later block is below.
+    constexpr std::size_t grain = 4096;
+    std::vector<std::vector<std::uint32_t>> late((size() + grain - 1) / grain);
     with_fixed(channels, [&](const auto count) {
-        for (std::size_t k = nodes.size(); k-- > 0;) {
-            if (nodes[k].is_leaf()) continue;
+        const auto fill_in = [&](std::size_t k) {
             const std::size_t child = nodes[k].child;
             const float area = nodes[k].area, share = area > 0.0f ? nodes[child].area / area : 0.5f;
             auto sum = float_sum(count);
             sum.add(share, values.data() + child * count);
             sum.add(1.0f - share, values.data() + (child + 1) * count);
             sum.write(values.data() + k * count);
-        }
+        };
+        parallel_blocks(size(), grain, [&](std::size_t begin, std::size_t end) {
+            std::vector<char> is_late(end - begin, 0);
+            for (std::size_t k = end; k-- > begin;) {
+                if (nodes[k].is_leaf()) continue;
+                const std::size_t child = nodes[k].child;
+                if (child + 1 >= end || is_late[child - begin] != 0 || is_late[child + 1 - begin] != 0) {
+                    is_late[k - begin] = 1;
+                    late[begin / grain].push_back(static_cast<std::uint32_t>(k));
+                } else {
+                    fill_in(k);
+                }
+            }
+        });
+        for (std::size_t block = late.size(); block-- > 0;)
+            for (const std::uint32_t k : late[block]) fill_in(k);
     });
 }
 

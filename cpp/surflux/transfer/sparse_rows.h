@@ -61,10 +61,14 @@ struct SparseRows {
 private:
     template <class Channels, class Visit>
     void multiply_by(const std::vector<float>& values, const Channels channels, const Visit& visit) const {
+        constexpr std::size_t ahead = 16;  // entries
         parallel_for(rows(), 512, [&](std::size_t row) {
             auto sum = float_sum(channels);
-            for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k)
+            for (std::uint32_t k = begin[row]; k < begin[row + 1]; ++k) {
+                if (k + ahead < entries.size())
+                    __builtin_prefetch(values.data() + entries[k + ahead].column * channels);
                 sum.add(entries[k].weight, values.data() + entries[k].column * channels);
+            }
             visit(row, sum.data());
         });
     }

@@ -28,11 +28,13 @@ void TransportOperator::gather(const std::vector<float>& sent, std::size_t chann
 }
 
 void TransportOperator::gather_tilted(const std::vector<float>& sent, std::vector<float>& out) const {
+    constexpr std::size_t ahead = 32;  // links
     out.resize(rows.size() * tilted_channels);
     parallel_for(rows.size(), 128, [&](std::size_t k) {
         const Row& row = rows[k];
         Float4Sum<colors> sum_value, sum_u, sum_v;
         for (std::uint32_t l = row.begin; l < row.end; ++l) {
+            if (l + ahead < links.size()) __builtin_prefetch(sent.data() + colors * sender(links[l + ahead]));
             const float met = rays_of(links[l]);
             const float* from = sent.data() + colors * sender(links[l]);
             sum_value.add(met, from);
