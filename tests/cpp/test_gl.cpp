@@ -1,5 +1,6 @@
 #include <cstdlib>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -66,9 +67,6 @@ TEST_P(Gl, AdditiveBlendingSumsExactly) {
             const Program program(gl, one_triangle, one_color);
             program.use();
             gl.Uniform4f(program.uniform("color"), 3.0f, 0.5f, 0.25f, 1000.0f);
-            GLuint vertex_array = 0;
-            gl.GenVertexArrays(1, &vertex_array);
-            gl.BindVertexArray(vertex_array);
             gl.Viewport(0, 0, 4, 4);
             gl.Enable(GL_BLEND);
             gl.BlendFunc(GL_ONE, GL_ONE);
@@ -173,6 +171,58 @@ TEST_P(Gl, ShaderErrorsCarryTheDriversLog) {
     } catch (const DeviceError& error) {
         EXPECT_NE(std::string(error.what()).find("cannot link"), std::string::npos) << error.what();
     }
+}
+
+// A second pass has the context of the first, with its programs, and nothing of what that one had set.
+TEST_P(Gl, ContextsAreKeptFromPassToPass) {
+    std::thread::id first_thread;
+    std::size_t linked = 0;
+    run_pass(
+        [&](const Context& context) {
+            first_thread = std::this_thread::get_id();
+            Program(context.gl, one_triangle, one_color);
+            linked = context.gl.programs.size();
+            for (const GLenum capability : {GL_BLEND, GL_DEPTH_TEST, GL_PROGRAM_POINT_SIZE})
+                context.gl.Enable(capability);
+            context.gl.DepthMask(GL_FALSE);
+        },
+        GetParam());
+    run_pass(
+        [&](const Context& context) {
+            EXPECT_EQ(std::this_thread::get_id(), first_thread);
+            Program(context.gl, one_triangle, one_color);
+            EXPECT_EQ(context.gl.programs.size(), linked);
+            for (const GLenum state : {GL_BLEND, GL_DEPTH_TEST, GL_PROGRAM_POINT_SIZE}) {
+                GLint is_on = 1;
+                context.gl.GetIntegerv(state, &is_on);
+                EXPECT_EQ(is_on, 0) << state;
+            }
+            GLint writes_depth = 0;
+            context.gl.GetIntegerv(GL_DEPTH_WRITEMASK, &writes_depth);
+            EXPECT_EQ(writes_depth, 1);
+        },
+        GetParam());
+}
+
+TEST_P(Gl, PassesAtTheSameTimeHaveContextsOfTheirOwn) {
+    run_pass(
+        [&](const Context& outer) {
+            const Texture texture(outer.gl, GL_RGBA32F, 1, 1);
+            run_pass([&](const Context& inner) { EXPECT_NE(&inner, &outer); }, GetParam());
+        },
+        GetParam());
+}
+
+// What it left may be anything.
+TEST_P(Gl, AContextThatAPassFailedInIsNotUsedAgain) {
+    EXPECT_THROW(run_pass(
+                     [&](const Context& context) {
+                         Program(context.gl, one_triangle, one_color);
+                         throw ArgumentError("mine");
+                     },
+                     GetParam()),
+                 ArgumentError);
+    run_pass([&](const Context& context) { EXPECT_TRUE(context.gl.programs.empty()); }, GetParam());
 }
 
 TEST_P(Gl, AnErrorLeftByThePassIsThrown) {

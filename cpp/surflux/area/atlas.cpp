@@ -94,7 +94,7 @@ bool atlas_may_pay(std::size_t disks, const AreaOptions& options, int threads) {
     const double rate = options.method == AreaMethod::paper ? 3e8 : 1.1e9;
     const double seconds_each = options.resolution * options.resolution / rate;
     // Neighbourhoods are found on the CPU either way, 1 to 3 microseconds each, and making quads of them adds to that.
-    // A context and its shaders are ready after a tenth of a second or more.
+    // A first context and its shaders are ready after a tenth of a second or more.
     return seconds_each > 2e-6 && seconds_each * static_cast<double>(disks) > 0.5 * threads;
 }
 

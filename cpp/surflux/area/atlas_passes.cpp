@@ -141,8 +141,6 @@ private:
 Atlas::Atlas(const gl::Functions& functions, const TileLayout& tile_layout)
     : gl(functions), layout(tile_layout), sums(target(gl, layout, GL_RGBA32F)), into_sums(gl, {&sums}) {
     gl::require_storage_buffers(gl);
-    gl.GenVertexArrays(1, &vertex_array_);  // core GL draws nothing without one, though no attribute comes from it
-    gl.BindVertexArray(vertex_array_);
     gl.Viewport(0, 0, layout.across * layout.width, layout.down * layout.height);
 }
 

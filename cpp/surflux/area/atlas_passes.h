@@ -33,7 +33,6 @@ protected:
     const gl::Framebuffer into_sums;
 
 private:
-    GLuint vertex_array_ = 0;
 };
 
 // For the method of the options. Throws DeviceError.

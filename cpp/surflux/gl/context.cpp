@@ -1,19 +1,14 @@
 #include "surflux/gl/context.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <system_error>
-#include <thread>
 
 #include <dlfcn.h>
-#include <unistd.h>
 
 #include "surflux/core/error.h"
-#include "surflux/core/parallel.h"
 #include "surflux/gl/platforms.h"
 
 namespace surflux::gl {
@@ -35,35 +30,6 @@ Functions load_functions(const Platform& platform) {
     SURFLUX_GL_FUNCTIONS(SURFLUX_GL_LOAD)
 #undef SURFLUX_GL_LOAD
     return gl;
-}
-
-const char* error_name(GLenum error) {
-    switch (error) {
-        case GL_INVALID_ENUM:
-            return "invalid enum";
-        case GL_INVALID_VALUE:
-            return "invalid value";
-        case GL_INVALID_OPERATION:
-            return "invalid operation";
-        case GL_INVALID_FRAMEBUFFER_OPERATION:
-            return "invalid framebuffer operation";
-        case GL_OUT_OF_MEMORY:
-            return "out of memory";
-        default:
-            return "unknown error";
-    }
-}
-
-// The drivers' threads are not in a process that was forked after they were started, and a pass would wait for them
-// for ever. The library, and what it keeps, is the same for all contexts: a new one does not help.
-void require_own_process() {
-    static std::atomic<pid_t> first_to_draw{0};
-    const pid_t here = getpid();
-    pid_t began = 0;
-    if (!first_to_draw.compare_exchange_strong(began, here) && began != here)
-        throw DeviceError(message("process ", here, " was forked from process ", began, " after that drew by OpenGL, ",
-                                  "whose drivers do not survive a fork. Fork before anything is drawn, or start ",
-                                  "processes by multiprocessing's \"spawn\" or \"forkserver\""));
 }
 
 }  // namespace
@@ -97,6 +63,10 @@ Context::Context(Api api) {
                 try {
                     platform_ = candidate.make();
                     gl = load_functions(*platform_);
+                    // Core GL draws nothing without one, though no attribute of ours comes from it.
+                    GLuint vertex_array = 0;
+                    gl.GenVertexArrays(1, &vertex_array);
+                    gl.BindVertexArray(vertex_array);
                     description = {candidate.name, text_of(gl, GL_VENDOR), text_of(gl, GL_RENDERER),
                                    text_of(gl, GL_VERSION)};
                     return true;
@@ -114,31 +84,6 @@ Context::Context(Api api) {
     if (api != Api::egl && try_all("OSMesa", osmesa_candidates)) return;
     throw DeviceError(message("no OpenGL >= ", required_major, ".", required_minor,
                               " core context could be made. Tried:", tried, "\n", advice));
-}
-
-void run_pass(const std::function<void(const Context&)>& pass, Api api) {
-    require_own_process();
-    std::exception_ptr failure;
-    std::thread thread(with_this_limit([&] {
-        try {
-            const Context context(api);
-            pass(context);
-            if (const GLenum error = context.gl.GetError(); error != GL_NO_ERROR) {
-                throw DeviceError(message("OpenGL failed on ", context.description.renderer, " (",
-                                          context.description.api, "): ", error_name(error)));
-            }
-        } catch (...) {
-            failure = std::current_exception();
-        }
-    }));
-    thread.join();
-    if (failure) std::rethrow_exception(failure);
-}
-
-Description describe(Api api) {
-    Description found;
-    run_pass([&](const Context& context) { found = context.description; }, api);
-    return found;
 }
 
 bool is_software(const Description& device) {

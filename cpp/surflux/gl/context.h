@@ -27,7 +27,8 @@ public:
     virtual void (*function(const char* name) const)() = 0;
 };
 
-// A headless OpenGL >= 4.3 core context, current on the thread that made it from its construction to its end.
+// A headless OpenGL >= 4.3 core context, current on the thread that made it from its construction to its end, with a
+// vertex array bound.
 // That thread must have had no context current: run_pass sees to it.
 class Context {
 public:
@@ -41,10 +42,11 @@ private:
     std::unique_ptr<Platform> platform_;
 };
 
-// Calls pass(context) with a new context current, on a thread of its own, and waits for it; what the pass throws,
-// this throws. A thread of its own because the caller's may have a context current (VTK's, of EGL, GLX or OSMesa),
-// which thus stays current and untouched. Throws DeviceError where the pass left a GL error, and in a process that was
-// forked after a pass.
+// Calls pass(context) on a thread of our own, and waits for it; what the pass throws, this throws. A thread of our own
+// because the caller's may have a context current (VTK's, of EGL, GLX or OSMesa), which thus stays current and
+// untouched. It is kept with its context and programs for the next pass: making and compiling them takes longer than
+// many a pass. Passes at the same time have one each. Throws DeviceError where the pass left a GL error, and in a
+// process that was forked after a pass.
 void run_pass(const std::function<void(const Context&)>& pass, Api api = requested_api());
 
 // The device that a pass would use now.

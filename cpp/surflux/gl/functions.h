@@ -2,6 +2,9 @@
 
 // The functions of OpenGL that our passes call, loaded from the context: nothing links a GL library.
 
+#include <map>
+#include <string>
+
 #include <GL/glcorearb.h>
 
 namespace surflux::gl {
@@ -69,6 +72,7 @@ struct Functions {
 #define SURFLUX_GL_MEMBER(type, name) type name = nullptr;
     SURFLUX_GL_FUNCTIONS(SURFLUX_GL_MEMBER)
 #undef SURFLUX_GL_MEMBER
+    mutable std::map<std::string, GLuint> programs;  // that were linked, by their text (objects.h)
 };
 
 }  // namespace surflux::gl

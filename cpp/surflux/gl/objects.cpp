@@ -1,5 +1,6 @@
 #include "surflux/gl/objects.h"
 
+#include <initializer_list>
 #include <string>
 
 #include "surflux/core/error.h"
@@ -27,9 +28,25 @@ GLuint compile(const Functions& gl, GLenum kind, const char* source) {
     throw DeviceError(message("the driver refuses our ", name_of(kind), " shader:\n", log));
 }
 
-}  // namespace
+GLuint link(const Functions& gl, std::initializer_list<GLuint> shaders) {
+    const GLuint program = gl.CreateProgram();
+    for (const GLuint shader : shaders) {
+        gl.AttachShader(program, shader);
+        gl.DeleteShader(shader);  // the program keeps it until it goes
+    }
+    gl.LinkProgram(program);
+    GLint good = 0;
+    gl.GetProgramiv(program, GL_LINK_STATUS, &good);
+    if (good) return program;
+    std::string log(4096, '\0');
+    GLsizei size = 0;
+    gl.GetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &size, log.data());
+    log.resize(static_cast<std::size_t>(size));
+    gl.DeleteProgram(program);
+    throw DeviceError("the driver cannot link our shaders:\n" + log);
+}
 
-Program::Program(const Functions& gl, const char* vertex, const char* fragment) : gl_(gl) {
+GLuint drawing_program(const Functions& gl, const char* vertex, const char* fragment) {
     const GLuint first = compile(gl, GL_VERTEX_SHADER, vertex);
     GLuint second = 0;
     try {
@@ -38,32 +55,23 @@ Program::Program(const Functions& gl, const char* vertex, const char* fragment) 
         gl.DeleteShader(first);
         throw;
     }
-    link({first, second});
+    return link(gl, {first, second});
 }
 
-Program::Program(const Functions& gl, const char* compute) : gl_(gl) {
-    link({compile(gl, GL_COMPUTE_SHADER, compute)});
+template <class Make>
+GLuint kept(const Functions& gl, const std::string& text, const Make& make) {
+    const auto found = gl.programs.find(text);
+    return found != gl.programs.end() ? found->second : gl.programs[text] = make();
 }
 
-void Program::link(std::initializer_list<GLuint> shaders) {
-    program_ = gl_.CreateProgram();
-    for (const GLuint shader : shaders) {
-        gl_.AttachShader(program_, shader);
-        gl_.DeleteShader(shader);  // the program keeps it until it goes
-    }
-    gl_.LinkProgram(program_);
-    GLint good = 0;
-    gl_.GetProgramiv(program_, GL_LINK_STATUS, &good);
-    if (good) return;
-    std::string log(4096, '\0');
-    GLsizei size = 0;
-    gl_.GetProgramInfoLog(program_, static_cast<GLsizei>(log.size()), &size, log.data());
-    log.resize(static_cast<std::size_t>(size));
-    gl_.DeleteProgram(program_);
-    throw DeviceError("the driver cannot link our shaders:\n" + log);
-}
+}  // namespace
 
-Program::~Program() { gl_.DeleteProgram(program_); }
+Program::Program(const Functions& gl, const char* vertex, const char* fragment)
+    : gl_(gl),
+      program_(kept(gl, std::string(vertex) + fragment, [&] { return drawing_program(gl, vertex, fragment); })) {}
+
+Program::Program(const Functions& gl, const char* text)
+    : gl_(gl), program_(kept(gl, text, [&] { return link(gl, {compile(gl, GL_COMPUTE_SHADER, text)}); })) {}
 
 Buffer::Buffer(const Functions& gl, const void* data, std::size_t bytes) : gl_(gl) {
     gl.GenBuffers(1, &buffer_);

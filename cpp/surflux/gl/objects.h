@@ -1,33 +1,29 @@
 #pragma once
 
-// What a pass makes in a context; each is deleted with its owner. None outlives the Context it was made in.
+// What a pass makes in a context; each is deleted with its owner, but for programs, which stay for other passes in the
+// same context. None outlives the Context it was made in.
 
 #include <cstddef>
-#include <initializer_list>
 #include <vector>
 
 #include "surflux/gl/context.h"
 
 namespace surflux::gl {
 
-// A vertex and a fragment shader, or a compute shader. Throws DeviceError with the driver's log.
+// A vertex and a fragment shader, or a compute shader, linked once in a context: uniforms have what they were given
+// last. Throws DeviceError with the driver's log.
 class Program {
 public:
     Program(const Functions& gl, const char* vertex, const char* fragment);
     Program(const Functions& gl, const char* compute);
-    ~Program();
-    Program(const Program&) = delete;
-    Program& operator=(const Program&) = delete;
 
     void use() const { gl_.UseProgram(program_); }
     // -1 (which GL ignores) for a name that the program does not use.
     GLint uniform(const char* name) const { return gl_.GetUniformLocation(program_, name); }
 
 private:
-    void link(std::initializer_list<GLuint> shaders);
-
     const Functions& gl_;
-    GLuint program_ = 0;
+    GLuint program_;
 };
 
 // A shader storage buffer. Shaders may write it; what they write is seen after MemoryBarrier.

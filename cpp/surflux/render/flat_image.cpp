@@ -254,9 +254,6 @@ FlatImage flat_image(const Surfels& surfels, const std::vector<VisibleEmitter>& 
         [&](const gl::Context& context) {
             const gl::Functions& gl = context.gl;
             check_drawable(gl, grid.width, static_cast<GLsizei>(std::min(rows, height) * samples));
-            GLuint vertex_array = 0;  // core GL draws nothing without one, though no attribute comes from it
-            gl.GenVertexArrays(1, &vertex_array);
-            gl.BindVertexArray(vertex_array);
             for (std::size_t first = 0; first < height; first += rows) {
                 const std::size_t part = std::min(rows, height - first);
                 const auto lines = static_cast<GLsizei>(part * samples);

@@ -188,9 +188,6 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     const GLsizei width = view.width, height = view.rows;
     check_drawable(gl, width, height);
     const Passes passes{gl, field, functions, frame, view, origin};
-    GLuint vertex_array = 0;
-    gl.GenVertexArrays(1, &vertex_array);
-    gl.BindVertexArray(vertex_array);
     const SurfacePass visibility(gl, view, geometry.disks, geometry.triangles);
 
     const gl::Texture place(gl, GL_RGBA32F, width, height), facing(gl, GL_RGBA32F, width, height);

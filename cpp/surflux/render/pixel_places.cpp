@@ -61,9 +61,6 @@ public:
             [&](const gl::Context& context) {
                 const gl::Functions& gl = context.gl;
                 check_drawable(gl, width, static_cast<GLsizei>(std::min(rows, rays.height)));
-                GLuint vertex_array = 0;  // core GL draws nothing without one, though no attribute comes from it
-                gl.GenVertexArrays(1, &vertex_array);
-                gl.BindVertexArray(vertex_array);
                 for (std::size_t first = 0; first < rays.height; first += rows)
                     draw(gl, grid, geometry, first, std::min(rows, rays.height - first));
             },

@@ -34,11 +34,7 @@ class Painter {
 public:
     Painter(const gl::Functions& gl, const DrawnGeometry& geometry, const std::vector<SplatLayer>& layers,
             const PixelGrid& grid)
-        : gl_(gl), geometry_(geometry), layers_(layers), grid_(grid) {
-        GLuint vertex_array = 0;  // core GL draws nothing without one, though no attribute comes from it
-        gl.GenVertexArrays(1, &vertex_array);
-        gl.BindVertexArray(vertex_array);
-    }
+        : gl_(gl), geometry_(geometry), layers_(layers), grid_(grid) {}
 
     // Rows [top, top + rows) of subpixels.
     Raw draw(int top, int rows) const {

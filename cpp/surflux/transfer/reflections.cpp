@@ -21,8 +21,7 @@ struct Power {
 };
 
 // By area, of what is below 0, too: harmonics of a light may be.
-double power_of(const SenderGroups& senders, std::uint32_t leaf, const std::vector<float>& sent,
-                std::size_t channels) {
+double power_of(const SenderGroups& senders, std::uint32_t leaf, const std::vector<float>& sent, std::size_t channels) {
     double sum = 0.0;
     for (std::size_t c = 0; c < channels; ++c) sum += std::abs(static_cast<double>(sent[channels * leaf + c]));
     return static_cast<double>(senders.nodes[leaf].area) * sum;
