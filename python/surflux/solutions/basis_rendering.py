@@ -54,12 +54,13 @@ def _band(field, surfels, lamps, view, names, splat, top, count):
     if rest:
         indirect += rest[0]
 
-    def mean(values):
-        return values.reshape(count, samples, width, samples, 3).mean(axis=(1, 3))
+    def mean(values):  # numpy's own, of two short axes, takes six times as long
+        parts = (values[y::samples, x::samples] for y in range(samples) for x in range(samples))
+        return sum(parts) / np.float32(samples * samples)
 
     middle = (slice(samples // 2, None, samples),) * 2
     out = {name: drawn[name][middle] for name in ("depth", "normal", "index")}
-    out["alpha"] = drawn["coverage"].reshape(count, samples, width, samples).mean(axis=(1, 3))
+    out["alpha"] = mean(drawn["coverage"])
     out |= {"direct": mean(found), "indirect": mean(indirect), "albedo": mean(albedo)}
     out["radiance"] = out["direct"] + out["indirect"]
     if "level" in names:
