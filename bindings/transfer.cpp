@@ -6,6 +6,7 @@
 #include "surflux/transfer/local_transfer.h"
 #include "surflux/transfer/operator_arrays.h"
 #include "surflux/transfer/sky_transfer.h"
+#include "team.h"
 
 namespace surflux::bindings {
 
@@ -35,7 +36,7 @@ std::unique_ptr<DistantTransfer> make_distant(const Compiled& scene, OperatorOpt
         Stopwatch watch(timings);
         DistantTransfer::Visibility visibility =
             find_visibility(transport, scene->tracer(), visibility_rays, options.seed + visibility_stream,
-                            report ? report("visibility") : Progress{});
+                            report ? report("visibility") : Progress{}, options.team);
         watch.lap("visibility");
         return std::make_unique<DistantTransfer>(scene, std::move(transport), std::move(visibility),
                                                  std::move(timings));
@@ -51,7 +52,7 @@ std::unique_ptr<SkyTransfer> make_sky(const Compiled& scene, OperatorOptions opt
         TransportOperator transport = build_operator(*scene, options, report, timings);
         Stopwatch watch(timings);
         SkyIrradiance direct(transport, scene->tracer(), patches, options.seed + patch_stream,
-                             report ? report("sky") : Progress{});
+                             report ? report("sky") : Progress{}, options.team);
         watch.lap("sky");
         return std::make_unique<SkyTransfer>(scene, std::move(transport), patches, std::move(direct),
                                              std::move(timings));
@@ -174,7 +175,7 @@ void bind_transfer(py::module_& module) {
     PYBIND11_NUMPY_DTYPE(SkyIrradiance::Entry, patch, share);
     py::class_<OperatorOptions>(module, "OperatorOptions")
         .def(py::init([](int levels, double radius, double epsilon, int rays, std::size_t senders, std::size_t samples,
-                         const py::object& region, double max_memory, std::uint64_t seed) {
+                         const py::object& region, double max_memory, std::uint64_t seed, const py::object& team) {
                  OperatorOptions options;
                  options.levels = levels;
                  options.radius = radius;
@@ -189,10 +190,12 @@ void bind_transfer(py::module_& module) {
                  }
                  options.max_memory = max_memory;
                  options.seed = seed;
+                 options.team = to_team(team);
                  return options;
              }),
              py::kw_only(), py::arg("levels"), py::arg("radius"), py::arg("epsilon"), py::arg("rays"),
-             py::arg("senders"), py::arg("samples"), py::arg("region"), py::arg("max_memory"), py::arg("seed"));
+             py::arg("senders"), py::arg("samples"), py::arg("region"), py::arg("max_memory"), py::arg("seed"),
+             py::arg("team") = py::none());
     py::class_<LocalTransfer> local(module, "LocalTransfer");
     local.def(py::init(&make_local), py::arg("scene"), py::arg("options"), py::arg("progress") = py::none())
         .def(

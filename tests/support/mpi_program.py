@@ -45,6 +45,29 @@ def traced(scene, **given):
     return sf.reference_irradiance(scene, at, np.tile([0.0, 0, 1], (9, 1)), 64, **given)
 
 
+def meshless(scene, **given):
+    found = sf.solve_meshless(scene, levels=3, rays=64, probes=8, shadow_rays=16, **given)
+    at = np.random.default_rng(1).uniform(0.1, 0.9, size=(9, 3)) * [1, 1, 0]
+    return found.irradiance, np.array(found.error), found.irradiance_at(at, np.tile([0.0, 0, 1], (9, 1)))
+
+
+def local(scene, **given):
+    transfer = sf.precompute_transfer(scene, levels=3, rays=64, senders=300, **given)
+    return transfer.indirect(scene.lights), np.array([transfer.nbytes, transfer.left_out])
+
+
+def distant(scene, **given):
+    opened = sf.Scene([scene.surfels[scene.surfels.normals[:, 2] > -0.5]])  # without its ceiling
+    transfer = sf.precompute_transfer(opened, "distant", levels=3, rays=64, senders=300, **given)
+    return (transfer.relight(sf.Environment(np.linspace(0, 1, 32 * 16 * 3).reshape(16, 32, 3))).irradiance,)
+
+
+def sky(scene, **given):
+    opened = sf.Scene([scene.surfels[scene.surfels.normals[:, 2] > -0.5]])
+    transfer = sf.precompute_transfer(opened, "sky", levels=3, rays=64, senders=300, **given)
+    return (transfer.relight(np.linspace(0.0, 1.0, 146)).irradiance,)
+
+
 def same(found, wanted):
     return all(np.array_equal(a, b) for a, b in zip(found, wanted, strict=True))
 
@@ -52,7 +75,7 @@ def same(found, wanted):
 def bits(folder):
     """{what: whether all have the bits of one alone}."""
     scene, found = room(), {}
-    for work in (solved, asked, operated, traced):
+    for work in (solved, asked, operated, traced, meshless, local, distant, sky):
         alone = work(scene)
         mpi.CHUNK = 1 << 30
         found[work.__name__] = same(work(scene, cluster=COMM), alone)
@@ -61,6 +84,10 @@ def bits(folder):
     alone = solved(scene)
     for what in ("kept", "known"):
         found[what] = same(solved(scene, cluster=COMM, checkpoint=folder), alone)
+    alone = meshless(scene), local(scene)
+    for what in ("meshless and transfer kept", "meshless and transfer known"):
+        again = [work(scene, cluster=COMM, checkpoint=f"{folder}-{work.__name__}") for work in (meshless, local)]
+        found[what] = all(map(same, again, alone))
     return {name: all(COMM.allgather(value)) for name, value in found.items()}
 
 

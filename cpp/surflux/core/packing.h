@@ -27,6 +27,12 @@ public:
         static_assert(std::is_trivially_copyable_v<T>);
         if (count > 0) bytes_.append(reinterpret_cast<const char*>(first), count * sizeof(T));
     }
+    // With how many there are.
+    template <class T>
+    void add(const std::vector<T>& values) {
+        add(static_cast<std::uint64_t>(values.size()));
+        add(values.data(), values.size());
+    }
     std::string take() { return std::move(bytes_); }
 
 private:
@@ -47,15 +53,27 @@ public:
     template <class T>
     void take(T* first, std::size_t count) {
         static_assert(std::is_trivially_copyable_v<T>);
-        if (count > (bytes_.size() - at_) / sizeof(T)) throw DeviceError("what another process sent is cut off");
+        require_left(count, sizeof(T));
         if (count > 0) std::memcpy(static_cast<void*>(first), bytes_.data() + at_, count * sizeof(T));
         at_ += count * sizeof(T);
+    }
+    // Behind what is there.
+    template <class T>
+    void append_to(std::vector<T>& values) {
+        const std::size_t before = values.size(), count = take<std::uint64_t>();
+        require_left(count, sizeof(T));
+        values.resize(before + count);
+        take(values.data() + before, count);
     }
     void require_end() const {
         if (at_ != bytes_.size()) throw DeviceError("another process sent more than was wanted");
     }
 
 private:
+    void require_left(std::size_t count, std::size_t size) const {
+        if (count > (bytes_.size() - at_) / size) throw DeviceError("what another process sent is cut off");
+    }
+
     const std::string& bytes_;
     std::size_t at_ = 0;
 };
@@ -88,6 +106,14 @@ std::uint64_t digest_of(const std::vector<T>& values) {
     return out.value();
 }
 
+template <class T>
+std::uint64_t digest_of(std::uint64_t seed, const std::vector<T>& values) {
+    Digest out;
+    out.add(seed);
+    out.add(values);
+    return out.value();
+}
+
 // Of what random numbers go by, and of where each of some places is.
 template <class Place>
 Digest digest_of_places(std::uint64_t seed, const std::vector<Place>& places) {
@@ -95,6 +121,13 @@ Digest digest_of_places(std::uint64_t seed, const std::vector<Place>& places) {
     out.add(seed);
     for (const Place& place : places) out.add(place.position);
     return out;
+}
+
+template <class Place>
+std::uint64_t digest_of_rays(std::uint64_t seed, const std::vector<Place>& places, const std::vector<int>& counts) {
+    Digest out = digest_of_places(seed, places);
+    out.add(counts);
+    return out.value();
 }
 
 }  // namespace surflux

@@ -80,4 +80,31 @@ void shared_blocks(const Team& team, const char* pass, const MakeDigest& digest,
     exchange_blocks(team, pass, digest(), count, grain, make, pack, unpack);
 }
 
+// values(places), one of each place whatever others there are, of which each process asks for some and knows all
+// afterwards. `seed`: that they go by.
+template <class T, class Place, class Values>
+std::vector<T> shared_values(const Team& team, const char* pass, std::uint64_t seed, const std::vector<Place>& places,
+                             const Values& values) {
+    constexpr std::size_t grain = 16;
+    if (!team.shares()) return values(places);
+    std::vector<T> own, all(places.size());
+    const auto make = [&] {
+        std::vector<Place> mine;
+        for_own_blocks(team, places.size(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) mine.push_back(places[k]);
+        });
+        own = values(mine);
+    };
+    std::size_t packed = 0;  // of own
+    const auto pack = [&](std::size_t begin, std::size_t end, Packed& to) {
+        to.add(own.data() + packed, end - begin);
+        packed += end - begin;
+    };
+    const auto unpack = [&](std::size_t begin, std::size_t end, Unpacking& from) {
+        from.take(all.data() + begin, end - begin);
+    };
+    exchange_blocks(team, pass, digest_of_places(seed, places).value(), places.size(), grain, make, pack, unpack);
+    return all;
+}
+
 }  // namespace surflux

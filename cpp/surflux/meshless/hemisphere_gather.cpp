@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -90,13 +91,15 @@ private:
 };
 
 HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light,
-                                   const MultilevelBasis& basis, const SurfelMeans& means, const GatherOptions& options)
+                                   const MultilevelBasis& basis, const SurfelMeans& means, const GatherOptions& options,
+                                   Team team)
     : scene_(scene),
       tracer_(tracer),
       light_(light),
       basis_(basis),
       means_(means),
       options_(options),
+      team_(std::move(team)),
       exitance_(exitances(scene.surfels, light)),
       lit_(scene.surfels, light.points(), exitance_) {}
 
@@ -262,18 +265,47 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     scale(out);
 }
 
+// What other processes know of a row once it has been shot or, of one that they have, what extend() changed: links from
+// one on, and open ends.
+void HemisphereGather::pack(const Gathered& row, std::size_t first_link, Packed& to) {
+    to.add(row.row);
+    to.add(row.senders);
+    to.add(row.linked);
+    to.add(static_cast<std::uint64_t>(row.links.size() - first_link));
+    to.add(row.links.data() + first_link, row.links.size() - first_link);
+    to.add(row.open);
+}
+
+void HemisphereGather::unpack(Unpacking& from, std::size_t first_link, Gathered& row) {
+    row.row = from.take<Row>();
+    for (std::vector<std::uint32_t>* met : {&row.senders, &row.linked}) {
+        met->clear();
+        from.append_to(*met);
+    }
+    row.links.resize(first_link);
+    from.append_to(row.links);
+    row.open.clear();
+    from.append_to(row.open);
+}
+
 void HemisphereGather::add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress) {
     const std::size_t before = rows_.size();
     rows_.resize(before + places.size());
     levels_ = basis_.levels();
     Scratch<Sums> scratch;
-    parallel_blocks(
-        places.size(), 8,
+    shared_blocks(
+        team_, "rays", [&] { return digest_of_rays(options_.seed, places, counts); }, places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
             const Scratch<Sums>::Lent lent(scratch);
             Sums& sums = *lent;
             sums.make_room(basis_.size());
             for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            for (std::size_t k = before + begin; k < before + end; ++k) pack(rows_[k], 0, to);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            for (std::size_t k = before + begin; k < before + end; ++k) unpack(from, 0, rows_[k]);
         },
         progress);
     count_links();
@@ -282,8 +314,11 @@ void HemisphereGather::add(const std::vector<Place>& places, const std::vector<i
 
 void HemisphereGather::extend(const Progress& progress) {
     Scratch<Sums> scratch;
-    parallel_blocks(
-        rows_.size(), 64,
+    std::vector<std::size_t> links;  // of each row, before
+    if (team_.shares())
+        for (const Gathered& row : rows_) links.push_back(row.links.size());
+    shared_blocks(
+        team_, "links", [&] { return digest_of(links); }, rows_.size(), 64,
         [&](std::size_t begin, std::size_t end) {
             const Scratch<Sums>::Lent lent(scratch);
             Sums& sums = *lent;
@@ -296,6 +331,12 @@ void HemisphereGather::extend(const Progress& progress) {
                 sums.take(row.links);
             }
         },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            for (std::size_t k = begin; k < end; ++k) pack(rows_[k], links[k], to);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            for (std::size_t k = begin; k < end; ++k) unpack(from, links[k], rows_[k]);
+        },
         progress);
     levels_ = basis_.levels();
     count_links();
@@ -307,8 +348,8 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
                                                            const std::vector<Rgb>& sent, const Progress& progress) {
     std::vector<Once> out(places.size());
     Scratch<Sums> scratch;
-    parallel_blocks(
-        places.size(), 8,
+    shared_blocks(
+        team_, "rays", [&] { return digest_of_rays(options_.seed, places, counts); }, places.size(), 8,
         [&](std::size_t begin, std::size_t end) {
             const Scratch<Sums>::Lent lent(scratch);
             Sums& sums = *lent;
@@ -319,6 +360,8 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
                 out[k] = {row.row, row.row.power_scale * gather(row, coefficients, sent)};
             }
         },
+        [&](std::size_t begin, std::size_t end, Packed& to) { to.add(out.data() + begin, end - begin); },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) { from.take(out.data() + begin, end - begin); },
         progress);
     for (const int count : counts) rays_ += static_cast<std::size_t>(count);
     return out;

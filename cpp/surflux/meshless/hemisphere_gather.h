@@ -5,6 +5,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/random.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/lit_patches.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/surface_light.h"
@@ -49,7 +50,7 @@ public:
 
     // Of what is gathered `basis` may have more levels later on: see extend().
     HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light, const MultilevelBasis& basis,
-                     const SurfelMeans& means, const GatherOptions& options);
+                     const SurfelMeans& means, const GatherOptions& options, Team team = {});
 
     // Appends a row for each place, with as many rays as `counts` says.
     void add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress);
@@ -129,6 +130,8 @@ private:
         std::vector<OpenEnd> open;
     };
     void scale_all();
+    static void pack(const Gathered& row, std::size_t first_link, Packed& to);
+    static void unpack(Unpacking& from, std::size_t first_link, Gathered& row);
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
@@ -147,6 +150,7 @@ private:
     const MultilevelBasis& basis_;
     const SurfelMeans& means_;
     GatherOptions options_;
+    Team team_;
     std::vector<double> exitance_;  // of light that is not in the basis, luminance
     LitPatches lit_;
     std::vector<double> sender_scale_;  // empty: 1

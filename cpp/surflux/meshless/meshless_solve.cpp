@@ -42,13 +42,14 @@ public:
           watch_(out_.timings),
           field_(std::make_shared<MeshlessField>()),
           tracer_(compiled.tracer(stage("trace"))),
-          light_(scene_, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct")),
+          light_(scene_, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct"),
+                 options.team),
           placed_(
               scene_, tracer_, light_.points(), field_->basis,
               {options.radius, options.levels, options.indirect_only ? widest_mean : widest_direct_mean, options.seed},
               stage("direct")),
           means_(placed_.means()),
-          gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}),
+          gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}, options.team),
           receivers_(field_->basis, placed_.sight()),
           system_(receivers_, gather_, options.bounces) {
         watch_.lap("direct");
@@ -168,7 +169,7 @@ private:
         for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
         write();
         watch_.lap("evaluation");
-        check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_);
+        check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_, options_.team);
         for (const auto& figure : power_) out_.history.back().push_back(figure);
     }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/meshless/meshless_field.h"
 #include "surflux/solution/solution.h"
@@ -23,6 +24,7 @@ struct MeshlessOptions {
     double tolerance = 1e-4;       // of the linear system, where all bounces are wanted
     DirectOptions direct;
     std::uint64_t seed = 0;
+    Team team = {};  // of processes that share out what is expensive
 };
 
 struct MeshlessSolution {

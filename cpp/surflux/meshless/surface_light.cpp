@@ -1,18 +1,21 @@
 #include "surflux/meshless/surface_light.h"
 
+#include <utility>
+
 #include "surflux/lights/light_sampled_irradiance.h"
 #include "surflux/lights/sky_irradiance.h"
 
 namespace surflux {
 
 SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
-                           int light_samples, std::uint64_t seed, const Progress& progress)
+                           int light_samples, std::uint64_t seed, const Progress& progress, Team team)
     : scene_(scene),
       tracer_(tracer),
       options_(options),
       lights_in_basis_(lights_in_basis),
       light_samples_(light_samples),
       seed_(seed),
+      team_(std::move(team)),
       points_(scene.surfels),
       all_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::whole_images),
       emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
@@ -20,16 +23,20 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
       sky_cells_(scene.lights) {
     const std::vector<Place> places = places_of(scene.surfels);
     direct_ = direct_at(places, progress);
-    emitted_ = emitted_irradiance(scene, tracer, emitters_, points_, places,
-                                  light_sampling_options(options, light_samples), seed, progress);
+    emitted_ = shared_values<Rgb>(team_, "emitted light", seed, places, [&](const std::vector<Place>& at) {
+        return emitted_irradiance(scene, tracer, emitters_, points_, at, light_sampling_options(options, light_samples),
+                                  seed, progress);
+    });
 }
 
 std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const Progress& progress) const {
-    std::vector<Rgb> out = direct_irradiance(scene_, tracer_, points_, places, options_, seed_, progress);
-    const std::vector<Rgb> sky =
-        sky_irradiance(tracer_, sky_cells_, points_, places, light_samples_ / 2, seed_ + 1, progress);
-    for (std::size_t k = 0; k < out.size(); ++k) out[k] += sky[k];
-    return out;
+    return shared_values<Rgb>(team_, "direct light", seed_, places, [&](const std::vector<Place>& at) {
+        std::vector<Rgb> out = direct_irradiance(scene_, tracer_, points_, at, options_, seed_, progress);
+        const std::vector<Rgb> sky =
+            sky_irradiance(tracer_, sky_cells_, points_, at, light_samples_ / 2, seed_ + 1, progress);
+        for (std::size_t k = 0; k < out.size(); ++k) out[k] += sky[k];
+        return out;
+    });
 }
 
 }  // namespace surflux

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
@@ -21,7 +22,7 @@ class SurfaceLight {
 public:
     // At every surfel of the scene: the mean over a patch, at the centre of a disk.
     SurfaceLight(const Scene& scene, const Tracer& tracer, const DirectOptions& options, bool lights_in_basis,
-                 int light_samples, std::uint64_t seed, const Progress& progress);
+                 int light_samples, std::uint64_t seed, const Progress& progress, Team team = {});
 
     const LightSampler& emitters() const { return emitters_; }
     const LightSampler& skies() const { return skies_; }
@@ -55,6 +56,7 @@ private:
     bool lights_in_basis_;
     int light_samples_;
     std::uint64_t seed_;
+    Team team_;
     SurfelPoints points_;
     LightSampler all_, emitters_, skies_;
     SkyCells sky_cells_;

@@ -24,13 +24,8 @@ RowBlock gather_rows(const Scene& scene, const Tracer& tracer, const std::vector
     for (std::size_t row = 0; row < places.size(); ++row) room[row + 1] = room[row] + out.rays[row];
     out.met.resize(room.back());
     Scratch<HemisphereRow> scratch;
-    const auto digest = [&] {
-        Digest of = digest_of_places(seed, places);
-        of.add(counts);
-        return of.value();
-    };
     shared_blocks(
-        team, "rays", digest, places.size(), 16,
+        team, "rays", [&] { return digest_of_rays(seed, places, counts); }, places.size(), 16,
         [&](std::size_t first, std::size_t last) {
             const Scratch<HemisphereRow>::Lent shot(scratch);
             for (std::size_t row = first; row < last; ++row) {

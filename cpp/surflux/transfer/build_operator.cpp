@@ -41,6 +41,20 @@ constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected agai
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
 
+// Of the processes that need it: all leave out the same.
+double least_memory(const Team& team) {
+    double least = available_memory();
+    if (!team.shares()) return least;
+    const auto mine = [&] {
+        Packed bytes;
+        bytes.add(least);
+        return bytes.take();
+    };
+    for (const std::string& bytes : team.exchange("memory", mine))
+        least = std::min(least, Unpacking(bytes).take<double>());
+    return least;
+}
+
 class OperatorBuilder {
 public:
     OperatorBuilder(const CompiledScene& compiled, const OperatorOptions& options, const StageProgress& progress,
@@ -48,7 +62,7 @@ public:
         : compiled_(compiled),
           scene_(compiled.scene()),
           options_(options),
-          max_memory_(options.max_memory > 0.0 ? options.max_memory : 0.75 * available_memory()),
+          max_memory_(options.max_memory > 0.0 ? options.max_memory : 0.75 * least_memory(options.team)),
           progress_(progress),
           watch_(timings),
           tracer_(compiled.tracer(stage("trace"))),
@@ -84,7 +98,7 @@ public:
                 break;
             }
             shoot(receivers_.add(children, stage("gathering")));
-            test_->receive(shot_, received_);
+            test();
         }
         for (int k = 0; k < most_repeats; ++k) repeat();
         number_functions();
@@ -181,7 +195,7 @@ private:
     void shoot(const std::vector<std::uint32_t>& fresh) {
         std::vector<Place> places;
         for (const std::uint32_t j : fresh) places.push_back(place_of(j));
-        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed);
+        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed, options_.team);
         shooter.add(places, ray_counts(fresh), shot_, stage("gathering"));
         watch_.lap("gathering");
     }
@@ -208,13 +222,18 @@ private:
         else
             test_ = std::make_unique<TestLights>(compiled_, out_.senders, out_.samples, shot_, reflectance(),
                                                  test_lamps(), weights, options_.seed, stage("test lights"));
-        test_->receive(shot_, received_);
+        test();
         if (options_.lighting == Lighting::sky) {
             test_->normalize(received_, weights);
             received_ = {};
-            test_->receive(shot_, received_);
+            test();
         }
         watch_.lap("test lights");
+    }
+    // What the test tells of rows that are new. Of lamps it takes no rays.
+    void test() {
+        const bool takes_rays = options_.lighting != OperatorOptions::Lighting::local;
+        test_->receive(shot_, received_, takes_rays ? options_.team : Team{});
     }
     double stands_for(std::uint32_t function) const {
         const double r = placed_.first_radius()[basis_.object(function)];
@@ -323,8 +342,9 @@ private:
                           static_cast<std::size_t>(most_own * static_cast<double>(order_.size()))};
         const std::vector<Place> places = places_of(scene_.surfels);
         const RowShooter few(points_, tracer_, out_.senders, options_.seed + check_stream);
-        const ContradictedSurfels contradicted = find_contradicted(places, out_.areas, few, *test_, out_.at_surfels,
-                                                                   test_coefficients(), own, stage("surfels"));
+        const ContradictedSurfels contradicted =
+            find_contradicted(places, out_.areas, few, *test_, out_.at_surfels, test_coefficients(), own,
+                              stage("surfels"), options_.team);
         const std::size_t room = memory_with({}).room_for(max_memory_, own.rays);
         const bool is_tight = room < own.most;
         own.most = std::min(own.most, room);
@@ -332,11 +352,11 @@ private:
             cluster_alike(scene_, out_.areas, contradicted, *test_, own, stage("surfels"));
         if (is_tight && clusters.size() == room) out_.left_out += contradicted.surfels.size() - clusters.size();
         const std::size_t before = shot_.rows.size();
-        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream);
+        const RowShooter shooter(points_, tracer_, out_.senders, options_.seed + own_stream, options_.team);
         std::vector<Place> middles;
         for (const Cluster& cluster : clusters) middles.push_back(places[cluster.middle]);
         shooter.add(middles, std::vector<int>(middles.size(), own.rays), shot_, stage("surfels"));
-        test_->receive(shot_, received_);
+        test();
         std::vector<std::uint32_t> function(n, Receivers::none);
         for (std::size_t k = 0; k < clusters.size(); ++k) {
             const auto number = static_cast<std::uint32_t>(out_.receiver_of.size());

@@ -87,12 +87,12 @@ DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, Tra
 }
 
 DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
-                                            std::uint64_t seed, const Progress& progress) {
+                                            std::uint64_t seed, const Progress& progress, const Team& team) {
     const std::size_t rows = transport.rows.size();
     DistantTransfer::Visibility out{std::vector<std::int16_t>(rows * seen), std::vector<float>(rows)};
     const SkyVisibility sky(tracer, DistantTransfer::visibility_order, seed + visibility_stream);
-    parallel_blocks(
-        rows, 16,
+    shared_blocks(
+        team, "visibility", [&] { return digest_of(seed, transport.positions); }, rows, 16,
         [&](std::size_t begin, std::size_t end) {
             SkyVisibility::Scratch scratch;
             std::vector<float> values(seen);
@@ -105,6 +105,14 @@ DistantTransfer::Visibility find_visibility(const TransportOperator& transport, 
                 for (std::size_t i = 0; i < seen && most > 0.0f; ++i)
                     out.values[k * seen + i] = static_cast<std::int16_t>(std::lround(values[i] / out.scale[k]));
             }
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            to.add(out.scale.data() + begin, end - begin);
+            to.add(out.values.data() + begin * seen, (end - begin) * seen);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            from.take(out.scale.data() + begin, end - begin);
+            from.take(out.values.data() + begin * seen, (end - begin) * seen);
         },
         progress);
     return out;

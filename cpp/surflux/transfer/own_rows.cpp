@@ -113,13 +113,13 @@ private:
 ContradictedSurfels find_contradicted(const std::vector<Place>& places, const std::vector<double>& areas,
                                       const RowShooter& shooter, const RowTest& test, const SparseRows& at_surfels,
                                       const std::vector<float>& coefs, const OwnRowOptions& options,
-                                      const Progress& progress) {
-    ContradictedSurfels out;
+                                      const Progress& progress, const Team& team) {
     const std::size_t n = places.size(), channels = test.size();
-    for (std::size_t first = 0; first < n; first += batch) {
+    const auto ask = [&](std::size_t first, std::size_t last) {
+        ContradictedSurfels out;
         report(progress, first, n);
         std::vector<Place> asked;
-        for (std::size_t i = first; i < std::min(n, first + batch); ++i)
+        for (std::size_t i = first; i < last; ++i)
             if (areas[i] > 0.0) asked.push_back(places[i]);
         ShotRows rows;
         shooter.add(asked, std::vector<int>(asked.size(), options.check_rays), rows, {});
@@ -144,8 +144,30 @@ ContradictedSurfels find_contradicted(const std::vector<Place>& places, const st
             const float* values = received.values.data() + k * channels;
             out.received.insert(out.received.end(), values, values + channels);
         }
-    }
-    return out;
+        return out;
+    };
+    std::vector<ContradictedSurfels> parts((n + batch - 1) / batch);
+    const auto make = [&] {
+        for_own_blocks(team, n, batch,
+                       [&](std::size_t first, std::size_t last) { parts[first / batch] = ask(first, last); });
+    };
+    if (team.shares())
+        exchange_blocks(
+            team, "contradictions", digest_of(coefs), n, batch, make,
+            [&](std::size_t first, std::size_t, Packed& to) {
+                parts[first / batch].for_each([&](const auto& values) { to.add(values); });
+            },
+            [&](std::size_t first, std::size_t, Unpacking& from) {
+                parts[first / batch].for_each([&](auto& values) {
+                    values.clear();
+                    from.append_to(values);
+                });
+            });
+    else
+        make();
+    ContradictedSurfels all;
+    for (const ContradictedSurfels& part : parts) all.append(part);
+    return all;
 }
 
 std::vector<Cluster> cluster_alike(const Scene& scene, const std::vector<double>& areas,

@@ -20,6 +20,17 @@ struct ContradictedSurfels {
     std::vector<float> received;  // RowTest::size() values of each
     std::vector<float> variance;  // their mean square standard error
     std::vector<double> error;    // mean square of what the basis is off by, times the area
+
+    template <class Visit>
+    void for_each(const Visit& visit) {
+        visit(surfels), visit(received), visit(variance), visit(error);
+    }
+    void append(const ContradictedSurfels& others) {
+        surfels.insert(surfels.end(), others.surfels.begin(), others.surfels.end());
+        received.insert(received.end(), others.received.begin(), others.received.end());
+        variance.insert(variance.end(), others.variance.begin(), others.variance.end());
+        error.insert(error.end(), others.error.begin(), others.error.end());
+    }
 };
 
 struct OwnRowOptions {
@@ -29,11 +40,12 @@ struct OwnRowOptions {
     std::size_t most;
 };
 
-// `coefs`: the coefficients of the test's values in the basis, whose functions `at_surfels` has.
+// `coefs`: the coefficients of the test's values in the basis, whose functions `at_surfels` has. The shooter is of no
+// team: processes of `team` ask batches of surfels each.
 ContradictedSurfels find_contradicted(const std::vector<Place>& places, const std::vector<double>& areas,
                                       const RowShooter& shooter, const RowTest& test, const SparseRows& at_surfels,
                                       const std::vector<float>& coefs, const OwnRowOptions& options,
-                                      const Progress& progress);
+                                      const Progress& progress, const Team& team = {});
 
 // Clusters of surfels near each other that receive alike, each with the one in its middle: halved until what they
 // differ by is allowed, those first that differ most, as many as there may be (as transfer vectors are clustered by

@@ -77,8 +77,8 @@ void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& c
     const std::size_t before = out.rows.size();
     out.rows.resize(before + places.size());
     std::vector<std::vector<Link>> found((places.size() + grain - 1) / grain);  // by blocks
-    parallel_blocks(
-        places.size(), grain,
+    shared_blocks(
+        team_, "rays", [&] { return digest_of_rays(seed_, places, counts); }, places.size(), grain,
         [&](std::size_t begin, std::size_t end) {
             Shot shot;
             std::vector<Link>& links = found[begin / grain];
@@ -89,6 +89,15 @@ void RowShooter::add(const std::vector<Place>& places, const std::vector<int>& c
                 shot.row.end = static_cast<std::uint32_t>(links.size());
                 out.rows[before + k] = shot.row;
             }
+        },
+        [&](std::size_t begin, std::size_t end, Packed& to) {
+            to.add(out.rows.data() + before + begin, end - begin);
+            to.add(found[begin / grain]);
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            from.take(out.rows.data() + before + begin, end - begin);
+            found[begin / grain].clear();
+            from.append_to(found[begin / grain]);
         },
         progress);
     for (std::size_t block = 0; block < found.size(); ++block) {

@@ -6,11 +6,11 @@
 
 namespace surflux {
 
-void RowTest::receive(const ShotRows& of, Received& out) const {
+void RowTest::receive(const ShotRows& of, Received& out, const Team& team) const {
     const std::size_t from = out.variance.size(), n = size();
     out.values.resize(of.rows.size() * n, 0.0f);
     out.variance.resize(of.rows.size(), 0.0f);
-    parallel_blocks(of.rows.size() - from, 16, [&](std::size_t begin, std::size_t end) {
+    const auto body = [&](std::size_t begin, std::size_t end) {
         std::vector<float> halves(2 * n * (end - begin));
         find(of, from + begin, from + end, halves.data());
         for (std::size_t k = begin; k < end; ++k) {
@@ -23,7 +23,17 @@ void RowTest::receive(const ShotRows& of, Received& out) const {
             }
             out.variance[from + k] = static_cast<float>(mean_square(first));
         }
-    });
+    };
+    const auto pack = [&](std::size_t begin, std::size_t end, Packed& to) {
+        to.add(out.values.data() + n * (from + begin), n * (end - begin));
+        to.add(out.variance.data() + from + begin, end - begin);
+    };
+    const auto unpack = [&](std::size_t begin, std::size_t end, Unpacking& of_others) {
+        of_others.take(out.values.data() + n * (from + begin), n * (end - begin));
+        of_others.take(out.variance.data() + from + begin, end - begin);
+    };
+    const auto digest = [&] { return digest_of(from, of.positions); };
+    shared_blocks(team, "differences", digest, of.rows.size() - from, 16, body, pack, unpack, {});
 }
 
 void RowTest::add_reflected(const ShotRows& of, std::size_t k, const std::vector<float>& sent, float* halves) const {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "surflux/core/team.h"
 #include "surflux/transfer/shot_rows.h"
 
 namespace surflux {
@@ -18,8 +19,8 @@ public:
         std::vector<float> values;
         std::vector<float> variance;
     };
-    // Appends the rows that are not there yet.
-    void receive(const ShotRows& of, Received& out) const;
+    // Appends the rows that are not there yet. A team pays where it takes rays.
+    void receive(const ShotRows& of, Received& out, const Team& team = {}) const;
     // Makes each of the numbers count alike: an RMS of 1, where `weights` says how much of the surface rows stand for.
     void normalize(const Received& rows, const std::vector<double>& weights);
 

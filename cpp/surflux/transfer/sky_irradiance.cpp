@@ -38,14 +38,14 @@ struct PatchDirections {
 }  // namespace
 
 SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
-                             std::uint64_t seed, const Progress& progress) {
+                             std::uint64_t seed, const Progress& progress, const Team& team) {
     constexpr std::size_t grain = 16;
     const PatchDirections parts(patches);
     const std::size_t rows = transport.rows.size(), of_patch = std::max<std::size_t>(1, rays_of_sky / patches.size());
     std::vector<std::vector<Entry>> found(rows);
     scale.resize(rows);
-    parallel_blocks(
-        rows, grain,
+    shared_blocks(
+        team, "sky", [&] { return digest_of(seed, transport.positions); }, rows, grain,
         [&](std::size_t from_row, std::size_t to_row) {
             std::vector<Ray> rays;
             std::vector<char> free;
@@ -104,6 +104,17 @@ SkyIrradiance::SkyIrradiance(const TransportOperator& transport, const Tracer& t
                             static_cast<std::uint16_t>(std::lround(values[a] / most * static_cast<double>(finest)));
                         share > 0)
                         found[k].push_back({asked[a].index, share});
+            }
+        },
+        [&](std::size_t from_row, std::size_t to_row, Packed& to) {
+            to.add(scale.data() + from_row, to_row - from_row);
+            for (std::size_t k = from_row; k < to_row; ++k) to.add(found[k]);
+        },
+        [&](std::size_t from_row, std::size_t to_row, Unpacking& from) {
+            from.take(scale.data() + from_row, to_row - from_row);
+            for (std::size_t k = from_row; k < to_row; ++k) {
+                found[k].clear();
+                from.append_to(found[k]);
             }
         },
         progress);

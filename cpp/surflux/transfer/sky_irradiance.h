@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/lights/sky_patches.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/row_test.h"
@@ -19,7 +20,7 @@ class SkyIrradiance {
 public:
     SkyIrradiance() = default;
     SkyIrradiance(const TransportOperator& transport, const Tracer& tracer, const SkyPatches& patches,
-                  std::uint64_t seed, const Progress& progress);
+                  std::uint64_t seed, const Progress& progress, const Team& team = {});
 
     // By row, from radiances of patches: `channels` interleaved values each.
     void receive(const std::vector<float>& radiances, std::size_t channels, std::vector<float>& out) const;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/team.h"
 #include "surflux/core/vec.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/scene/surfels.h"
@@ -33,6 +34,7 @@ struct OperatorOptions {
     std::optional<Box> region;      // in which lamps will be; none: anywhere in the air
     double max_memory = 0.0;  // bytes for the operator and for finding it; 0: three quarters of available_memory()
     std::uint64_t seed = 0;
+    Team team = {};  // of processes that share out what is expensive
 };
 
 // The transport operator of a scene, which knows no light (L07 sec. 6.5): from what groups of surfels send to

@@ -82,15 +82,12 @@ def check_processes(options):
     if options.mpi and options.cluster:
         raise ValueError("--mpi: does not go with --cluster; wanted one of the two")
     for name in ("mpi", "cluster", "checkpoint"):
-        if getattr(options, name):
-            if options.solver == "meshless":
-                raise ValueError(f"--{name}: goes with --solver radiosity")
-            if options.seconds:
-                raise ValueError(f"--seconds: does not go with --{name}; wanted --error, or --zeta and --rays")
+        if getattr(options, name) and options.seconds:
+            raise ValueError(f"--seconds: does not go with --{name}; wanted --error, or --rays and its like")
 
 
 def processes_given(options):
-    """cluster= and checkpoint= of sf.solve."""
+    """cluster= and checkpoint= of solvers."""
     cluster = getattr(options, "client", None) if getattr(options, "comm", None) is None else options.comm
     given = {"cluster": cluster, "checkpoint": options.checkpoint}
     return {name: value for name, value in given.items() if value is not None}

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.types import Progress
+from surflux._base.types import FilePath, Progress
+from surflux.cluster.engines import shared_out
 from surflux.scenes.options import shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, check_scene, with_areas
+from surflux.solving.run import attempt_by, check_scene, require_no_deadline, with_areas
 
 _TOP = 6.0  # epsilon_e .0025 and 32 000 rays
 
 
+@shared_out
 def solve_meshless(
     scene: Scene,
     *,
@@ -33,6 +36,8 @@ def solve_meshless(
     probes: int = 16,
     shadow_rays: int = 64,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> Solution:
@@ -68,13 +73,16 @@ def solve_meshless(
             surfel, and where rays meet surfaces that are coarse. False has it in the basis. What emissive surfels bring
             is out of it either way.
         tolerance: |residual| / |right-hand side| of the linear system, where all bounces are wanted; in (0, 1).
-        probes, shadow_rays, seed, threads, progress: see `solve`.
+        probes, shadow_rays, seed, cluster, checkpoint, threads, progress: see `solve`.
 
     Returns:
         Solution: `surfels` are the scene's own. `irradiance_at` evaluates the basis, as long as it is not from a file.
 
     Raises:
-        ValueError: an argument out of range, by name.
+        ValueError: an argument out of range, by name; a process of the cluster with other scenes, options, versions or
+            instruction sets.
+        DeviceError: another process of the cluster has failed.
+        FileError: the checkpoint is damaged, or of another call.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
@@ -98,14 +106,22 @@ def solve_meshless(
         "seed": seed,
     }
 
+    require_no_deadline(seconds, cluster)
+
     def field(core, result, surfels):
         light = result["irradiance"] - result["direct"], result["direct"]
-        return BasisField(result["field"], core, surfels, result["objects"], *light, result["emitted"], result["lit"])
+        basis = result["field"]
+        if isinstance(basis, dict):
+            basis = _core.MeshlessField(basis, core)
+        return BasisField(basis, core, surfels, result["objects"], *light, result["emitted"], result["lit"])
+
+    def solver(core, progress, **options):
+        return cluster.call(_program, scene, options, progress)
 
     def attempt(settings=None, deadline=None):
         options = _checked(given | (settings or {}))
         converges = bounces is None
-        return attempt_by(_core.solve_meshless, scene, options, threads, progress, field, converges, deadline)
+        return attempt_by(solver, scene, options, threads, progress, field, converges, deadline)
 
     if error is not None or seconds is not None:
         if bounces is not None:
@@ -117,6 +133,14 @@ def solve_meshless(
     solution, say = attempt()
     say()
     return solution
+
+
+def _program(core, options, team, progress):
+    """What each process of a cluster runs."""
+    found = _core.solve_meshless(core, **options, team=team, progress=progress)
+    if team is not None:  # of one process the field goes to another, which has a compiled scene of its own
+        found["field"] = found["field"].functions()
+    return found
 
 
 def _checked(given):

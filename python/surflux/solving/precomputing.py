@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from time import perf_counter
-from typing import Literal, overload
+from typing import Any, Literal, overload
 
 from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
-from surflux._base.types import Progress
+from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
+from surflux.cluster.engines import shared_out
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solving.distant_transfer import DistantTransfer
@@ -23,6 +24,7 @@ from surflux.solving.transfer import Transfer
 SAMPLES = 4  # of the unoccluded light of each group of senders
 EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.3}
 RAYS = {"local": 128, "distant": 256, "sky": 256}
+KINDS = {"local": LocalTransfer, "distant": DistantTransfer, "sky": SkyTransfer}
 MOST_SENDERS = 2**23  # links hold 24 bits of a node of a binary tree
 VISIBILITY_RAYS = 1024  # of each receiver
 
@@ -41,6 +43,8 @@ def precompute_transfer(
     region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> LocalTransfer: ...
@@ -57,6 +61,8 @@ def precompute_transfer(
     senders: int = 65536,
     max_memory: float | None = None,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> DistantTransfer: ...
@@ -74,9 +80,12 @@ def precompute_transfer(
     patches: int = 145,
     max_memory: float | None = None,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> SkyTransfer: ...
+@shared_out
 def precompute_transfer(
     scene: Scene,
     lighting: Literal["local", "distant", "sky"] = "local",
@@ -91,6 +100,8 @@ def precompute_transfer(
     region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
+    cluster: Any = None,
+    checkpoint: FilePath | None = None,
     threads: int | None = None,
     progress: Progress = False,
 ) -> Transfer:
@@ -135,13 +146,16 @@ def precompute_transfer(
             a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
             (container, batch queue, ulimit -v). Levels, and rows of surfels, that do not fit are left out, with a
             warning; see `Transfer.left_out`.
-        seed, threads, progress: see `solve`.
+        seed, cluster, checkpoint, threads, progress: see `solve`.
 
     Returns:
         LocalTransfer, DistantTransfer or SkyTransfer.
 
     Raises:
-        ValueError: an argument out of range, by name; a first level that does not fit max_memory.
+        ValueError: an argument out of range, by name; a first level that does not fit max_memory; a process of the
+            cluster with other scenes, options, versions or instruction sets.
+        DeviceError: another process of the cluster has failed.
+        FileError: the checkpoint is damaged, or of another call.
         Cancelled: the callback returned False.
 
     >>> import surflux as sf
@@ -153,7 +167,7 @@ def precompute_transfer(
     """
     check_scene(scene)
     check.choice("lighting", lighting, tuple(EPSILON))
-    sky = SkyPatches(patches)
+    SkyPatches(patches)
     bounces = None if bounces is None else check.count("bounces", bounces, 0)
     epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
     if region is not None:
@@ -162,29 +176,44 @@ def precompute_transfer(
         region = check.positions("region", region, (2, 3))
         if not (region[0] < region[1]).all():
             raise ValueError(f"region: wanted the least and the greatest corner of a box, got {region.tolist()}")
-    options = _core.OperatorOptions(
-        levels=check.count("levels", levels, 1, 10),
-        radius=0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
-        epsilon=check.number("epsilon_t", epsilon_t, 0.0, low_open=True),
-        rays=RAYS[lighting] if rays is None else check.count("rays", rays, 16, 65535),
-        senders=check.count("senders", senders, 1, MOST_SENDERS),
-        samples=SAMPLES,
-        region=region,
-        max_memory=0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
-        seed=check.seed("seed", seed),
-    )
+    options = {
+        "lighting": lighting,
+        "patches": patches,
+        "levels": check.count("levels", levels, 1, 10),
+        "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
+        "epsilon": check.number("epsilon_t", epsilon_t, 0.0, low_open=True),
+        "rays": RAYS[lighting] if rays is None else check.count("rays", rays, 16, 65535),
+        "senders": check.count("senders", senders, 1, MOST_SENDERS),
+        "samples": SAMPLES,
+        "region": region,
+        "max_memory": 0.0 if max_memory is None else check.number("max_memory", max_memory, 0.0, low_open=True),
+        "seed": check.seed("seed", seed),
+    }
     with thread_limit(threads):
         start = perf_counter()
         compiled = scene._to_core(progress=progress)
         seconds = perf_counter() - start
         with stage_callback(progress) as callback:
-            if lighting == "local":
-                core, kind = _core.LocalTransfer(compiled, options, callback), LocalTransfer
-            elif lighting == "distant":
-                core, kind = _core.DistantTransfer(compiled, options, VISIBILITY_RAYS, callback), DistantTransfer
-            else:
-                core, kind = _core.SkyTransfer(compiled, options, sky._core, callback), SkyTransfer
+            core = cluster.call(_program, scene, options, callback)
+    kind = KINDS[lighting]
+    if isinstance(core, tuple):
+        core = getattr(_core, kind.__name__).of_arrays(compiled, *core)
     if core.left_out:
         left_out = check.counted(core.left_out, "place")
         warn(f"max_memory kept {left_out} from being refined: light is coarser there; more memory or epsilon_t help")
     return kind(core, scene, bounces, {"areas": seconds, **core.timings})
+
+
+def _program(core, options, team, progress):
+    """What each process of a cluster runs."""
+    lighting, patches = options["lighting"], options["patches"]
+    rest = {name: value for name, value in options.items() if name not in ("lighting", "patches")}
+    given = core, _core.OperatorOptions(**rest, team=team)
+    if lighting == "local":
+        found = _core.LocalTransfer(*given, progress)
+    elif lighting == "distant":
+        found = _core.DistantTransfer(*given, VISIBILITY_RAYS, progress)
+    else:
+        found = _core.SkyTransfer(*given, SkyPatches(patches)._core, progress)
+    # Of one process it goes to another, which has a compiled scene of its own.
+    return found if team is None else (found.arrays(), list(found.timings.items()))

@@ -12,7 +12,7 @@ from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, tuning, with_areas, with_scene_options
+from surflux.solving.run import attempt_by, require_no_deadline, tuning, with_areas, with_scene_options
 
 _RAYS_BY_RUNG = 2.0 / 3.0  # powers of four by which rays grow where zeta is halved
 _TOP = 7.0  # zeta .0006 and 41 000 rays
@@ -127,11 +127,7 @@ def solve(
         "seed": seed,
     }
 
-    if seconds is not None and not cluster.is_alone:
-        raise ValueError(
-            "seconds: does not go with cluster or checkpoint, for how far a process gets in a time is its own; "
-            "wanted error, or zeta and rays"
-        )
+    require_no_deadline(seconds, cluster)
 
     def solver(core, progress, **options):
         return cluster.call(_program, scene, options, progress)

@@ -73,6 +73,15 @@ def tuning():
     return _tuning.get() or {}
 
 
+def require_no_deadline(seconds, cluster):
+    """cluster: an Engine."""
+    if seconds is not None and not cluster.is_alone:
+        raise ValueError(
+            "seconds: does not go with cluster or checkpoint, for how far a process gets in a time is its own; "
+            "wanted error, or rays and what else decides about it"
+        )
+
+
 def with_areas(scene, threads, progress):
     """Compiles the scene, so that attempts find it compiled."""
     with thread_limit(threads):

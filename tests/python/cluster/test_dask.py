@@ -69,6 +69,17 @@ def workers(started):
     return started.client
 
 
+def test_solve_meshless_and_transfer_have_the_bits_of_one_process(workers):
+    knobs = {"levels": 3, "rays": 32, "seed": 3}
+    found = [sf.solve_meshless(scene(), **knobs, cluster=engine) for engine in (None, workers)]
+    assert same_bits(*found)
+    at, up = [[0.3, 0.4, 0.0]], [[0.0, 0.0, 1.0]]
+    assert np.array_equal(*(solution.irradiance_at(at, up) for solution in found))
+    lamp = sf.PointLight([0.5, 0.4, 0.6], 1.0)
+    local = [sf.precompute_transfer(scene(), **knobs, cluster=engine) for engine in (None, workers)]
+    assert np.array_equal(*(transfer.indirect(lamp) for transfer in local))
+
+
 def running(client):
     """How many processes of jobs there are in all workers."""
     return sum(client.run(lambda: len(sys.modules["surflux.cluster.dask_member"]._MEMBERS), on_error="ignore").values())

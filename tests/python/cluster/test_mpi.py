@@ -20,7 +20,7 @@ def test_all_processes_have_the_bits_of_one_alone_and_end_together(size, tmp_pat
     done = mpirun(size, PROGRAM, tmp_path / "kept")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert len(found["bits"]) == 10
+    assert len(found["bits"]) == 20
     assert [what for what, is_same in found["bits"].items() if not is_same] == []
     if size == 2:
         require_faults(found["faults"])
@@ -93,12 +93,22 @@ def test_the_command_solves_in_all_processes_and_the_first_writes(tmp_path):
 
 @pytest.mark.slow
 @needs_mpi
+def test_the_command_solves_meshless_in_all_processes(tmp_path):
+    (tmp_path / "room.toml").write_text(SCENE)
+    command = ["-m", "surflux", "solve", tmp_path / "room.toml", "--solver", "meshless", "--no-image", "--mpi"]
+    done = mpirun(2, *command, "-o", tmp_path / "two.ply")
+    assert done.returncode == 0, done.stderr
+    alone = sf.solve_meshless(sf.load_scene(tmp_path / "room.toml"))
+    assert np.array_equal(sf.load_solution(tmp_path / "two.ply").irradiance, alone.irradiance.astype(np.float32))
+
+
+@pytest.mark.slow
+@needs_mpi
 @pytest.mark.parametrize(
     ("options", "status", "wanted"),
     [
         (["--rays", "3"], 2, "surflux: error: --rays: wanted a whole number from 16 to 65535, got 3"),
         (["--seconds", "3"], 2, "surflux: error: --seconds: does not go with --mpi"),
-        (["--solver", "meshless"], 2, "surflux: error: --mpi: goes with --solver radiosity"),
         (["-o", "/dev/full/out.ply"], 2, "surflux: error: /dev/full/out.ply: cannot be written"),
     ],
 )
