@@ -80,7 +80,8 @@ TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
     const SenderGroups groups(scene, scene.surfels.areas, std::vector<double>(2000, 1.0), 400, alike, {});
     const SenderSamples samples = sample_senders(scene, SurfelPoints(scene.surfels), scene.surfels.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);
-    const GroupLight light(compiled, groups, samples);
+    const SurfelPoints points(scene.surfels);
+    const GroupLight light(compiled, groups, samples, points, scene.surfels.areas);
     for (const std::size_t rays : {4000u, 100u}) {
         const std::vector<float> found = light.irradiance({PointLight{{0, 0, 0}, {2, 0, 1}}}, white, {rays, 3});
         for (const std::uint32_t leaf : groups.leaves) {
@@ -98,7 +99,8 @@ TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
     const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 1000, alike, {});
     const SenderSamples samples = sample_senders(compiled.scene(), SurfelPoints(s), s.areas, groups, 4, 7);
     const std::vector<float> white(colors * groups.size(), 1.0f);
-    const GroupLight light(compiled, groups, samples);
+    const SurfelPoints points(s);
+    const GroupLight light(compiled, groups, samples, points, s.areas);
     const std::vector<Light> lamp{PointLight{{0.0, 0.0, 0.9}, {1, 2, 3}}};
     const std::vector<float> many = light.irradiance(lamp, white, {10000, 0});
     for (const std::uint64_t seed : {0u, 1u, 2u}) {
@@ -151,14 +153,38 @@ TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {
     EXPECT_EQ(by_all, by_part);
 }
 
+// A beam between the samples of all leaves: one of them has its light, and a ray from where it is lit.
+TEST(GroupLight, ANarrowBeamIsAllOnItsPatch) {
+    const CompiledScene compiled(shapes::scene_of({shapes::cube_inside(6, 0.5, 0.0)}));
+    const Surfels& s = compiled.scene().surfels;
+    const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 5000, alike, {});
+    const SurfelPoints points(s);
+    const SenderSamples samples = sample_senders(compiled.scene(), points, s.areas, groups, 4, 7);
+    const std::vector<float> white(colors * groups.size(), 1.0f);
+    const GroupLight light(compiled, groups, samples, points, s.areas);
+    SpotLight spot;
+    spot.position = {0.5, 0.5, 0.6};
+    spot.intensity = {1, 1, 1};
+    spot.cone = 0.5, spot.penumbra = 0.0;
+    for (const Vec3& towards : {Vec3{0.1, 0.03, -1.0}, Vec3{0.31, -0.2, -1.0}, Vec3{1.0, 0.2, 0.1}}) {
+        spot.direction = normalized(towards);
+        const std::vector<float> found = light.irradiance({spot}, white, {1000, 0});
+        double power = 0.0;
+        for (const std::uint32_t leaf : groups.leaves)
+            power += static_cast<double>(groups.nodes[leaf].area) * static_cast<double>(found[colors * leaf]);
+        EXPECT_NEAR(power / (2.0 * pi * (1.0 - std::cos(0.25 * pi / 180.0))), 1.0, 1e-4);
+    }
+}
+
 TEST(TestLights, ThereMayBeNone) {
     const CompiledScene compiled(shapes::sphere_inside(300));
     Figures timings;
     const TransportOperator found = build_operator(compiled, {}, {}, timings);
     ShotRows rows;
     rows.rows.resize(7);
-    TestLights none(compiled, found.senders, found.samples, rows,
-                    std::vector<float>(colors * found.senders.size(), 0.5f), {}, {}, 0, {});
+    const SurfelPoints points(compiled.scene().surfels);
+    const GroupLight light(compiled, found.senders, found.samples, points, found.areas);
+    TestLights none(light, found.senders, rows, std::vector<float>(colors * found.senders.size(), 0.5f), {}, {}, 0, {});
     TestLights::Received received;
     none.receive(rows, received);
     none.normalize(received, std::vector<double>(rows.rows.size(), 1.0));

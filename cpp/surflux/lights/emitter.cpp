@@ -13,6 +13,7 @@ namespace surflux {
 namespace {
 
 constexpr int points_of_patch = 64, points_of_part = 16, patch_order = 4;
+constexpr double close = 4.0;  // times the radius of what is lit, below which light may change much on it
 
 struct PointEmitter : Emitter {
     explicit PointEmitter(const PointLight& light) : position(light.position) { color = light.intensity; }
@@ -35,6 +36,9 @@ struct PointEmitter : Emitter {
         }
         return sum / area;
     }
+    bool is_even_in(const Vec3& center, double radius) const override {
+        return length_squared(center - position) > close * close * radius * radius;
+    }
     // Of the intensity, what goes along a direction, and its integral over those to a triangle.
     virtual double share(const Vec3&) const { return 1.0; }
     virtual double power(const Triangle& t) const { return solid_angle(position, t); }
@@ -45,6 +49,13 @@ struct SpotEmitter final : PointEmitter {
     explicit SpotEmitter(const SpotLight& light) : PointEmitter({light.position, light.intensity}), cone(light) {}
     double share(const Vec3& d) const override { return cone.share(d); }
     double power(const Triangle& t) const override { return spot_power(position, cone, t); }
+    bool is_even_in(const Vec3& center, double radius) const override {
+        const Vec3 d = center - position;
+        const double distance = length(d);
+        if (distance > radius && cone.angle(d) - std::asin(radius / distance) > cone.outer()) return true;
+        const double beam = distance * std::tan(std::min(cone.outer(), 0.25 * pi));
+        return PointEmitter::is_even_in(center, radius) && beam > close * radius;
+    }
     void find_lit(const Receiver& r, std::vector<Triangle>& out) const override {
         for (const Triangle* t = r.points.triangles_begin(r.shape); t != r.points.triangles_end(r.shape); ++t)
             append_lit(position, cone, *t, out);
@@ -64,6 +75,7 @@ struct DirectionalEmitter final : Emitter {
         return std::max(0.0, dot(normal, towards_light));
     }
     double mean_kernel(const Receiver& r) const override { return kernel_at(r.center, r.normal); }
+    bool is_even_in(const Vec3&, double) const override { return true; }
     Vec3 towards_light;
 };
 
@@ -85,6 +97,12 @@ struct AreaEmitter final : Emitter {
         const Vec3 corners[4] = {light_.corner, light_.corner + light_.edge_u,
                                  light_.corner + light_.edge_u + light_.edge_v, light_.corner + light_.edge_v};
         return element_to_polygon(point, normal, corners, 4);
+    }
+    bool is_even_in(const Vec3& center, double radius) const override {
+        const Vec3 d = center - light_.corner;  // to the nearest point of the light, were its edges at right angles
+        const auto along = [&](const Vec3& edge) { return std::clamp(dot(d, edge) / length_squared(edge), 0.0, 1.0); };
+        const Vec3 nearest = d - along(light_.edge_u) * light_.edge_u - along(light_.edge_v) * light_.edge_v;
+        return length_squared(nearest) > close * close * radius * radius;
     }
     // In closed form over the light, by points over a patch, for which no ray is traced; the other way round, by
     // reciprocity, where the light is the smaller of the two: close to it, points of the patch would miss it.

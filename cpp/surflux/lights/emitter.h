@@ -36,6 +36,8 @@ struct Emitter {
     virtual double kernel_at(const Vec3& point, const Vec3& normal) const = 0;
     // Mean of the kernel over the light and over the receiver.
     virtual double mean_kernel(const Receiver& receiver) const = 0;
+    // Do few points of what lies within a sphere tell its mean kernel? Not close to the light, nor in a narrow beam.
+    virtual bool is_even_in(const Vec3& center, double radius) const = 0;
     // Of a patch, the part that the light can shine on, where that may be little of it; else nothing.
     virtual void find_lit(const Receiver&, std::vector<Triangle>&) const {}
     Rgb color;

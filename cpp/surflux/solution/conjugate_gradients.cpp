@@ -7,11 +7,6 @@
 
 namespace surflux {
 
-std::size_t percent_done(double residual, double tolerance) {
-    if (residual >= 1.0) return 0;
-    return static_cast<std::size_t>(std::clamp(100.0 * std::log(residual) / std::log(tolerance), 0.0, 99.0));
-}
-
 LinearReport conjugate_gradients(const LinearOperator& apply, const std::vector<double>& b,
                                  const LinearSystems& systems, double tolerance, int max_applications,
                                  std::vector<double>& x, const Progress& progress) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 
 namespace surflux {
 
@@ -81,17 +82,18 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
         size = size > 0.0 ? std::sqrt(size) : 1.0;
     }
     std::vector<double> scaled(b.size()), product, residual(b.size());
+    const auto for_unknowns = [&](const auto& body) { parallel_for(b.size(), 1 << 14, body); };
     const auto apply_scaled = [&](const std::vector<double>& y, std::vector<double>& out) {
-        for (std::size_t k = 0; k < y.size(); ++k) scaled[k] = y[k] * unit[system[k]];
+        for_unknowns([&](std::size_t k) { scaled[k] = y[k] * unit[system[k]]; });
         apply(scaled, out);
-        for (std::size_t k = 0; k < out.size(); ++k) out[k] /= unit[system[k]];
+        for_unknowns([&](std::size_t k) { out[k] /= unit[system[k]]; });
         ++report.applications;
     };
     std::vector<double> beta(count);  // residual of each
     const auto true_residual = [&] {
         apply(x, product);
         ++report.applications;
-        for (std::size_t k = 0; k < b.size(); ++k) residual[k] = (b[k] - product[k]) / unit[system[k]];
+        for_unknowns([&](std::size_t k) { residual[k] = (b[k] - product[k]) / unit[system[k]]; });
         inner_products(residual, residual, system, beta);
         report.residual = 0.0;
         for (double& size : beta) {
@@ -106,8 +108,8 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
         for (std::size_t s = 0; s < count; ++s)
             if (beta[s] > tolerance) small[s] = LeastSquares(beta[s]);
         std::vector<std::vector<double>> basis{residual};
-        for (std::size_t k = 0; k < b.size(); ++k)
-            basis[0][k] = small[system[k]].is_active() ? residual[k] / beta[system[k]] : 0.0;
+        for_unknowns(
+            [&](std::size_t k) { basis[0][k] = small[system[k]].is_active() ? residual[k] / beta[system[k]] : 0.0; });
         std::vector<double> size(count), rest(count);
         bool any = true;
         while (any && basis.size() <= restart_after && report.applications + 1 < max_applications) {
@@ -121,7 +123,7 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
             std::vector<std::vector<double>> shares;  // of each direction, by system
             for (const std::vector<double>& direction : basis) {
                 inner_products(direction, product, system, sums);
-                for (std::size_t k = 0; k < product.size(); ++k) product[k] -= sums[system[k]] * direction[k];
+                for_unknowns([&](std::size_t k) { product[k] -= sums[system[k]] * direction[k]; });
                 shares.push_back(sums);
             }
             inner_products(product, product, system, rest);
@@ -138,8 +140,9 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
             }
             if (!any) break;
             basis.push_back(product);
-            for (std::size_t k = 0; k < product.size(); ++k)
+            for_unknowns([&](std::size_t k) {
                 basis.back()[k] = small[system[k]].is_active() ? product[k] / rest[system[k]] : 0.0;
+            });
         }
         bool better = false;
         std::vector<std::vector<double>> weights(count);
@@ -148,10 +151,10 @@ LinearReport gmres(const LinearOperator& apply, const std::vector<double>& b, co
             better = better || !weights[s].empty();
         }
         if (!better) break;
-        for (std::size_t k = 0; k < x.size(); ++k) {
+        for_unknowns([&](std::size_t k) {
             const std::vector<double>& of = weights[system[k]];
             for (std::size_t c = 0; c < of.size(); ++c) x[k] += of[c] * basis[c][k] * unit[system[k]];
-        }
+        });
     }
     return report;
 }

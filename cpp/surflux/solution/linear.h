@@ -37,12 +37,10 @@ struct LinearSystems {
     std::vector<std::uint32_t> part;  // of each place, whose channels are interleaved; empty: all are one
 };
 
-// The inner product of each system, summed in order, so that it is the same for any number of threads.
-inline void inner_products(const std::vector<double>& a, const std::vector<double>& b,
-                           const std::vector<std::uint32_t>& system, std::vector<double>& out) {
-    std::fill(out.begin(), out.end(), 0.0);
-    for (std::size_t k = 0; k < a.size(); ++k) out[system[k]] += a[k] * b[k];
-}
+// The inner product of each system, as long as `out`: summed by blocks, so that it is the same for any number of
+// threads.
+void inner_products(const std::vector<double>& a, const std::vector<double>& b,
+                    const std::vector<std::uint32_t>& system, std::vector<double>& out);
 
 // How far an iteration is whose residual falls by about the same factor each time.
 std::size_t percent_done(double residual, double tolerance);

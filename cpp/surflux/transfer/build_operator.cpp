@@ -220,8 +220,9 @@ private:
             test_ = std::make_unique<SkyTest>(tracer_, out_.senders, out_.samples, reflectance(),
                                               options_.seed + sky_stream);
         else
-            test_ = std::make_unique<TestLights>(compiled_, out_.senders, out_.samples, shot_, reflectance(),
-                                                 test_lamps(), weights, options_.seed, stage("test lights"));
+            test_ = std::make_unique<TestLights>(GroupLight(compiled_, out_.senders, out_.samples, points_, out_.areas),
+                                                 out_.senders, shot_, reflectance(), test_lamps(), weights,
+                                                 options_.seed, stage("test lights"));
         test();
         if (options_.lighting == Lighting::sky) {
             test_->normalize(received_, weights);

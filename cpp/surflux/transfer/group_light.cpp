@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <numeric>
 #include <optional>
 
 #include "surflux/core/parallel.h"
@@ -23,8 +26,15 @@ struct GroupLight::Unoccluded {
     std::vector<float> kernels;  // of each sample
     std::vector<Vec3> from;      // where its shadow ray ends; empty where that is one place for all
     Vec3 from_all;
-    std::vector<float> means;  // kernels, by leaf
+    std::vector<float> means;  // of the kernel, by leaf
     std::vector<float> power;  // that each node would send
+    // Of leaves that a narrow beam meets between all of their samples: where.
+    struct Met {
+        Vec3 position;
+        std::uint32_t surfel;
+    };
+    std::map<std::size_t, Met> beams;
+    std::mutex mutex;  // of these
 };
 
 struct GroupLight::Shot {
@@ -32,15 +42,78 @@ struct GroupLight::Shot {
     std::uint32_t rays;  // more than one of leaves alone
 };
 
-GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples)
-    : scene_(scene), groups_(groups), samples_(samples), number_(groups.size(), 0) {
+GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples,
+                       const SurfelPoints& points, const std::vector<double>& areas)
+    : scene_(scene),
+      groups_(groups),
+      samples_(samples),
+      points_(points),
+      areas_(areas),
+      number_(groups.size(), 0),
+      around_(groups.leaves.size()),
+      first_surfel_(groups.leaves.size() + 1, 0) {
+    const Surfels& s = scene.scene().surfels;
     for (std::uint32_t k = 0; k < groups.leaves.size(); ++k) number_[groups.leaves[k]] = k;
+    const auto for_surfels = [&](const auto& visit) {
+        for (std::uint32_t i = 0; i < areas.size(); ++i)
+            if (areas[i] > 0.0) visit(number_[groups.leaf_of_surfel[i]], i);
+    };
+    for_surfels([&](std::uint32_t leaf, std::uint32_t) { ++first_surfel_[leaf + 1]; });
+    std::partial_sum(first_surfel_.begin(), first_surfel_.end(), first_surfel_.begin());
+    surfels_.resize(first_surfel_.back());
+    std::vector<std::uint32_t> next(first_surfel_.begin(), first_surfel_.end() - 1);
+    for_surfels([&](std::uint32_t leaf, std::uint32_t i) { surfels_[next[leaf]++] = i; });
+    parallel_for(around_.size(), 256, [&](std::size_t leaf) {
+        Sphere& sphere = around_[leaf];
+        const auto for_own = [&](const auto& visit) {
+            for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) visit(surfels_[k]);
+        };
+        for_own([&](std::uint32_t i) { sphere.center += s.positions[i]; });
+        sphere.center = sphere.center / std::max(1u, first_surfel_[leaf + 1] - first_surfel_[leaf]);
+        for_own([&](std::uint32_t i) {
+            sphere.radius = std::max(sphere.radius, length(s.positions[i] - sphere.center) + s.radii[i]);
+        });
+    });
 }
 
-GroupLight::Unoccluded GroupLight::unoccluded(const Emitter& light, const std::vector<float>& reflectance,
-                                              std::uint64_t seed) const {
+double GroupLight::mean_over_surfels(const Emitter& light, std::size_t leaf) const {
+    const Surfels& s = scene_.scene().surfels;
+    double sum = 0.0, all = 0.0;
+    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) {
+        const std::uint32_t i = surfels_[k];
+        sum += areas_[i] * (light.is_even_in(s.positions[i], s.radii[i])
+                                ? light.kernel_at(s.positions[i], s.normals[i])
+                                : light.mean_kernel({points_, i, i, s.positions[i], s.normals[i], true}));
+        all += areas_[i];
+    }
+    return all > 0.0 ? sum / all : 0.0;
+}
+
+// On the surfel of a leaf that has most of the light.
+void GroupLight::find_beam(const Emitter& light, std::size_t leaf, Unoccluded& out) const {
+    const Surfels& s = scene_.scene().surfels;
+    double most = 0.0;
+    Unoccluded::Met met{};
+    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) {
+        const std::uint32_t i = surfels_[k];
+        const Receiver receiver{points_, i, i, s.positions[i], s.normals[i], true};
+        const double power = areas_[i] * light.mean_kernel(receiver);
+        if (!(power > most)) continue;
+        most = power;
+        met = {s.positions[i], i};
+        std::vector<Triangle> lit;
+        light.find_lit(receiver, lit);
+        const auto less = [](const Triangle& a, const Triangle& b) { return area_of(a) < area_of(b); };
+        if (const auto largest = std::max_element(lit.begin(), lit.end(), less); largest != lit.end())
+            met.position = points_.inset(i, (largest->a + largest->b + largest->c) / 3.0);
+    }
+    const std::lock_guard lock(out.mutex);
+    out.beams[leaf] = met;
+}
+
+void GroupLight::find_unoccluded(const Emitter& light, const std::vector<float>& reflectance, std::uint64_t seed,
+                                 Unoccluded& out) const {
     const std::size_t leaves = groups_.leaves.size(), n = samples_.of_leaf;
-    Unoccluded out;
     out.kernels.resize(leaves * n);
     out.means.resize(leaves);
     out.power.resize(groups_.size());
@@ -59,19 +132,23 @@ GroupLight::Unoccluded GroupLight::unoccluded(const Emitter& light, const std::v
                 if (light.extended) out.from[p] = arrival.from;
                 sum += arrival.kernel;
             }
+            double mean = sum / static_cast<double>(n);
+            if (!light.is_even_in(around_[leaf].center, around_[leaf].radius)) {
+                mean = mean_over_surfels(light, leaf);
+                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, leaf, out);
+            }
             const std::size_t node = groups_.leaves[leaf];
             double reflected = 0.0;
             for (int c = 0; c < 3; ++c)
                 reflected +=
                     light.color[c] * static_cast<double>(reflectance[colors * node + static_cast<std::size_t>(c)]);
-            out.means[leaf] = static_cast<float>(sum / static_cast<double>(n));
+            out.means[leaf] = static_cast<float>(mean);
             out.power[node] = groups_.nodes[node].area * static_cast<float>(reflected) * out.means[leaf];
         }
     });
     for (std::size_t k = groups_.size(); k-- > 0;)
         if (const SenderGroups::Node& node = groups_.nodes[k]; !node.is_leaf())
             out.power[k] = out.power[node.child] + out.power[node.child + 1];
-    return out;
 }
 
 // A cut through the tree below which each node has a ray or, of leaves, more.
@@ -111,7 +188,7 @@ void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t se
     }
     const std::size_t n = samples_.of_leaf;
     const float* kernel = light.kernels.data() + number_[at] * n;
-    const double sum = static_cast<double>(light.means[number_[at]]) * static_cast<double>(n);
+    const double sum = std::accumulate(kernel, kernel + n, 0.0);
     const double offset = random.uniform();
     double up_to = static_cast<double>(kernel[0]);
     for (std::size_t k = 0, p = 0; k < shot.rays; ++k) {
@@ -128,7 +205,8 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
     std::vector<float> out(colors * groups_.size(), 0.0f);
     const auto emitters = emitters_of(lights);
     for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
-        const Unoccluded all = unoccluded(*light, reflectance, options.seed);
+        Unoccluded all;
+        find_unoccluded(*light, reflectance, options.seed, all);
         const std::vector<Shot> shots = plan(all, options.rays);
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
@@ -136,8 +214,10 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
             std::vector<char> free;
             for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
             for (const std::size_t p : samples) {
-                const std::uint32_t i = samples_.samples[p].surfel;
-                const Departure place{samples_.position(p), s.normals[i], i};
+                const auto beam = all.beams.find(p / samples_.of_leaf);
+                const std::uint32_t i = beam != all.beams.end() ? beam->second.surfel : samples_.samples[p].surfel;
+                const Departure place{beam != all.beams.end() ? beam->second.position : samples_.position(p),
+                                      s.normals[i], i};
                 const Vec3& to = light->extended ? all.from[p] : all.from_all;
                 rays.push_back(light->distant ? Ray{place, to} : segment(place, to));
             }

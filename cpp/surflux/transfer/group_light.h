@@ -17,12 +17,15 @@ struct GroupLightOptions {
 };
 
 // Irradiance of groups of surfels from point, spot, area and directional lights. Unoccluded it is the mean over all
-// samples of a group; which share of it arrives is found by shadow rays from some of them, drawn by what they would
-// have (a ratio estimator): the more rays, the more of all light the group would send. Where that is less than a ray,
-// groups that are neighbours in the tree share one, so that what a ray says is never more than there may be.
+// samples of a group or, where these are too few to tell it, over its surfels in closed form; which share of it arrives
+// is found by shadow rays from some of them, drawn by what they would have (a ratio estimator): the more rays, the more
+// of all light the group would send. Where that is less than a ray, groups that are neighbours in the tree share one,
+// so that what a ray says is never more than there may be.
 class GroupLight {
 public:
-    GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples);
+    // `areas`: what of each surfel receives light. All must live as long.
+    GroupLight(const CompiledScene& scene, const SenderGroups& groups, const SenderSamples& samples,
+               const SurfelPoints& points, const std::vector<double>& areas);
 
     // `colors` for each node of the groups, 0 but of leaves. `reflectance`: the same of what they reflect.
     std::vector<float> irradiance(const std::vector<Light>& lights, const std::vector<float>& reflectance,
@@ -31,14 +34,25 @@ public:
 private:
     struct Unoccluded;  // light of all samples
     struct Shot;        // rays of a node
-    Unoccluded unoccluded(const Emitter& light, const std::vector<float>& reflectance, std::uint64_t seed) const;
+    void find_unoccluded(const Emitter& light, const std::vector<float>& reflectance, std::uint64_t seed,
+                         Unoccluded& out) const;
+    void find_beam(const Emitter& light, std::size_t leaf, Unoccluded& out) const;
+    double mean_over_surfels(const Emitter& light, std::size_t leaf) const;
     std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
 
     const CompiledScene& scene_;
     const SenderGroups& groups_;
     const SenderSamples& samples_;
+    const SurfelPoints& points_;
+    const std::vector<double>& areas_;
     std::vector<std::uint32_t> number_;  // of each node that is a leaf
+    struct Sphere {
+        Vec3 center;
+        double radius = 0.0;
+    };
+    std::vector<Sphere> around_;                         // all surfels of each leaf
+    std::vector<std::uint32_t> surfels_, first_surfel_;  // of each leaf, and the end
 };
 
 }  // namespace surflux

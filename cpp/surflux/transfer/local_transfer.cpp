@@ -11,8 +11,8 @@ LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, Transpo
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
       timings_(std::move(timings)),
-      light_(*scene_, operator_.senders, operator_.samples),
-      points_(scene_->scene().surfels) {
+      points_(scene_->scene().surfels),
+      light_(*scene_, operator_.senders, operator_.samples, points_, operator_.areas) {
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
     emission_ = operator_.senders.means(s.emission, operator_.areas);

@@ -54,8 +54,8 @@ private:
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
     Figures timings_;
-    GroupLight light_;
     SurfelPoints points_;
+    GroupLight light_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
     mutable Scratch<Tilted> tilted_;             // megabytes that lamp after lamp would have cleared again
 };

@@ -1,65 +1,119 @@
 #include "surflux/transfer/reflections.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/solution/gmres.h"
 
 namespace surflux {
 
 namespace {
 
-constexpr double negligible = 1e-3;  // of all the light that is sent: what another bounce would bring
-constexpr int most_bounces = 1000;
+// Of a residual of the sum of all reflections. The first is what most scenes come to in some bounces; where nearly all
+// is reflected, and goes on being, floats hold no more than one of the others.
+constexpr double tolerances[] = {1e-5, 1e-4, 1e-3, 1e-2};
+constexpr int most_applications = 40;  // for each
 
-struct Power {
-    double sent = 0.0, all = 0.0;
-    Power& operator+=(const Power& other) {
-        sent += other.sent, all += other.all;
-        return *this;
+class Reflections {
+public:
+    Reflections(const TransportOperator& transport, std::size_t channels, const std::vector<float>& reflectance)
+        : transport_(transport),
+          senders_(transport.senders),
+          channels_(channels),
+          unknowns_(channels / colors * 3),
+          reflectance_(reflectance) {}
+
+    // Of what nodes send, what leaves receive, by node; what inner nodes send is filled in.
+    const std::vector<float>& received(std::vector<float>& sent) {
+        if (std::all_of(sent.begin(), sent.end(), [](float value) { return value == 0.0f; })) {
+            received_.assign(sent.size(), 0.0f);
+            return received_;
+        }
+        senders_.pull_up(sent, channels_);
+        transport_.gather(sent, channels_, values_, TransportOperator::Part::bounces);
+        transport_.coefficients(values_, channels_, coefs_, TransportOperator::Part::bounces);
+        transport_.receive(coefs_, channels_, received_);
+        return received_;
     }
-};
 
-// By area, of what is below 0, too: harmonics of a light may be.
-double power_of(const SenderGroups& senders, std::uint32_t leaf, const std::vector<float>& sent, std::size_t channels) {
-    double sum = 0.0;
-    for (std::size_t c = 0; c < channels; ++c) sum += std::abs(static_cast<double>(sent[channels * leaf + c]));
-    return static_cast<double>(senders.nodes[leaf].area) * sum;
-}
+    // visit(at, k, reflectance) for each color of each leaf: its number among those, and of the values by node.
+    template <class Visit>
+    void for_leaves(const Visit& visit) const {
+        parallel_for(senders_.leaves.size(), 2048, [&](std::size_t of_leaf) {
+            const std::size_t leaf = senders_.leaves[of_leaf];
+            std::size_t at = of_leaf * unknowns_;
+            for (std::size_t c = 0; c < channels_; ++c)
+                if (c % colors < 3) visit(at++, leaf * channels_ + c, reflectance_[colors * leaf + c % colors]);
+        });
+    }
+
+    // Adds so many reflections of what is sent.
+    void add(int bounces, std::vector<float> sent, std::vector<float>& all) {
+        for (int bounce = 0; bounce < bounces; ++bounce) {
+            const std::vector<float>& arrived = received(sent);
+            for_leaves([&](std::size_t, std::size_t k, float rho) {
+                sent[k] = rho * arrived[k];
+                all[k] += sent[k];
+            });
+        }
+    }
+
+    // Of what is sent at first, what is sent with all its reflections: sent = first + reflectance * received(sent).
+    void add_all(const std::vector<float>& first, std::vector<float>& all) {
+        std::vector<double> right(senders_.leaves.size() * unknowns_), x;
+        for_leaves([&](std::size_t of, std::size_t k, float) { right[of] = static_cast<double>(first[k]); });
+        std::vector<float> sent(first.size(), 0.0f);
+        const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
+            for_leaves([&](std::size_t at, std::size_t k, float) { sent[k] = static_cast<float>(of[at]); });
+            const std::vector<float>& arrived = received(sent);
+            to.resize(of.size());
+            for_leaves([&](std::size_t at, std::size_t k, float rho) {
+                to[at] = of[at] - static_cast<double>(rho * arrived[k]);
+            });
+        };
+        x = right;
+        double residual = 1.0;
+        for (const double tolerance : tolerances) {
+            residual = gmres(apply, right, LinearSystems(unknowns_), tolerance, most_applications, x).residual;
+            if (residual <= tolerance) break;
+        }
+        require(residual <= tolerances[3], "bounces: light that is reflected again and again does not come to an end, ",
+                "for surfaces that enclose it reflect nearly all of it; wanted a number of bounces");
+        for_leaves([&](std::size_t of, std::size_t k, float) { all[k] = static_cast<float>(x[of]); });
+    }
+
+private:
+    const TransportOperator& transport_;
+    const SenderGroups& senders_;
+    const std::size_t channels_, unknowns_;  // of each leaf
+    const std::vector<float>& reflectance_;
+    std::vector<float> values_, coefs_, received_;
+};
 
 }  // namespace
 
 std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
                               const std::vector<float>& emission, const std::vector<float>& reflectance,
                               const std::vector<float>& direct) {
-    const SenderGroups& senders = transport.senders;
-    std::vector<float> sent = emission, all = emission, received(sent.size(), 0.0f), values, coefs;
-    double bright = parallel_sum<double>(senders.leaves.size(), 2048, [&](std::size_t k, double& sum) {
-        sum += power_of(senders, senders.leaves[k], sent, channels);
-    });
-    for (int bounce = 1; bounce <= (bounces < 0 ? most_bounces : bounces); ++bounce) {
-        if (bright > 0.0) {
-            senders.pull_up(sent, channels);
-            transport.gather(sent, channels, values, TransportOperator::Part::bounces);
-            transport.coefficients(values, channels, coefs, TransportOperator::Part::bounces);
-            transport.receive(coefs, channels, received);
-        }
-        const auto found = parallel_sum<Power>(senders.leaves.size(), 2048, [&](std::size_t of_leaf, Power& sum) {
-            const std::uint32_t leaf = senders.leaves[of_leaf];
-            for (std::size_t c = 0; c < channels; ++c) {
-                const std::size_t k = channels * leaf + c;
-                if (bounce == 1) received[k] += direct[k];
-                sent[k] = reflectance[colors * leaf + c % colors] * received[k];
-                all[k] += sent[k];
-            }
-            sum.sent += power_of(senders, leaf, sent, channels);
-            if (bounces < 0) sum.all += power_of(senders, leaf, all, channels);
+    Reflections reflections(transport, channels, reflectance);
+    std::vector<float> all = emission;
+    if (bounces > 0) {
+        // The first reflection is that of direct light, too.
+        std::vector<float> sent = emission;
+        const std::vector<float>& arrived = reflections.received(sent);
+        reflections.for_leaves([&](std::size_t, std::size_t k, float rho) {
+            sent[k] = rho * (arrived[k] + direct[k]);
+            all[k] += sent[k];
         });
-        bright = found.sent;
-        if (bright == 0.0) break;
-        if (bounces < 0 && bright <= negligible * found.all) break;
+        reflections.add(bounces - 1, std::move(sent), all);
+    } else if (bounces < 0) {
+        std::vector<float> first = emission;
+        reflections.for_leaves([&](std::size_t, std::size_t k, float rho) { first[k] += rho * direct[k]; });
+        reflections.add_all(first, all);
     }
-    senders.pull_up(all, channels);
+    transport.senders.pull_up(all, channels);
     return all;
 }
 

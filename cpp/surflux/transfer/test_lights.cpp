@@ -5,7 +5,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
-#include "surflux/transfer/group_light.h"
 
 namespace surflux {
 
@@ -29,11 +28,10 @@ private:
 
 }  // namespace
 
-TestLights::TestLights(const CompiledScene& compiled, const SenderGroups& senders, const SenderSamples& samples,
-                       const ShotRows& rows, const std::vector<float>& reflectance, const std::vector<Vec3>& places,
+TestLights::TestLights(const GroupLight& light, const SenderGroups& senders, const ShotRows& rows,
+                       const std::vector<float>& reflectance, const std::vector<Vec3>& places,
                        const std::vector<double>& weights, std::uint64_t seed, const Progress& progress)
     : RowTest(std::min(sums, places.size()), 1.0f), sent_(senders.size() * size(), 0.0f) {
-    const GroupLight light(compiled, senders, samples);
     const std::vector<std::uint32_t>& leaves = senders.leaves;
     const float share = places.empty() ? 0.0f : 1.0f / std::sqrt(static_cast<float>(places.size()));
     for (std::size_t first = 0; first < places.size(); first += sums) {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/group_light.h"
 #include "surflux/transfer/row_test.h"
 #include "surflux/transfer/sender_groups.h"
 
@@ -16,8 +16,8 @@ class TestLights : public RowTest {
 public:
     // White lamps at some places, reflected by `reflectance` (by node, `colors` each); each counts alike, with an RMS
     // of 1 over the first rows, that stand for `weights` of the surface.
-    TestLights(const CompiledScene& compiled, const SenderGroups& senders, const SenderSamples& samples,
-               const ShotRows& rows, const std::vector<float>& reflectance, const std::vector<Vec3>& lamps,
+    TestLights(const GroupLight& light, const SenderGroups& senders, const ShotRows& rows,
+               const std::vector<float>& reflectance, const std::vector<Vec3>& lamps,
                const std::vector<double>& weights, std::uint64_t seed, const Progress& progress);
 
     static constexpr std::size_t sums = 64;

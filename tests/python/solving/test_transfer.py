@@ -53,6 +53,53 @@ def test_sphere_has_the_geometric_series(bounces):
     np.testing.assert_allclose(found, intensity * powers.sum(), rtol=3e-3 if bounces is None else 2e-3, atol=1e-12)
 
 
+def box_inside(side, rho, patches=8):
+    vertices, faces, _ = shapes.box(side, patches, inward=True)
+    return sf.Surfels.from_mesh((vertices, faces), reflectance=rho)
+
+
+def indirect_over_direct(transfer, lamp):
+    """Of all light in a room; rho / (1 - rho) where it is closed and of one colour."""
+    solution = transfer.relight(lamp)
+    areas = solution.surfels.areas
+    direct = areas @ solution.direct[:, 0]
+    return (areas @ solution.irradiance[:, 0] - direct) / direct
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.95, 0.99, 0.999])
+def test_all_reflections_are_all_however_bright_walls_are(rho):
+    """Ended where another one brought a thousandth, .99 was 9 % too dark."""
+    transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, rho)]))
+    found = indirect_over_direct(transfer, sf.PointLight([1.0, 1.0, 1.3], 5.0))
+    assert found == pytest.approx(rho / (1 - rho), rel=2e-3)
+
+
+def test_a_color_is_reflected_to_its_end_beside_a_brighter_one():
+    transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, [0.9, 0.3, 0.3])]))
+    dim, alone = (transfer.indirect(sf.PointLight([1.0, 1.0, 1.3], [5.0, g, g]))[:, 0] for g in (100.0, 0.0))
+    assert dim.mean() == pytest.approx(alone.mean(), rel=5e-3)
+
+
+@pytest.mark.parametrize("place", [[1, 1, 0.02], [1, 1, 0.01], [1.07, 1.03, 0.01], [1.3, 0.2, 0.002]])
+def test_a_lamp_close_to_coarse_patches_lights_them_as_they_are_lit(place):
+    """Patches have a side of .25: of the light of four points in each, groups sent half of it to eight times as much."""
+    transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, 0.5)]))
+    assert indirect_over_direct(transfer, sf.PointLight(place, 5.0)) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("cone", [1.5, 5.0, 10.0, 20.0])
+def test_groups_have_all_the_light_of_narrow_beams(cone):
+    """What one patch sends is met by few rays of the others, so that single beams are off; many are not."""
+    rng = np.random.default_rng(0)
+    transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, 0.5)]))
+    found = []
+    for place, towards in zip(rng.uniform(0.3, 1.7, (16, 3)), rng.normal(size=(16, 3)), strict=True):
+        spot = sf.SpotLight(place, towards / np.linalg.norm(towards), 5.0, cone=cone, penumbra=1.0)
+        found.append(indirect_over_direct(transfer, spot))
+    assert np.mean(found) == pytest.approx(1.0, rel=0.03)
+    assert np.std(found) < 0.08
+
+
 def test_reflectance_may_change_as_lights_may():
     sphere = sphere_inside(1000, 0.3)
     transfer = sf.precompute_transfer(sf.Scene([sphere]), bounces=2)
