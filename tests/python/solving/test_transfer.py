@@ -82,7 +82,7 @@ def test_a_color_is_reflected_to_its_end_beside_a_brighter_one():
 
 @pytest.mark.parametrize("place", [[1, 1, 0.02], [1, 1, 0.01], [1.07, 1.03, 0.01], [1.3, 0.2, 0.002]])
 def test_a_lamp_close_to_coarse_patches_lights_them_as_they_are_lit(place):
-    """Patches have a side of .25: of the light of four points in each, groups sent half of it to eight times as much."""
+    """On patches of .25: of the light of four points in each, groups sent half of it to eight times as much."""
     transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, 0.5)]))
     assert indirect_over_direct(transfer, sf.PointLight(place, 5.0)) == pytest.approx(1.0, rel=0.05)
 
