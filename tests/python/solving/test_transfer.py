@@ -139,14 +139,15 @@ def test_light_is_additive_and_linear(transfer):
 
 def test_any_two_lamps_add_up(transfer):
     """But for what is below 0, which is cut off after the sum."""
-    rng = np.random.default_rng(0)
-    for _ in range(6):
+    rng, tried = np.random.default_rng(0), 0
+    for _ in range(8):
         pair = [sf.PointLight(place, rng.uniform(0.5, 3.0, 3)) for place in rng.uniform(0.05, 0.5, (2, 3))]
         one, other = (transfer.indirect(lamp) for lamp in pair)
         together = transfer.indirect(pair)
         above = (one > 0) & (other > 0)
-        assert above.mean() > 0.7
+        tried += above.mean() > 0.7  # a lamp may be in one of the boxes
         np.testing.assert_allclose(together[above], (one + other)[above], atol=1e-5 * together.max())
+    assert tried >= 3
 
 
 @pytest.mark.parametrize("kind", quick("point", of=LAMPS))
