@@ -21,9 +21,9 @@ NOT_YET = {
     "roofs-and-facades.md",
     "tour.md",
 }
-# Measured, but not by `--site`: README.md has the size of what script/setup installs, tests/support/many_surfels.py, and
-# what the text of a row says of pyviewfactor; index.md `surflux bench --transfer`; install.md sizes of downloads and of
-# the file that script/wheel makes.
+# Measured, but not by `--site`: README.md has the size of what script/setup installs, tests/support/many_surfels.py,
+# and what the text of a row says of pyviewfactor; index.md `surflux bench --transfer`; install.md sizes of downloads,
+# and of the file that script/wheel makes.
 ELSEWHERE = {
     "README.md": {"2.5 GB", "232 s", "7e-10"},
     "index.md": {"44 ms", "51 s"},
@@ -122,6 +122,8 @@ def test_a_figure_that_is_not_there_is_named(measured):
 
 
 def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, capsys):
+    # Others have tests of their own, in bench/test_bench_limits.py.
+    monkeypatch.setattr(site, "TABLES", {name: site.TABLES[name] for name in ("cases", "areas", "area_speeds")})
     monkeypatch.setattr(cases, "CASES", {"furnace in a cube": cases.CASES["furnace in a cube"]})
     monkeypatch.setattr(areas, "CLOUDS", {"icosphere 642": areas.CLOUDS["icosphere 642"]})
     quick = replace(solvers.QUICK, rounds=1, densities={"three spheres": (0.25,)}, samples=(16,), mitsuba_rounds=1)
