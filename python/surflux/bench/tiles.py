@@ -23,7 +23,7 @@ SIDE, SPACING, LOT = 360.0, 2.2, 30.0  # of a town, of its points, of the square
 BORDER = 0.03  # of the side of a tile: points nearer to an inner border than that are by it
 CUT = 3  # tiles a side
 HALOS = 20.0, 50.0, 150.0  # metres; 150 is the default
-COUNTS, DENSE = (1, 2, 8), 1.4  # in a row: so many tiles, and the spacing of their points
+COUNTS, DENSE = (2, 4, 8), 0.7  # in a row: so many tiles, and the spacing of their points
 SEEDS = {"untiled": (0, 1), "tiles": (2, 3)}
 PARTS = ("all", "border")
 

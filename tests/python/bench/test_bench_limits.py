@@ -108,18 +108,22 @@ def test_squares_are_of_points_that_both_know():
     np.testing.assert_allclose(tiles.squares(other, ones, border), [0.125, 0.25])
 
 
+def test_rows_have_as_many_tiles_as_they_say(monkeypatch):
+    pytest.importorskip("laspy", reason="needs surflux[scans]")
+    monkeypatch.setattr(tiles, "DENSE", 6.0)
+    monkeypatch.setattr(tiles, "solved", lambda paths, folder, options: 0.1 * len(list(paths[0].parent.glob("tile*"))))
+    assert [(row["tiles in a row"], row["GB"]) for row in tiles.memory()] == [(2, 0.2), (4, 0.4), (8, 0.8)]
+    few, _, many = (row["points"] for row in tiles.memory())
+    assert 3.0 < many / few < 5.0
+
+
 @pytest.mark.slow
 def test_tiles_of_a_small_town(monkeypatch):
     pytest.importorskip("laspy", reason="needs surflux[scans]")
     monkeypatch.setattr(tiles, "SIDE", 120.0)
     monkeypatch.setattr(tiles, "CUT", 2)
     monkeypatch.setattr(tiles, "HALOS", (60.0,))
-    monkeypatch.setattr(tiles, "COUNTS", (2,))
-    monkeypatch.setattr(tiles, "DENSE", tiles.SPACING)
     whole, tiled = tiles.rows()
     assert (whole["run"], tiled["run"]) == ("untiled", "halo 60 m")
     assert whole["points"] == tiled["points"] > 1000
     assert 0.0 <= tiled["left, %"] < tiled["error, %"] < 20.0
-    (row,) = tiles.memory()
-    assert row["points"] > 1000
-    assert 0.0 < row["GB"] < 1.0
