@@ -4,8 +4,8 @@ python tests/support/quoted_figures.py    writes the tables in README.md and pyt
 
 A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`. A number in a sentence has its place in
 NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first columns, as many as tell it from
-others (`three spheres, rays, error, 0.02`), a column that may be stages.NAME. Numbers before a % are hundredths, unless
-the column is in per cent; signs are left to the sentence.
+others (`three spheres, rays, error, 0.02`), a column or a part of one (`stages.NAME`, `errors.0`). Numbers before a %
+are hundredths, unless the column is in per cent; signs are left to the sentence.
 """
 
 import json
@@ -21,6 +21,10 @@ FIGURES = ROOT / "data" / "figures"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "python" / "guide").glob("*.md"))]
 BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(\n<!-- end of figures -->)", re.DOTALL)
 NUMBER = r"(?:\d[\d ]*)?(?:(?<=\d)|(?=\.\d))(?:\.\d+)?(?:e-?\d+)?"
+UNIT = r"%|[mnu]?s|[kMG]B|bytes|points/s|dB|times|spacings|kWh/m²"
+# What reads as measured: a number with a unit of these, or an exponent below 0.
+FIGURE = re.compile(rf"(?<![\w.])({NUMBER} ?(?:{UNIT})|\d[\d.]*e-\d+)(?![\w/])(<!-- = )?")
+CODE = re.compile(r"```.*?\n```|`[^`]*`", re.DOTALL)
 QUOTE = re.compile(rf"(?<![\w.])({NUMBER})( ?%| ?[\w/]+)?<!-- = (.+?) / (.+?) / (.+?) -->")
 
 
@@ -39,8 +43,8 @@ def value(name, row, column):
     if len(rows) != 1:
         raise ValueError(f"data/figures/{name}.json: wanted one row {row!r}, found {len(rows)}")
     value = rows[0]
-    for part in column.split(".") if column.startswith("stages.") else [column]:
-        value = value[part]
+    for part in [column] if column in value else column.split("."):
+        value = value[int(part) if isinstance(value, list) else part]
     return value
 
 
@@ -59,6 +63,13 @@ def wrong_quotes(page):
         if abs(measured - shown) > 0.5000001 * step:
             wrong.append(f"{number.strip()}{unit}: {name} / {row} / {column} is {measured:.4g}")
     return wrong
+
+
+def untied(page):
+    """Numbers of a page's text that read as measured, and have no place in data/figures behind them; not those of code
+    and of tables from there."""
+    text = CODE.sub("``", BLOCK.sub("", page))
+    return {figure for figure, tied in FIGURE.findall(text) if not tied}
 
 
 def main():

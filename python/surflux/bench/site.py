@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import surflux as sf
-from surflux.bench import areas, cases, plot, scale, scenes, solvers
+from surflux.bench import areas, cases, closed_forms, facing, limits, plot, scale, scenes, sky, solar, solvers, tiles
 
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
@@ -45,6 +45,24 @@ TABLES = {
     ),
     "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
     "area_speeds": Table("surflux bench --areas", areas.methods, areas.as_markdown, timed=("seconds", "points/s")),
+}
+# Of functions of the number of threads.
+_ROWS = {
+    "limits": limits.rows,
+    "closed_forms": closed_forms.rows,
+    "facing": facing.rows,
+    "sky_view": sky.rows,
+    "solar": solar.rows,
+    "tiles": tiles.rows,
+    "tile_memory": tiles.memory,
+}
+TABLES |= {
+    name: Table(
+        f"surflux bench --site data/figures --only {name}",
+        lambda _, threads, rows=rows: rows(threads),
+        areas.as_markdown,
+    )
+    for name, rows in _ROWS.items()
 }
 
 
