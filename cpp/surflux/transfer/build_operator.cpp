@@ -3,7 +3,6 @@
 #include <memory>
 #include <numeric>
 
-#include "surflux/core/available_memory.h"
 #include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/hemisphere_row.h"
@@ -32,7 +31,6 @@ namespace {
 
 // A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
 constexpr int least_rays = 128;
-constexpr int few_rays = 32;              // that tell how far it is to what a place sees
 constexpr int check_rays = 128;           // that tell whether the basis is off at a surfel
 constexpr double most_own = 0.25;         // rows of such surfels, of as many as receivers have
 constexpr int most_repeats = 2;           // of receivers of clouds (PlacedBasis)
@@ -41,20 +39,6 @@ constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected agai
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
 
-// Of the processes that need it: all leave out the same.
-double least_memory(const Team& team) {
-    double least = available_memory();
-    if (!team.shares()) return least;
-    const auto mine = [&] {
-        Packed bytes;
-        bytes.add(least);
-        return bytes.take();
-    };
-    for (const std::string& bytes : team.exchange("memory", mine))
-        least = std::min(least, Unpacking(bytes).take<double>());
-    return least;
-}
-
 class OperatorBuilder {
 public:
     OperatorBuilder(const CompiledScene& compiled, const OperatorOptions& options, const StageProgress& progress,
@@ -62,7 +46,7 @@ public:
         : compiled_(compiled),
           scene_(compiled.scene()),
           options_(options),
-          max_memory_(options.max_memory > 0.0 ? options.max_memory : 0.75 * least_memory(options.team)),
+          max_memory_(options.max_memory > 0.0 ? options.max_memory : 0.75 * available_to_all(options.team)),
           progress_(progress),
           watch_(timings),
           tracer_(compiled.tracer(stage("trace"))),
@@ -132,26 +116,16 @@ private:
         return {basis_.position(j), basis_.normal(j), placed_.sight().surfel(j), Place::point};
     }
 
-    // The mean length of rays from receivers, and from surfels: pi times it, over the volume of the air, is the mean
-    // irradiance from a lamp that may be anywhere in it. Of distant light it is the share of rays that escape.
+    // From receivers, and from surfels: pi times the mean length of rays, over the volume of the air, is the mean
+    // irradiance from a lamp that may be anywhere in it.
     void find_free_paths(const std::vector<std::uint32_t>& receivers) {
+        std::vector<Place> places;
+        for (const std::uint32_t j : receivers) places.push_back(place_of(j));
+        const bool of_lamps = options_.lighting == OperatorOptions::Lighting::local;
+        const std::vector<double> found =
+            free_paths(points_, tracer_, places, of_lamps, options_.seed + lamp_stream, stage("grouping"));
         free_path_.resize(receivers.size());
-        parallel_blocks(
-            receivers.size(), 64,
-            [&](std::size_t begin, std::size_t end) {
-                HemisphereRow row;
-                for (std::size_t k = begin; k < end; ++k) {
-                    gather_row(points_, tracer_, place_of(receivers[k]), few_rays, options_.seed + lamp_stream, row);
-                    double sum = 0.0;
-                    for (const Hit& hit : row.hits) sum += length_of(hit);
-                    free_path_[receivers_.row(receivers[k])] = sum / few_rays;
-                }
-            },
-            stage("grouping"));
-    }
-    double length_of(const Hit& hit) const {
-        if (options_.lighting != OperatorOptions::Lighting::local) return hit ? 0.0 : 1.0;
-        return hit ? hit.distance : 0.0;
+        for (std::size_t k = 0; k < found.size(); ++k) free_path_[receivers_.row(receivers[k])] = found[k];
     }
 
     void group_senders() {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/transfer/sender_groups.h"
 
@@ -55,6 +56,19 @@ std::size_t OperatorMemory::room_for(double max_memory, int rays) const {
     const double room = std::max(0.0, max_memory - bytes()) / (more.bytes() - bytes());
     const double most = std::numeric_limits<std::uint32_t>::max() - links_;
     return static_cast<std::size_t>(std::min(room, most / std::max(1.0, links_per_ray_ * rays)));
+}
+
+double available_to_all(const Team& team) {
+    double least = available_memory();
+    if (!team.shares()) return least;
+    const auto mine = [&] {
+        Packed bytes;
+        bytes.add(least);
+        return bytes.take();
+    };
+    for (const std::string& bytes : team.exchange("memory", mine))
+        least = std::min(least, Unpacking(bytes).take<double>());
+    return least;
 }
 
 }  // namespace surflux

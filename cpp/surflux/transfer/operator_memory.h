@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "surflux/core/team.h"
 #include "surflux/transfer/shot_rows.h"
 
 namespace surflux {
@@ -26,5 +27,8 @@ public:
 private:
     double surfels_, weights_, test_lights_, nodes_, links_per_ray_, receivers_, links_;
 };
+
+// Of processes that run the same program the least that one has, so that all leave out the same.
+double available_to_all(const Team& team);
 
 }  // namespace surflux

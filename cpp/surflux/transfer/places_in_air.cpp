@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "surflux/core/error.h"
+#include "surflux/core/parallel.h"
 #include "surflux/core/progress.h"
 #include "surflux/core/random.h"
 #include "surflux/lights/hemisphere_row.h"
@@ -13,7 +14,7 @@ namespace surflux {
 
 namespace {
 
-constexpr int rays_of_place = 32;            // one of which is taken, by its length
+constexpr int rays_of_place = 32;            // that tell how far it is to what it sees
 constexpr std::size_t most_attempts = 1000;  // for each place wanted
 constexpr std::size_t attempts_before_halving = 16;
 constexpr int looks_around = 32;
@@ -42,6 +43,28 @@ bool is_clear(const Tracer& tracer, const Vec3& place, double clearance) {
 }
 
 }  // namespace
+
+std::vector<double> free_paths(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& places,
+                               bool of_lamps, std::uint64_t seed, const Progress& progress) {
+    std::vector<double> out(places.size());
+    const auto length_of = [&](const Hit& hit) {
+        if (!of_lamps) return hit ? 0.0 : 1.0;
+        return hit ? hit.distance : 0.0;
+    };
+    parallel_blocks(
+        places.size(), 64,
+        [&](std::size_t begin, std::size_t end) {
+            HemisphereRow row;
+            for (std::size_t k = begin; k < end; ++k) {
+                gather_row(points, tracer, places[k], rays_of_place, seed, row);
+                double sum = 0.0;
+                for (const Hit& hit : row.hits) sum += length_of(hit);
+                out[k] = sum / rays_of_place;
+            }
+        },
+        progress);
+    return out;
+}
 
 std::vector<Vec3> places_in_air(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& receivers,
                                 const std::vector<double>& air, const std::optional<Box>& region, double clearance,

@@ -13,6 +13,11 @@
 
 namespace surflux {
 
+// From each place the mean length of rays as far as they meet something, or of distant light (`of_lamps` false) the
+// share of them that escapes.
+std::vector<double> free_paths(const SurfelPoints& points, const Tracer& tracer, const std::vector<Place>& places,
+                               bool of_lamps, std::uint64_t seed, const Progress& progress);
+
 // `count` random places in the air in front of surfaces, even in its volume, within `region` where there is one. `air`:
 // how much of it is in front of each of `receivers`: the area that it stands for times the mean length of its rays. No
 // surface is nearer than `clearance`, or, where there is little such room, than a half, a quarter and so on of it. None
