@@ -223,6 +223,8 @@ private:
     mutable std::mutex image_mutex_;
 };
 
+constexpr std::uint32_t most_levels = 32;
+
 // The field that functions() describes.
 std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
     const auto doubles = [&](const char* name) { return functions[name].cast<Doubles>(); };
@@ -246,8 +248,9 @@ std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
         std::size_t next = 0;
         for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
             const std::size_t level = out->basis.levels();
-            while (end < count && levels[end] == level) ++end;
-            require(end > begin, "functions: wanted levels in order, from 0, got ", levels[begin], " after ", level);
+            require(levels[begin] >= level && levels[begin] < most_levels, "functions: wanted levels in order, got ",
+                    levels[begin], " after ", level);
+            while (end < count && levels[end] == level) ++end;  // none of a level that nothing was placed on
             const auto part = [&](const auto& all) {
                 using List = std::decay_t<decltype(all)>;
                 return List(all.begin() + static_cast<std::ptrdiff_t>(begin),

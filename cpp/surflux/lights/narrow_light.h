@@ -24,14 +24,16 @@ public:
     NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
                 const Progress& progress = {});
 
-    // Of a disk by light `light`, or null where its centre tells it.
-    const Part* of(std::size_t light, std::uint32_t surfel) const;
-
-private:
     struct Lit {
         std::uint32_t surfel;
         Part part;
     };
+    // All disks whose centre does not tell what they have of a light, ascending.
+    const std::vector<Lit>& lit(std::size_t light) const { return lit_[light]; }
+    // Of a disk by light `light`, or null where its centre tells it.
+    const Part* of(std::size_t light, std::uint32_t surfel) const;
+
+private:
     std::vector<std::vector<Lit>> lit_;  // of each light, ascending
 };
 

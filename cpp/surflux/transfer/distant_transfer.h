@@ -49,6 +49,7 @@ private:
     Figures timings_;
     Visibility visibility_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<std::uint32_t> parts_;           // of the leaves
 };
 
 // What the rows of an operator see of the sky, by so many rays each.

@@ -18,7 +18,8 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t grain = 64;  // nodes whose rays are traced together
-constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2;
+constexpr std::uint64_t light_stream = 0x6c1, ray_stream = 0x6c2, beam_stream = 0x6c3;
+constexpr int points_of_light = 64;  // of which one is to be over the horizon
 
 }  // namespace
 
@@ -28,13 +29,16 @@ struct GroupLight::Unoccluded {
     Vec3 from_all;
     std::vector<float> means;  // of the kernel, by leaf
     std::vector<float> power;  // that each node would send
-    // Of leaves that a narrow beam meets between all of their samples: where.
+    // Of leaves that light meets between all of their samples: where, and from where.
     struct Met {
-        Vec3 position;
+        Vec3 position, from;
         std::uint32_t surfel;
     };
     std::map<std::size_t, Met> beams;
     std::mutex mutex;  // of these
+    // Of leaves with disks that share what is narrower than they are: what these have, occluded, and of all of the
+    // leaf.
+    std::map<std::size_t, double> shared;
 };
 
 struct GroupLight::Shot {
@@ -53,6 +57,7 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
       around_(groups.leaves.size()),
       first_surfel_(groups.leaves.size() + 1, 0) {
     const Surfels& s = scene.scene().surfels;
+    for (std::uint32_t i = 0; i < s.size() && !has_disks_; ++i) has_disks_ = !points.is_patch(i);
     for (std::uint32_t k = 0; k < groups.leaves.size(); ++k) number_[groups.leaves[k]] = k;
     const auto for_surfels = [&](const auto& visit) {
         for (std::uint32_t i = 0; i < areas.size(); ++i)
@@ -76,21 +81,29 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
     });
 }
 
-double GroupLight::mean_over_surfels(const Emitter& light, std::size_t leaf) const {
+// But what disks share.
+double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
     const Surfels& s = scene_.scene().surfels;
     double sum = 0.0, all = 0.0;
     for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) {
         const std::uint32_t i = surfels_[k];
+        all += areas_[i];
+        if (narrow.of(light.index, i) != nullptr) continue;
         sum += areas_[i] * (light.is_even_in(s.positions[i], s.radii[i])
                                 ? light.kernel_at(s.positions[i], s.normals[i])
                                 : light.mean_kernel({points_, i, i, s.positions[i], s.normals[i], true}));
-        all += areas_[i];
     }
     return all > 0.0 ? sum / all : 0.0;
 }
 
+double GroupLight::area_of_leaf(std::size_t leaf) const {
+    double all = 0.0;
+    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) all += areas_[surfels_[k]];
+    return all;
+}
+
 // On the surfel of a leaf that has most of the light.
-void GroupLight::find_beam(const Emitter& light, std::size_t leaf, Unoccluded& out) const {
+void GroupLight::find_beam(const Emitter& light, std::size_t leaf, std::uint64_t seed, Unoccluded& out) const {
     const Surfels& s = scene_.scene().surfels;
     double most = 0.0;
     Unoccluded::Met met{};
@@ -100,20 +113,33 @@ void GroupLight::find_beam(const Emitter& light, std::size_t leaf, Unoccluded& o
         const double power = areas_[i] * light.mean_kernel(receiver);
         if (!(power > most)) continue;
         most = power;
-        met = {s.positions[i], i};
+        met = {s.positions[i], {}, i};
         std::vector<Triangle> lit;
         light.find_lit(receiver, lit);
         const auto less = [](const Triangle& a, const Triangle& b) { return area_of(a) < area_of(b); };
         if (const auto largest = std::max_element(lit.begin(), lit.end(), less); largest != lit.end())
             met.position = points_.inset(i, (largest->a + largest->b + largest->c) / 3.0);
     }
+    // Of a lamp that hardly rises over the horizon a point that does.
+    EvenPoints even(2, seed + beam_stream, leaf);
+    double highest = -1.0;
+    for (int k = 0; k < points_of_light; ++k) {
+        const double* u = even.next();
+        const Arrival arrival = light.arrival(met.position, s.normals[met.surfel], u[0], u[1]);
+        if (arrival.kernel > highest) highest = arrival.kernel, met.from = arrival.from;
+    }
     const std::lock_guard lock(out.mutex);
     out.beams[leaf] = met;
 }
 
-void GroupLight::find_unoccluded(const Emitter& light, const std::vector<float>& reflectance, std::uint64_t seed,
-                                 Unoccluded& out) const {
+void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
+                                 std::uint64_t seed, Unoccluded& out) const {
     const std::size_t leaves = groups_.leaves.size(), n = samples_.of_leaf;
+    if (has_disks_)
+        for (const auto& [surfel, part] : narrow.lit(light.index))
+            if (areas_[surfel] > 0.0)
+                out.shared[number_[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
+    for (auto& [leaf, sum] : out.shared) sum /= area_of_leaf(leaf);
     out.kernels.resize(leaves * n);
     out.means.resize(leaves);
     out.power.resize(groups_.size());
@@ -133,9 +159,9 @@ void GroupLight::find_unoccluded(const Emitter& light, const std::vector<float>&
                 sum += arrival.kernel;
             }
             double mean = sum / static_cast<double>(n);
-            if (!light.is_even_in(around_[leaf].center, around_[leaf].radius)) {
-                mean = mean_over_surfels(light, leaf);
-                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, leaf, out);
+            if (!light.is_even_in(around_[leaf].center, around_[leaf].radius) || out.shared.count(leaf) > 0) {
+                mean = mean_over_surfels(light, narrow, leaf);
+                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, leaf, seed, out);
             }
             const std::size_t node = groups_.leaves[leaf];
             double reflected = 0.0;
@@ -204,9 +230,10 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
     const Surfels& s = scene_.scene().surfels;
     std::vector<float> out(colors * groups_.size(), 0.0f);
     const auto emitters = emitters_of(lights);
+    const NarrowLight narrow = has_disks_ ? NarrowLight(scene_.scene(), lights, tracer, options.seed) : NarrowLight();
     for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
         Unoccluded all;
-        find_unoccluded(*light, reflectance, options.seed, all);
+        find_unoccluded(*light, narrow, reflectance, options.seed, all);
         const std::vector<Shot> shots = plan(all, options.rays);
         parallel_blocks(shots.size(), grain, [&](std::size_t begin, std::size_t end) {
             std::vector<std::size_t> samples;
@@ -218,7 +245,9 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
                 const std::uint32_t i = beam != all.beams.end() ? beam->second.surfel : samples_.samples[p].surfel;
                 const Departure place{beam != all.beams.end() ? beam->second.position : samples_.position(p),
                                       s.normals[i], i};
-                const Vec3& to = light->extended ? all.from[p] : all.from_all;
+                const Vec3& to = beam != all.beams.end() ? beam->second.from
+                                 : light->extended       ? all.from[p]
+                                                         : all.from_all;
                 rays.push_back(light->distant ? Ray{place, to} : segment(place, to));
             }
             tracer.free(rays, free);
@@ -242,6 +271,10 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
                 }
             }
         });
+        for (const auto& [leaf, mean] : all.shared)
+            for (int c = 0; c < 3; ++c)
+                out[colors * groups_.leaves[leaf] + static_cast<std::size_t>(c)] +=
+                    static_cast<float>(mean * light->color[c]);
     }
     return out;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/lights/emitter.h"
+#include "surflux/lights/narrow_light.h"
 #include "surflux/scene/lights.h"
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/sender_groups.h"
@@ -34,10 +35,11 @@ public:
 private:
     struct Unoccluded;  // light of all samples
     struct Shot;        // rays of a node
-    void find_unoccluded(const Emitter& light, const std::vector<float>& reflectance, std::uint64_t seed,
-                         Unoccluded& out) const;
-    void find_beam(const Emitter& light, std::size_t leaf, Unoccluded& out) const;
-    double mean_over_surfels(const Emitter& light, std::size_t leaf) const;
+    void find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
+                         std::uint64_t seed, Unoccluded& out) const;
+    void find_beam(const Emitter& light, std::size_t leaf, std::uint64_t seed, Unoccluded& out) const;
+    double area_of_leaf(std::size_t leaf) const;
+    double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
     std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
 
@@ -53,6 +55,7 @@ private:
     };
     std::vector<Sphere> around_;                         // all surfels of each leaf
     std::vector<std::uint32_t> surfels_, first_surfel_;  // of each leaf, and the end
+    bool has_disks_ = false;
 };
 
 }  // namespace surflux

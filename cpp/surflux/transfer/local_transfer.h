@@ -57,6 +57,7 @@ private:
     SurfelPoints points_;
     GroupLight light_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<std::uint32_t> parts_;           // of the leaves
     mutable Scratch<Tilted> tilted_;             // megabytes that lamp after lamp would have cleared again
 };
 

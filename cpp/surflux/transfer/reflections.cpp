@@ -1,8 +1,10 @@
 #include "surflux/transfer/reflections.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
+#include "surflux/core/disjoint_sets.h"
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/solution/gmres.h"
@@ -14,13 +16,16 @@ namespace {
 // Of a residual of the sum of all reflections. The first is what most scenes come to in some bounces; where nearly all
 // is reflected, and goes on being, floats hold no more than one of the others.
 constexpr double tolerances[] = {1e-5, 1e-4, 1e-3, 1e-2};
-constexpr int most_applications = 40;  // for each
+constexpr int most_applications = 40;   // for each
+constexpr std::size_t most_parts = 15;  // that are solved by themselves
 
 class Reflections {
 public:
-    Reflections(const TransportOperator& transport, std::size_t channels, const std::vector<float>& reflectance)
+    Reflections(const TransportOperator& transport, const std::vector<std::uint32_t>& parts, std::size_t channels,
+                const std::vector<float>& reflectance)
         : transport_(transport),
           senders_(transport.senders),
+          parts_(parts),
           channels_(channels),
           unknowns_(channels / colors * 3),
           reflectance_(reflectance) {}
@@ -74,9 +79,10 @@ public:
             });
         };
         x = right;
+        const LinearSystems systems(unknowns_, parts_);
         double residual = 1.0;
         for (const double tolerance : tolerances) {
-            residual = gmres(apply, right, LinearSystems(unknowns_), tolerance, most_applications, x).residual;
+            residual = gmres(apply, right, systems, tolerance, most_applications, x).residual;
             if (residual <= tolerance) break;
         }
         require(residual <= tolerances[3], "bounces: light that is reflected again and again does not come to an end, ",
@@ -87,6 +93,7 @@ public:
 private:
     const TransportOperator& transport_;
     const SenderGroups& senders_;
+    const std::vector<std::uint32_t>& parts_;
     const std::size_t channels_, unknowns_;  // of each leaf
     const std::vector<float>& reflectance_;
     std::vector<float> values_, coefs_, received_;
@@ -94,10 +101,50 @@ private:
 
 }  // namespace
 
-std::vector<float> sent_after(int bounces, const TransportOperator& transport, std::size_t channels,
-                              const std::vector<float>& emission, const std::vector<float>& reflectance,
-                              const std::vector<float>& direct) {
-    Reflections reflections(transport, channels, reflectance);
+std::vector<std::uint32_t> connected_leaves(const TransportOperator& transport) {
+    const SenderGroups& senders = transport.senders;
+    const std::vector<SenderGroups::Node>& nodes = senders.nodes;
+    DisjointSets sets(senders.size());
+    const auto leaf_of_row = [&](std::size_t row) { return senders.leaf_of_surfel[transport.surfels[row]]; };
+    std::vector<char> sends(senders.size(), 0);
+    for (std::size_t row = 0; row < transport.rows.size(); ++row)
+        for (std::uint32_t l = transport.rows[row].begin; l < transport.rows[row].end; ++l) {
+            const std::uint32_t sender = TransportOperator::sender(transport.links[l]);
+            sets.join(leaf_of_row(row), sender);
+            sends[sender] = 1;
+        }
+    for (std::uint32_t k = 0; k < senders.size(); ++k)  // parents before their children
+        if (sends[k] != 0 && !nodes[k].is_leaf())
+            for (const std::uint32_t child : {nodes[k].child, nodes[k].child + 1})
+                sets.join(k, child), sends[child] = 1;
+    for (std::size_t j = 0; j < transport.receiver_of.size(); ++j)
+        transport.parents.for_row(j, [&](std::uint32_t parent, float) {
+            sets.join(leaf_of_row(transport.receiver_of[j]), leaf_of_row(transport.receiver_of[parent]));
+        });
+    for (std::size_t k = 0; k < senders.leaves.size(); ++k)
+        transport.at_groups.for_row(
+            k, [&](std::uint32_t j, float) { sets.join(senders.leaves[k], leaf_of_row(transport.receiver_of[j])); });
+    // The largest parts by themselves. Others are few leaves each, or single ones, which nothing reflects to.
+    std::map<std::uint32_t, std::size_t> sizes;
+    for (const std::uint32_t leaf : senders.leaves) ++sizes[sets.find(leaf)];
+    std::vector<std::pair<std::size_t, std::uint32_t>> largest;
+    for (const auto& [set, size] : sizes) largest.push_back({size, set});
+    std::stable_sort(largest.begin(), largest.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::map<std::uint32_t, std::uint32_t> number;
+    for (std::size_t k = 0; k < std::min(largest.size(), most_parts); ++k)
+        number[largest[k].second] = static_cast<std::uint32_t>(k);
+    std::vector<std::uint32_t> out;
+    for (const std::uint32_t leaf : senders.leaves) {
+        const auto found = number.find(sets.find(leaf));
+        out.push_back(found != number.end() ? found->second : static_cast<std::uint32_t>(most_parts));
+    }
+    return out;
+}
+
+std::vector<float> sent_after(int bounces, const TransportOperator& transport, const std::vector<std::uint32_t>& parts,
+                              std::size_t channels, const std::vector<float>& emission,
+                              const std::vector<float>& reflectance, const std::vector<float>& direct) {
+    Reflections reflections(transport, parts, channels, reflectance);
     std::vector<float> all = emission;
     if (bounces > 0) {
         // The first reflection is that of direct light, too.

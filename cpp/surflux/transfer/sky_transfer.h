@@ -52,6 +52,7 @@ private:
     SkyIrradiance direct_;
     Figures timings_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<std::uint32_t> parts_;           // of the leaves
 };
 
 }  // namespace surflux

@@ -129,3 +129,14 @@ def test_hierarchies_are_copied(twin):
     other = twin(tree)
     assert other.counts == tree.counts
     np.testing.assert_array_equal(other.levels[0], tree.levels[0])
+
+
+def test_a_meshless_solution_of_a_cloud_is_the_same_from_a_pickle():
+    """Clouds repeat levels, of which one may have no points at all."""
+    unit = shapes.sphere(1500)
+    cloud = sf.Surfels(unit.points, -unit.normals, reflectance=0.5)[unit.points[:, 2] < 0.8]
+    scene = sf.Scene([cloud], [sf.PointLight([0, 0, -0.97], 1.0)])
+    solution = sf.solve_meshless(scene, levels=3, rays=32)
+    again = pickle.loads(pickle.dumps(solution))
+    at, facing = cloud.points[::100], cloud.normals[::100]
+    assert np.array_equal(again.irradiance_at(at, facing), solution.irradiance_at(at, facing))

@@ -53,9 +53,9 @@ def test_sphere_has_the_geometric_series(bounces):
     np.testing.assert_allclose(found, intensity * powers.sum(), rtol=3e-3 if bounces is None else 2e-3, atol=1e-12)
 
 
-def box_inside(side, rho, patches=8):
-    vertices, faces, _ = shapes.box(side, patches, inward=True)
-    return sf.Surfels.from_mesh((vertices, faces), reflectance=rho)
+def box_inside(side, rho, at=(0.0, 0.0, 0.0)):
+    vertices, faces, _ = shapes.box(side, 8, inward=True)
+    return sf.Surfels.from_mesh((np.asarray(vertices) + at, faces), reflectance=rho)
 
 
 def indirect_over_direct(transfer, lamp):
@@ -74,6 +74,15 @@ def test_all_reflections_are_all_however_bright_walls_are(rho):
     assert found == pytest.approx(rho / (1 - rho), rel=2e-3)
 
 
+def test_a_dim_room_has_all_its_reflections_beside_a_bright_one():
+    """Solved with it, a room 1e6 times dimmer ended where the bright one did."""
+    bright, dim = box_inside(2.0, 0.2), box_inside([6.0, 1.0, 1.0], 0.9, at=[0.0, 5.0, 0.0])
+    transfer = sf.precompute_transfer(sf.Scene([bright, dim]))
+    lamp = sf.PointLight([0.5, 5.5, 0.6], 1.0)
+    alone, beside = (transfer.indirect(lamps) for lamps in (lamp, [lamp, sf.PointLight([1.0, 1.0, 1.3], 1e6)]))
+    np.testing.assert_allclose(beside[len(bright) :], alone[len(bright) :], rtol=1e-4)
+
+
 def test_a_color_is_reflected_to_its_end_beside_a_brighter_one():
     transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, [0.9, 0.3, 0.3])]))
     dim, alone = (transfer.indirect(sf.PointLight([1.0, 1.0, 1.3], [5.0, g, g]))[:, 0] for g in (100.0, 0.0))
@@ -85,6 +94,32 @@ def test_a_lamp_close_to_coarse_patches_lights_them_as_they_are_lit(place):
     """On patches of .25: of the light of four points in each, groups sent half of it to eight times as much."""
     transfer = sf.precompute_transfer(sf.Scene([box_inside(2.0, 0.5)]))
     assert indirect_over_direct(transfer, sf.PointLight(place, 5.0)) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("lamp", [{"height": 0.02}, {"height": 0.003}, {"cone": 2.0}, {"cone": 5.0}], ids=str)
+def test_disks_share_what_is_narrower_than_they_are(lamp):
+    """Centres alone tell, of a beam between them, that there is none."""
+    transfer = sf.precompute_transfer(sf.Scene([sphere_inside(4000, 0.5)]))
+    if "height" in lamp:
+        lamps = [sf.PointLight([0, 0, 1 - lamp["height"]], 5.0)]
+    else:
+        axes = np.random.default_rng(0).normal(size=(8, 3))
+        lamps = [sf.SpotLight([0, 0, 0], axis, 5.0, cone=lamp["cone"], penumbra=1.0) for axis in axes]
+    assert np.mean([indirect_over_direct(transfer, each) for each in lamps]) == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_panel_that_hardly_rises_over_a_table_lights_it():
+    """Rays went to points of it below the table, which hides them."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    top = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 0.02, 0.5)
+    under = sf.Surfels.from_mesh((np.array(corners) - [0, 0, 0.02], [[3, 2, 1, 0]]), 0.02, 0.0)
+    sky = sf.Surfels.from_mesh((3.0 * np.array(corners) + [-1, -1, 2], [[3, 2, 1, 0]]), 0.1, 0.0)
+    scene = sf.Scene([top, under, sky], [sf.AreaLight([1.02, 0, -1.5], [0, 0, 1.6], [0, 1, 0], 1.0)])
+    found = sf.precompute_transfer(scene).indirect(scene.lights, bounces=1)
+    wanted = sf.solve_meshless(scene, bounces=1)
+    above = slice(len(top) + len(under), None)
+    reflected = (wanted.irradiance - wanted.direct)[above, 0].mean()
+    assert found[above, 0].mean() == pytest.approx(reflected, rel=0.15)
 
 
 @pytest.mark.parametrize("cone", [1.5, 5.0, 10.0, 20.0])
