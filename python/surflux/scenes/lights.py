@@ -373,5 +373,10 @@ def environments_among(lights):
     return [light for light in lights if isinstance(light, Environment)]
 
 
+def power_name(light):
+    """The name of what a light other than an Environment has of power, which it is proportional to."""
+    return next(name for name in ("intensity", "exitance", "irradiance") if hasattr(light, name))
+
+
 Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment
 LIGHTS = (PointLight, SpotLight, AreaLight, DirectionalLight, Environment)

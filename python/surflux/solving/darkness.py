@@ -5,7 +5,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
-from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
+from surflux.scenes.lights import Environment, power_name
 from surflux.solutions.fields import RAYS
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
@@ -63,13 +63,9 @@ def warn_of_no_arrival(lights, direct):
 
 
 def _shines(light):
-    if isinstance(light, AreaLight):
-        return bool(np.any(light.exitance))
-    if isinstance(light, DirectionalLight):
-        return bool(np.any(light.irradiance))
     if isinstance(light, Environment):
         return bool(np.any(light.radiance if light.image is None else light.image))
-    return bool(np.any(light.intensity))
+    return bool(np.any(getattr(light, power_name(light))))
 
 
 def _drawn_by_area(areas):

@@ -17,7 +17,7 @@ from surflux.scenes.lights import Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.harmonics import rotate_harmonics
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 ORDER = 5  # of the environment
 
@@ -47,7 +47,7 @@ class DistantTransfer(Transfer):
 
         Args:
             environment: Environment, or its harmonics in the scene's axes (see surflux.spherical_harmonics): (n,) or
-                (n, 3), n = 1, 4, 9, 16 or 25.
+                (n, 3), n = 1, 4, 9, 16 or 25. At most 1e30.
             rotation: (3, 3); what came from direction d comes from rotation @ d. None for none.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
@@ -123,11 +123,13 @@ class DistantTransfer(Transfer):
 def harmonics_of(environment: Environment | ArrayLike) -> Floats:
     """(25, 3) of what relight takes, in the scene's axes."""
     if isinstance(environment, Environment):
+        pixels = environment.radiance if environment.image is None else environment.image
+        check.in_range("environment", np.abs(pixels), high=LARGEST)
         return environment.harmonics(ORDER)
     array = check.numeric("environment", environment)
     if array.ndim == 1:
         array = array[:, None].repeat(3, axis=1)
-    array = check.finite_array("environment", array, (None, 3))
+    array = check.in_range("environment", check.finite_array("environment", array, (None, 3)), -LARGEST, LARGEST)
     if len(array) not in [band**2 for band in range(1, ORDER + 1)]:
         raise ValueError(f"environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got {len(array)}")
     return np.concatenate([array, np.zeros((ORDER**2 - len(array), 3))])

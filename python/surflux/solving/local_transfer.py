@@ -12,11 +12,11 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
-from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight
+from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_no_arrival
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
 
@@ -76,7 +76,8 @@ class LocalTransfer(Transfer):
         Lights are additive: with the same seed, what two bring is the sum of what each brings.
 
         Args:
-            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight.
+            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, of at most 1e30 in their
+                units each.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -120,6 +121,10 @@ class LocalTransfer(Transfer):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
                 raise ValueError(f"lights: wanted point, spot, area or directional lights, got {what} at index {index}")
+            power = power_name(light)
+            if max(getattr(light, power)) > LARGEST:
+                got = f"{max(getattr(light, power)):g} at index {index}"
+                raise ValueError(f"lights: wanted {power} of at most {LARGEST:g}, got {got}")
         return (
             [light._to_core() for light in lights],
             self._reflectance(reflectance),

@@ -19,7 +19,7 @@ from surflux.solving.distant_transfer import DistantTransfer
 from surflux.solving.local_transfer import LocalTransfer
 from surflux.solving.run import check_scene
 from surflux.solving.sky_transfer import SkyTransfer
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 SAMPLES = 4  # of the unoccluded light of each group of senders
 EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.3}
@@ -127,7 +127,7 @@ def precompute_transfer(
     matrices, which are "times visibility".
 
     Args:
-        scene: Scene; its lights do not matter. `Transfer` keeps it.
+        scene: Scene; its lights do not matter. Emission is at most 1e30. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
         bounces: how often light is reflected; None for until another bounce brings less than a thousandth of all.
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
@@ -166,6 +166,8 @@ def precompute_transfer(
     True
     """
     check_scene(scene)
+    for of in scene.objects:
+        check.in_range("scene: emission", of.emission, high=LARGEST)
     check.choice("lighting", lighting, tuple(EPSILON))
     SkyPatches(patches)
     bounces = None if bounces is None else check.count("bounces", bounces, 0)

@@ -17,7 +17,7 @@ from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 
 class SkyTransfer(Transfer):
@@ -47,7 +47,7 @@ class SkyTransfer(Transfer):
 
         Args:
             sky: Sky, whose sun is spread over its patch; Environment; or radiances of the patches and of the ground, in
-                their order: (patches,) or (patches, 3).
+                their order: (patches,) or (patches, 3). At most 1e30.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -72,7 +72,8 @@ class SkyTransfer(Transfer):
             radiances = check.numeric("sky", by_patches)
             if radiances.ndim == 1:
                 radiances = radiances[:, None].repeat(3, axis=1)
-            radiances = check.in_range("sky", check.finite_array("sky", radiances, (len(self.patches), 3)), 0.0)
+            radiances = check.finite_array("sky", radiances, (len(self.patches), 3))
+        check.in_range("sky", radiances, 0.0, LARGEST)
         reflectance = self._reflectance(reflectance)
         with thread_limit(threads):
             start = perf_counter()

@@ -18,6 +18,7 @@ from surflux.scenes.scene_arrays import scene_arrays
 from surflux.solutions.solution import Solution
 
 FILE_KIND, FILE_VERSION = "surflux.transfer", 1
+LARGEST = 1e30  # of light, in its own unit: the sums of an operator are float32, which ends at 3.4e38
 
 
 class Transfer:

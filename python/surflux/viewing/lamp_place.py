@@ -68,7 +68,7 @@ def _places(scene, camera, size, middle):
 
 
 def _sights(camera, size, columns, rows):
-    """(starts, directions), (n, 3) each, of lines of sight through all of these parts of a picture's width and height."""
+    """(starts, directions), (n, 3) each, of lines of sight through these parts of a picture's width and height."""
     right, down, forward = camera._axes()
     x, y = (part.reshape(-1, 1) - 0.5 for part in np.meshgrid(columns, rows))
     high = 2.0 * np.tan(np.radians(camera.fov) / 2.0) if camera.height is None else camera.height

@@ -300,7 +300,9 @@ def test_without_lights_one_stands_before_a_body(window, tmp_path):
             seen = transfer.scene.surfels.points @ eye > edge + 0.05
             assert (view.subject.solution.direct[seen, 0] > 0).mean() > 0.5  # most
             column, row, depth = looks.project([view.lamps[0].place], (400, 300))[0]
-            assert depth > 0 and 0 < column < 400 and 0 < row < 300
+            assert depth > 0
+            assert 0 < column < 400
+            assert 0 < row < 300
             view.frame(sf.Camera([0.0, 5.0, 0.0], [0.0, 0.0, 0.0]))
             view.add()  # for what is seen from there
             lit = transfer.relight(view.lamps[1].light).direct[:, 0] > 0
