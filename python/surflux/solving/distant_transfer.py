@@ -16,6 +16,7 @@ from surflux.geometry.gloss import gloss_arrays, require_energy
 from surflux.scenes.lights import Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.harmonics import rotate_harmonics
 from surflux.solving.transfer import LARGEST, Transfer
 
@@ -83,6 +84,11 @@ class DistantTransfer(Transfer):
             seconds = perf_counter() - start
         found = {"reflectance": reflectance, "timings": {"incident": seconds}}
         solution = self._lit(light, seen, irradiance, direct, **found)
+        if isinstance(environment, Environment):
+            core = self.scene._to_core()
+            warn_of_backs([seen], core.surfels, direct, core.surfels.areas)
+        else:
+            warn_of_no_arrival(light, direct)
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
         return solution

@@ -15,7 +15,7 @@ from surflux._base.types import Floats, Progress
 from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_no_arrival
+from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
 
 LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
@@ -101,7 +101,13 @@ class LocalTransfer(Transfer):
         0.1
         """
         given = self._given(lights, reflectance, bounces, shadow_rays, seed)
-        options = _penumbra_options(probes, penumbra_rays)
+        rays = _penumbra_options(probes, penumbra_rays)
+        solution = self._relit(lights, given, *rays, threads, progress)
+        self._warn(_as_list(lights), solution.direct)
+        return solution
+
+    def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
+        """What `relight` returns, without its warnings; given: see _given."""
         scene = Scene(self.scene.objects, lights=_as_list(lights), camera=self.scene.camera)
         with thread_limit(threads):
             start = perf_counter()
@@ -109,11 +115,16 @@ class LocalTransfer(Transfer):
             found = perf_counter()
             with stage_callback(progress) as callback:
                 report = None if callback is None else lambda done, total: callback("direct", done, total)
-                direct = np.asarray(self._core.direct(given[0], *options, given[-1], report))
+                direct = np.asarray(self._core.direct(given[0], probes, penumbra_rays, given[-1], report))
             seconds = {"indirect": found - start, "direct": perf_counter() - found}
-        warn_of_no_arrival(scene.lights, direct)
         lamps = [light for light in scene.lights if isinstance(light, AreaLight)]
         return self._solution(given[1], direct + indirect, direct, timings=seconds, lamps=lamps, scene=scene)
+
+    def _warn(self, lights, direct):
+        """Of lights that reach no fronts, or hardly any; direct: (n, 3) irradiance that they bring."""
+        core = self.scene._to_core()
+        if not warn_of_backs(lights, core.surfels, direct, core.surfels.areas):
+            warn_of_lamps_in_bodies(lights, core)
 
     def _given(self, lights, reflectance, bounces, shadow_rays, seed):
         lights = _as_list(lights)

@@ -17,6 +17,7 @@ from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.transfer import LARGEST, Transfer
 
 
@@ -82,6 +83,11 @@ class SkyTransfer(Transfer):
         lights = [sky] if isinstance(sky, (Environment, Sky)) else []
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
+        if scene.lights:
+            core = self.scene._to_core()
+            warn_of_backs(scene.lights, core.surfels, found[1], core.surfels.areas)
+        else:
+            warn_of_no_arrival(radiances, found[1])
         seen = environments_among(scene.lights)
         return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
 

@@ -11,7 +11,7 @@ from surflux.viewing.relit_window import RelitView
 from surflux.viewing.traced_light import TracedLight
 
 _RADIUS, _CHOSEN = 0.015, 1.5  # of a lamp, over the extent, and of the chosen one over that of others
-_QUICK = {"probes": 1, "penumbra_rays": 1, "shadow_rays": 4096}  # of light while something is dragged
+_QUICK = 4096  # shadow rays of light while something is dragged
 
 
 class LampView(RelitView):
@@ -47,7 +47,10 @@ class LampView(RelitView):
         return [lamp.light for lamp in self.lamps]
 
     def found(self, quick):
-        return self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
+        lights = self.lights()
+        if not quick:
+            return self.transfer.relight(lights)
+        return self.transfer._relit(lights, self.transfer._given(lights, None, None, _QUICK, 0), 1, 1)
 
     def trace(self, traced):
         """Shows direct light at every pixel, as LampRenderer draws it, or at every surfel."""

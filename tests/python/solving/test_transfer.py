@@ -73,7 +73,7 @@ def test_convex_bodies_and_the_dark_have_no_indirect_light():
 
 @pytest.mark.slow
 def test_lamps_that_light_nothing_are_warned_of(transfer):
-    with pytest.warns(UserWarning, match="none of the lights reaches the front of a surfel"):
+    with pytest.warns(UserWarning, match="shine on backs of surfels, and none of it reaches fronts"):
         assert transfer.relight(sf.PointLight([0.5, 0.5, 9.0], 1.0)).irradiance.max() == 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("error")

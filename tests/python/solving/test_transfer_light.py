@@ -1,9 +1,13 @@
 """Light that a transfer cannot take, or that lights nothing: what is said of it, for all three kinds of lighting."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 
 import surflux as sf
+from surflux.scenes import shapes
 
 CORNER = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]], [[0, 1, 2, 3], [0, 3, 5, 4]]
 LIGHTS = {
@@ -72,3 +76,74 @@ def test_more_emission_than_sums_hold_is_refused(corner, lighting):
         ValueError, match=r"^scene: emission: wanted values at most 1e\+30, got 1e\+36 at index \(0, 0\)"
     ):
         sf.precompute_transfer(scene, lighting)
+
+
+def said_of(relit, *arguments):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        return relit(*arguments), [str(w.message) for w in said]
+
+
+def room(inward=True, patches=6):
+    return sf.Surfels.from_mesh(shapes.box(patches=patches, inward=inward)[:2], reflectance=0.5)
+
+
+@pytest.fixture(scope="module")
+def closed():
+    return {lighting: sf.precompute_transfer(sf.Scene([room()]), lighting, levels=2) for lighting in LIGHTS}
+
+
+BACKS = "the scene's lights shine on backs of surfels, and none of it reaches fronts"
+NONE = "none of the light reaches the front of a surfel"
+MISSES = "they shine past all of them"
+
+
+@pytest.mark.parametrize(
+    ("lighting", "light", "why"),
+    [
+        ("local", sf.PointLight([4, 4, 4], 1.0), BACKS),
+        ("local", [sf.DirectionalLight([0, 1, -1], 1.0), sf.PointLight([0.5, 0.5, 0.5], 0.0)], BACKS),
+        ("local", sf.SpotLight([4, 4, 4], [1, 1, 1], 9.0), MISSES),
+        ("distant", sf.Environment(1.0), BACKS),
+        ("distant", sf.Environment.from_harmonics([1.0, 0.0, 5.0, 0.0]), BACKS),
+        ("distant", [1.0, 0.0, 5.0, 0.0], NONE),
+        ("sky", sf.Environment(1.0), BACKS),
+        ("sky", sf.Sky.from_sun(45.0, 150.0, direct_normal=800.0, diffuse=100.0), BACKS),
+        ("sky", np.ones(146), NONE),
+    ],
+)
+def test_light_that_stays_outside_is_said_once(closed, lighting, light, why):
+    solution, said = said_of(closed[lighting].relight, light)
+    assert not solution.irradiance.any()
+    assert len(said) == 1
+    assert why in said[0]
+
+
+@pytest.mark.parametrize("lighting", LIGHTS)
+def test_of_light_without_power_and_of_light_that_arrives_nothing_is_said(closed, transfers, lighting):
+    assert said_of(closed[lighting].relight, LIGHTS[lighting](0.0))[1] == []
+    assert said_of(transfers[lighting].relight, LIGHTS[lighting](1.0))[1] == []
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.3])
+def test_a_lamp_in_a_body_is_said(rise):
+    """On the floor the body is open below: in its middle the sixth of the sphere there is floor, and all else backs."""
+    body = sf.Surfels.from_mesh(shapes.box(0.5, 4)[:2], reflectance=0.5)
+    body = body.transformed([[1, 0, 0, 0.25], [0, 1, 0, 0.25], [0, 0, 1, rise], [0, 0, 0, 1]])
+    faces = len(body) // 6
+    if rise == 0.0:
+        body = body[body.points[:, 2] > 1e-6]
+        assert len(body) == 5 * faces
+    transfer = sf.precompute_transfer(sf.Scene([room(patches=4), body]), levels=1)
+    inside = [0.5, 0.5, 0.25 + rise]
+    for lamp, on_floor in (  # the area light shines downwards, into half of the sphere
+        (sf.PointLight(inside, 1.0), 1 / 6),
+        (sf.SpotLight(inside, [1, 0, 0], 1.0, cone=20.0), 0.0),
+        (sf.AreaLight(inside, [0, 0.01, 0], [0.01, 0, 0], 1.0), 1 / 3),
+    ):
+        _, said = said_of(transfer.relight, [sf.PointLight([0.5, 0.5, 0.9], 1.0), lamp])
+        assert len(said) == 1
+        share = re.search(r"^lights: of what light 1 shines on (\d+)% are backs of surfels", said[0])
+        wanted = 100 if rise else 100 * (1 - on_floor)
+        assert abs(int(share[1]) - wanted) < 3  # some of 128 or 256 rays are along the borders of a face
+    assert said_of(transfer.relight, sf.PointLight([0.1, 0.1, 0.9], 1.0))[1] == []
