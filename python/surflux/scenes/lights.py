@@ -97,7 +97,9 @@ class SpotLight:
             intensity=check.rgb("intensity", self.intensity),
             cone=check.number("cone", self.cone, 0.0, 360.0, low_open=True),
         )
-        _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0, self.cone))
+        _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0))
+        if self.penumbra > self.cone:  # as of a narrow cone the default is
+            raise ValueError(f"penumbra: wanted at most the cone, {self.cone:g} degrees, got {self.penumbra:g}")
 
     def _to_core(self):
         return _core.SpotLight(self.position, self.direction, self.intensity, self.cone, self.penumbra)

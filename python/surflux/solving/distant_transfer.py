@@ -71,6 +71,8 @@ class DistantTransfer(Transfer):
         >>> print(solution.irradiance.round(3)[0])
         [3.142 3.142 3.142]
         """
+        if not isinstance(environment, Environment):
+            self._refuse_lights("environment", environment, "an Environment or 1, 4, 9, 16 or 25 harmonics")
         light, seen = harmonics_of(environment), environment
         if rotation is not None:
             light = rotate_harmonics(light, rotation)

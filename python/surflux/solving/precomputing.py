@@ -14,7 +14,7 @@ from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.cluster.engines import shared_out
 from surflux.scenes.scene import Scene
-from surflux.scenes.sky_patches import SkyPatches
+from surflux.scenes.sky_patches import SkyPatches, patch_count
 from surflux.solving.distant_transfer import DistantTransfer
 from surflux.solving.local_transfer import LocalTransfer
 from surflux.solving.run import check_scene
@@ -77,7 +77,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int | None = None,
     senders: int = 65536,
-    patches: int = 145,
+    patches: int | None = None,
     max_memory: float | None = None,
     seed: int = 0,
     cluster: Any = None,
@@ -96,7 +96,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int | None = None,
     senders: int = 65536,
-    patches: int = 145,
+    patches: int | None = None,
     region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
@@ -141,7 +141,7 @@ def precompute_transfer(
             8 388 608.
         region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those
             alone ("local"). None for anywhere in the air, hollow walls, too.
-        patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
+        patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches); None for 145.
         max_memory: bytes for the operator and for finding it, beside the scene, as far as they can be told before (to
             a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
             (container, batch queue, ulimit -v). Levels, and rows of surfels, that do not fit are left out, with a
@@ -169,7 +169,8 @@ def precompute_transfer(
     for of in scene.objects:
         check.in_range("scene: emission", of.emission, high=LARGEST)
     check.choice("lighting", lighting, tuple(EPSILON))
-    SkyPatches(patches)
+    if patches is not None and lighting != "sky":
+        raise ValueError(f"patches: is for lighting 'sky', not {lighting!r}")
     bounces = None if bounces is None else check.count("bounces", bounces, 0)
     epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
     if region is not None:
@@ -180,7 +181,7 @@ def precompute_transfer(
             raise ValueError(f"region: wanted the least and the greatest corner of a box, got {region.tolist()}")
     options = {
         "lighting": lighting,
-        "patches": patches,
+        "patches": 145 if patches is None else patch_count("patches", patches),
         "levels": check.count("levels", levels, 1, 10),
         "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
         "epsilon": check.number("epsilon_t", epsilon_t, 0.0, low_open=True),

@@ -69,6 +69,8 @@ class SkyTransfer(Transfer):
         if isinstance(sky, Environment):
             radiances = self.patches.radiance(sky)
         else:
+            if not isinstance(sky, Sky):
+                self._refuse_lights("sky", sky, f"a Sky, an Environment or radiances ({len(self.patches)}, 3)")
             by_patches = sky.patch_radiances(self.patches, sun=True) if isinstance(sky, Sky) else sky
             radiances = check.numeric("sky", by_patches)
             if radiances.ndim == 1:

@@ -162,6 +162,10 @@ REFUSED = {
     "bounces": ({"bounces": -1}, "bounces: wanted"),
     "rays": ({"rays": 8}, "rays: wanted"),
     "senders": ({"senders": 0}, "senders: wanted"),
+    "patches": ({"patches": 577}, "patches: is for lighting 'sky', not 'local'"),
+    "patches of distant": ({"patches": 145, "lighting": "distant"}, "patches: is for lighting 'sky', not 'distant'"),
+    "other patches": ({"patches": 100, "lighting": "sky"}, "^patches: wanted one of 145, 577, .*, got 100"),
+    "text for patches": ({"patches": "145", "lighting": "sky"}, "^patches: wanted a whole number, got '145'"),
 }
 
 

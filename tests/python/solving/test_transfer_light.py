@@ -147,3 +147,18 @@ def test_a_lamp_in_a_body_is_said(rise):
         wanted = 100 if rise else 100 * (1 - on_floor)
         assert abs(int(share[1]) - wanted) < 3  # some of 128 or 256 rays are along the borders of a face
     assert said_of(transfer.relight, sf.PointLight([0.1, 0.1, 0.9], 1.0))[1] == []
+
+
+@pytest.mark.parametrize("lighting", LIGHTS)
+def test_bounces_can_be_set_to_what_they_can_be(transfers, lighting):
+    transfer, light = transfers[lighting], LIGHTS[lighting](1.0)
+    assert transfer.bounces is None
+    try:
+        transfer.bounces = 1
+        assert np.array_equal(transfer.relight(light).irradiance, transfer.relight(light, bounces=1).irradiance)
+        for bounces in ("all", -1, 1.5, True):
+            with pytest.raises(ValueError, match=r"^bounces: wanted a whole number"):
+                transfer.bounces = bounces
+        assert transfer.bounces == 1
+    finally:
+        transfer.bounces = None
