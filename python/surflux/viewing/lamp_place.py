@@ -15,21 +15,22 @@ _MIDDLE = 0.8  # of the best place: the middle of the scene is taken if it is as
 
 
 def lamp_in_view(scene, camera, size):
-    """A point light in the air that a Camera sees, with an irradiance of 1 at half the scene's extent.
+    """A point light in the air that a Camera sees, with an irradiance of about 1 W/m2 where it faces what is seen.
 
     Args:
         scene: Scene.
         camera: Camera. size: (width, height) of its picture.
     """
     low, high = scene.surfels.bounds
-    place = (low + high) / 2
+    place, reach = (low + high) / 2, (high - low) / 2
     seen = _seen(scene, camera, size)
     if seen is not None:
         places = np.concatenate([place[None], _places(scene, camera, size, place)])
         merit = _merit(scene, camera, *seen, places)
         if merit[0] < _MIDDLE * merit.max():
             place = places[np.argmax(merit)]
-    return PointLight(place, float(np.sum(((high - low) / 2) ** 2)) / 3)
+        reach = seen[1] - place
+    return PointLight(place, float(np.mean(np.sum(reach**2, axis=-1))))
 
 
 def _merit(scene, camera, surfels, points, places):
