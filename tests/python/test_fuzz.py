@@ -254,7 +254,7 @@ def test_numbers_that_leave_the_range_of_float64_when_multiplied(folder):
     assert refusal_of_object('shape = "box"\nsize = 1e308') == f"size): {wanted} at index 0"
     for key in ("scale", "radius"):
         text = refusal_of_object(f'shape = "sphere"\n{key} = 1e308')
-        assert text == f"{key}): wanted values in [-inf, 1e+30], got 1e+308"
+        assert text == f"{key}): wanted values at most 1e+30, got 1e+308"
     for key in ("eye", "target", "up"):
         points = {"eye": [0, 0, 1], "target": [0, 0, 0], "up": [0, 1, 0], key: [0, 1e308, 0]}
         with pytest.raises(ValueError, match=rf"^{key}: wanted values in \[-1e\+30, 1e\+30\], got 1e\+308 at index 1"):
@@ -263,7 +263,7 @@ def test_numbers_that_leave_the_range_of_float64_when_multiplied(folder):
         ValueError, match=r"^points: wanted values in \[-1e\+30, 1e\+30\], got 1e\+31 at index \(0, 2\)"
     ):
         sf.Surfels([[0, 0, 1e31]], [[0, 0, 1]], radii=1.0)
-    with pytest.raises(ValueError, match=r"^radii: wanted values in \[-inf, 1e\+60\], got 1e\+100"):
+    with pytest.raises(ValueError, match=r"^radii: wanted values at most 1e\+60, got 1e\+100"):
         sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1e100)
 
 

@@ -91,6 +91,8 @@ def in_range(name, array, low=-math.inf, high=math.inf, *, low_open=False, high_
         where = tuple(int(i) for i in np.argwhere(bad)[0])
         if high == math.inf:
             wanted = f"{'above' if low_open else 'at least'} {low:g}"
+        elif low == -math.inf:
+            wanted = f"{'below' if high_open else 'at most'} {high:g}"
         else:
             wanted = f"in {'(' if low_open else '['}{low:g}, {high:g}{')' if high_open else ']'}"
         place = "" if not where else f" at index {where[0] if len(where) == 1 else where}"

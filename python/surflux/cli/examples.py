@@ -31,6 +31,7 @@ EXAMPLES = {
     ),
     "relight": (
         ("room.toml --path lamps.toml --image lamps.gif --direct traced", "a film of lamps that move"),
+        ("room.toml --save room.transfer", "the seconds once; then `surflux relight room.transfer`"),
         ("scene.toml --environment hall.hdr --export scene.html", "a page whose slider turns the environment"),
     ),
     "solar": (

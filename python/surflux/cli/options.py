@@ -176,7 +176,9 @@ def command_line(runs, cloud_limit):
 
     text = "Move the lamps of a scene, or turn its environment: in a window, or to pictures, a film, files or a page."
     relight = command("relight", text)
-    relight.add_argument("input", metavar="SCENE|TRANSFER", help="a scene (.toml), or what Transfer.save wrote of one")
+    relight.add_argument("input", metavar="SCENE|TRANSFER", help="a scene (.toml), or what --save wrote of one")
+    text = "write what is precomputed of a scene, to take in place of it; nothing else then unless it is asked for"
+    relight.add_argument("--save", metavar="OUT.transfer", help=text)
     relight.add_argument("-o", "--output", metavar="OUT.ply", help="write relit surfels (frames: a pattern, %%04d.ply)")
     relight.add_argument(
         "--path",
@@ -191,6 +193,8 @@ def command_line(runs, cloud_limit):
     relight.add_argument("--turntable", type=int, metavar="N", help=text)
     text = "write a page in which a slider turns the environment, in any browser"
     relight.add_argument("--export", metavar="OUT.html", help=text)
+    text = "write Gaussians for viewers of Gaussian splatting"
+    relight.add_argument("--gaussians", metavar="OUT.glb|OUT.ply", help=text)
     text = "light of lamps: interpolated between surfels (default), or traced to every pixel, with sharp shadows"
     relight.add_argument("--direct", metavar="HOW", help=text)
     relight.add_argument("--bounces", type=_bounces, metavar="N|all", help="of light (default: all)")

@@ -6,7 +6,15 @@ from pathlib import Path
 import surflux as sf
 from surflux._base import check
 from surflux._base.files import file_error, require_file, require_place
-from surflux.cli.pictures import background_of, camera_of, check_images, exposed, tone_of_series
+from surflux.cli.pictures import (
+    background_of,
+    camera_of,
+    check_gaussians,
+    check_images,
+    exposed,
+    tone_of_series,
+    write_gaussians,
+)
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
@@ -21,11 +29,12 @@ def run(options):
     settings = _settings(options)
     transfer = sf.load_transfer(options.input) if _is_transfer(options) else None
     lights = _lights_of(options, transfer)
-    off_screen = bool(options.image or options.output or options.export)
+    relights = bool(options.image or options.output or options.export or options.gaussians)
+    off_screen = relights or options.save is not None
     _refuse_options(options, off_screen, lights.count)
     scene = transfer.scene if transfer else sf.load_scene(options.input, threads=options.threads, progress=True)
     camera = camera_of(options, scene.surfels, scene.camera)
-    lights.take(scene, off_screen)
+    lights.take(scene, relights)
     if options.export is not None and camera.height is not None:
         raise ValueError("--export: wanted a camera without height, for a page is drawn in perspective alone")
     if transfer is None:
@@ -42,6 +51,9 @@ def run(options):
         "frames": lights.count,
     }
     lines = [f"{check.counted(result['surfels'], 'surfel')}, {transfer}"]
+    if options.save is not None:
+        result["transfer"] = saved = transfer.save(options.save)
+        lines.append(f"transfer: {saved} ({saved.stat().st_size / 1e6:.1f} MB)")
     if not off_screen:
         look = {"stops": options.stops, "size": options.size, "screenshot": options.screenshot}
         path = lights.window(transfer, camera=camera, **look)
@@ -50,6 +62,10 @@ def run(options):
     images = _drawn(transfer, lights, camera, options)
     result |= {"outputs": outputs, "images": images}
     lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
+    if options.gaussians is not None:
+        write_gaussians(lights.relit(transfer, 0), options)
+        result["gaussians"] = options.gaussians
+        lines.append(f"Gaussians: {options.gaussians}")
     if options.export is not None:
         page = lights.page(transfer, camera, scene.name or Path(options.input).stem).save(options.export)
         result["page"] = page
@@ -67,7 +83,7 @@ def _require_input(name):
         f'[[object]] with file = "{Path(name).name}" in a scene file makes one of points (kind = "mesh": of a mesh); '
         f"`surflux doctor {shlex.quote(name)}` says what the file holds"
     )
-    raise file_error(name, f"wanted a scene (.toml), or what Transfer.save wrote of one ({TRANSFER}): {made}")
+    raise file_error(name, f"wanted a scene (.toml), or what --save wrote of one ({TRANSFER}): {made}")
 
 
 def _is_transfer(options):
@@ -99,11 +115,24 @@ def _refuse_options(options, off_screen, frames):
     if options.direct is not None and not options.image:
         raise ValueError("--direct: is of pictures; wanted with --image")
     if off_screen and options.screenshot is not None:
-        raise ValueError("--screenshot: is the window's; wanted without --image, -o and --export")
+        raise ValueError("--screenshot: is the window's; wanted without --image, -o, --export, --gaussians and --save")
+    if options.save is not None:
+        if _is_transfer(options):
+            raise ValueError(f"--save: is for a scene; {options.input} is precomputed")
+        if Path(options.save).suffix.lower() != TRANSFER:
+            raise ValueError(f"--save: wanted a name ending in {TRANSFER}, got {options.save!r}")
+        require_place(options.save)
+    if options.gaussians is not None:
+        if frames > 1:
+            raise ValueError(f"--gaussians: is of one frame; there are {frames}")
+        check_gaussians(options.gaussians)
     if options.screenshot is not None:
         picture_path("--screenshot", options.screenshot)
     if options.export is not None:
         require_place(page_path("--export", options.export))
+    if frames > 1 and not (options.image or options.output):
+        wanted = "wanted --image with a film (.mp4, .gif) or a pattern, such as frames/%04d.png, or -o frames/%04d.ply"
+        raise ValueError(f"--path: {options.path} has {frames} frames; {wanted}")
     for image in options.image or []:
         if _is_series(image):
             check_target(image, "--image")

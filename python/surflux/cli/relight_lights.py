@@ -41,7 +41,8 @@ class MovingLamps:
             if len(lamps) < len(scene.lights):
                 warn(f"{self._name}: its environment is left out, for transfer is that of lamps (see --environment)")
             self._frames = [lamps]
-        if off_screen and not any(self._frames) and not np.any(scene.surfels.emission):
+        self._dark = not any(self._frames) and not np.any(scene.surfels.emission)
+        if off_screen and self._dark:
             raise ValueError(f"{self._name}: has no lamps; --path LIGHTS.toml gives it some")
 
     def relit(self, transfer, k):
@@ -49,7 +50,8 @@ class MovingLamps:
         return transfer.relight(self._frames[k], seed=self._seed, progress=True)
 
     def window(self, transfer, **options):
-        return sf.move_lamps(transfer, self._frames[0], **options)
+        """The window; where nothing shines, with a lamp that move_lamps places."""
+        return sf.move_lamps(transfer, None if self._dark else self._frames[0], **options)
 
     def write_images(self, transfer, camera, options, images, *, background, samples, culling):
         """Pictures of the first frame."""

@@ -12,7 +12,7 @@ MOST = 1e6  # an exponent: the lobe is then .1 degrees wide
 def gloss_arrays(specular, exponent, n, what="surfel"):
     """{} where nothing is specular, else "specular" (n, 3) and "exponent" (n,), as users may give them."""
     specular = check.per_surfel_rgb("specular", specular, n, high=1.0, high_open=True, what=what)
-    exponent = check.in_range("exponent", check.per_surfel("exponent", exponent, n), high=MOST)
+    exponent = check.in_range("exponent", check.per_surfel("exponent", exponent, n), 0.0, MOST)
     if not specular.any() and np.all(exponent == USUAL_EXPONENT):
         return {}
     return {"specular": specular, "exponent": exponent}

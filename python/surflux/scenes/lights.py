@@ -97,7 +97,9 @@ class SpotLight:
             intensity=check.rgb("intensity", self.intensity),
             cone=check.number("cone", self.cone, 0.0, 360.0, low_open=True),
         )
-        _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0, self.cone))
+        _set(self, penumbra=check.number("penumbra", self.penumbra, 0.0))
+        if self.penumbra > self.cone:  # as of a narrow cone the default is
+            raise ValueError(f"penumbra: wanted at most the cone, {self.cone:g} degrees, got {self.penumbra:g}")
 
     def _to_core(self):
         return _core.SpotLight(self.position, self.direction, self.intensity, self.cone, self.penumbra)
@@ -371,6 +373,11 @@ def _axes(up, azimuth):
 def environments_among(lights):
     """The Environments among lights, in their order."""
     return [light for light in lights if isinstance(light, Environment)]
+
+
+def power_name(light):
+    """The name of what a light other than an Environment has of power, which it is proportional to."""
+    return next(name for name in ("intensity", "exitance", "irradiance") if hasattr(light, name))
 
 
 Light: TypeAlias = PointLight | SpotLight | AreaLight | DirectionalLight | Environment

@@ -38,9 +38,7 @@ class SkyPatches:
     """
 
     def __init__(self, count: int = 145) -> None:
-        if check.count("count", count) not in _SUBDIVISIONS:
-            raise ValueError(f"count: wanted one of {', '.join(map(str, _SUBDIVISIONS))}, got {count}")
-        self._core = _core.SkyPatches(_SUBDIVISIONS[count])
+        self._core = _core.SkyPatches(_SUBDIVISIONS[patch_count("count", count)])
 
     def __len__(self) -> int:
         return len(self._core)
@@ -105,3 +103,10 @@ class SkyPatches:
         if not isinstance(environment, Environment):
             raise ValueError(f"environment: wanted an Environment, got {type(environment).__name__}")
         return np.asarray(self._core.radiance(environment._to_core()))
+
+
+def patch_count(name: str, count: int) -> int:
+    """count, if a sky can have so many patches; refused by `name` otherwise."""
+    if check.count(name, count) not in _SUBDIVISIONS:
+        raise ValueError(f"{name}: wanted one of {', '.join(map(str, _SUBDIVISIONS))}, got {count}")
+    return count

@@ -5,7 +5,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
-from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
+from surflux.scenes.lights import DirectionalLight, Environment, PointLight, SpotLight, power_name
 from surflux.solutions.fields import RAYS
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
@@ -15,6 +15,9 @@ HARDLY_LIT = 0.02
 ON_FRONTS = 0.01
 # Surfels whose backs are looked at, drawn by area; 100 of them tell a hundredth.
 ASKED = 2000
+# Of what the light of a lamp meets, backs: above this share it is said.
+ON_BACKS = 0.5
+LAMP_RAYS = 256
 TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
 
 
@@ -30,16 +33,26 @@ def warn_of_darkness(scene, core, result):
             what = "the scene's lights have no power" if scene.lights else "the scene has no lights"
             warn(f"{what} and nothing in it emits: all of it stays black")
         return not emits
-    direct = result["direct"].sum(axis=1)
-    areas = result["surfels"].areas
+    return warn_of_backs(shining, core.surfels, result["direct"], result["surfels"].areas) and not emits
+
+
+def warn_of_backs(lights, surfels, direct, areas):
+    """Warns where (next to) nothing of lights reaches the fronts of surfels; whether it did.
+
+    lights: that shine. surfels: of the compiled scene. direct, areas: (n, 3) irradiance found, and (n,).
+    """
+    shining = [light for light in lights if _shines(light)]
+    if not shining:
+        return False
+    direct = direct.sum(axis=1)
     total = areas.sum()
     fronts = areas @ direct / total if total > 0.0 else 0.0
     if fronts > HARDLY_LIT * direct.max():
         return False
-    asked = _drawn_by_area(core.surfels.areas)
-    if fronts > ON_FRONTS * (fronts + _light_on_backs(core.surfels, asked, shining, blocked=False)):
+    asked = _drawn_by_area(surfels.areas)
+    if fronts > ON_FRONTS * (fronts + _light_on_backs(surfels, asked, shining, blocked=False)):
         return False
-    backs = _light_on_backs(core.surfels, asked, shining, blocked=True)
+    backs = _light_on_backs(surfels, asked, shining, blocked=True)
     if fronts < ON_FRONTS * (fronts + backs):
         what = "none of it" if fronts == 0.0 else f"only {fronts / (fronts + backs):.2%} of it"
         warn(
@@ -50,26 +63,51 @@ def warn_of_darkness(scene, core, result):
         warn("none of the scene's lights reaches a surfel: they shine past all of them")
     else:
         return False
-    return not emits
+    return True
 
 
-def warn_of_no_arrival(lights, direct):
-    """Warns where lights have power, and nothing of it arrives directly: direct is (n, 3) irradiance of all surfels."""
-    if not np.any(direct) and any(_shines(light) for light in lights):
-        warn(
-            "none of the lights reaches the front of a surfel: they stand outside of closed walls, shine past all "
-            f"surfels, or normals face away from them ({TURN})"
-        )
+def warn_of_no_arrival(power, direct):
+    """Warns where light whose power is any numbers does not arrive directly: direct is (n, 3), of all surfels."""
+    if np.any(power) and not np.any(direct):
+        warn(f"none of the light reaches the front of a surfel: walls are closed, or normals face away ({TURN})")
+
+
+def warn_of_lamps_in_bodies(lights, core):
+    """Warns of lamps that have a place, where most of what their rays meet are backs. core: the compiled scene."""
+    for index, light in enumerate(lights):
+        if isinstance(light, DirectionalLight) or not _shines(light):
+            continue
+        at, ways = _rays_of(light)
+        # A ray leaves from a surfel, which it does not meet: one among all of them does not matter here.
+        none, starts = np.zeros(len(ways), np.uint32), np.tile(at, (len(ways), 1))
+        met, front, _ = _core.closest_hits(core, none, starts, ways)
+        met = met >= 0
+        backs = np.count_nonzero(met & (front == 0))
+        if backs > ON_BACKS * np.count_nonzero(met):
+            warn(
+                f"lights: of what light {index} shines on {backs / np.count_nonzero(met):.0%} are backs of surfels: it "
+                f"stands inside of a body or outside of closed walls, or normals face away from it ({TURN})"
+            )
+
+
+def _rays_of(lamp):
+    """(3,) where a lamp stands, and (m, 3) directions in which it shines."""
+    k = np.arange(LAMP_RAYS) + 0.5
+    z, turn = 1.0 - 2.0 * k / LAMP_RAYS, np.pi * (1.0 + np.sqrt(5.0)) * k
+    ways = np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=1)
+    if isinstance(lamp, PointLight):
+        return lamp.position, ways
+    if isinstance(lamp, SpotLight):
+        inside = ways[ways @ lamp.direction > np.cos(np.radians(lamp.cone / 2.0))]
+        return lamp.position, np.concatenate([inside, [lamp.direction]])
+    middle = np.add(lamp.corner, np.add(lamp.edge_u, lamp.edge_v) / 2.0)
+    return middle, ways[ways @ np.cross(lamp.edge_u, lamp.edge_v) > 0.0]
 
 
 def _shines(light):
-    if isinstance(light, AreaLight):
-        return bool(np.any(light.exitance))
-    if isinstance(light, DirectionalLight):
-        return bool(np.any(light.irradiance))
     if isinstance(light, Environment):
         return bool(np.any(light.radiance if light.image is None else light.image))
-    return bool(np.any(light.intensity))
+    return bool(np.any(getattr(light, power_name(light))))
 
 
 def _drawn_by_area(areas):

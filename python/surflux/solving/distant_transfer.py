@@ -16,8 +16,9 @@ from surflux.geometry.gloss import gloss_arrays, require_energy
 from surflux.scenes.lights import Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.harmonics import rotate_harmonics
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 ORDER = 5  # of the environment
 
@@ -47,7 +48,7 @@ class DistantTransfer(Transfer):
 
         Args:
             environment: Environment, or its harmonics in the scene's axes (see surflux.spherical_harmonics): (n,) or
-                (n, 3), n = 1, 4, 9, 16 or 25.
+                (n, 3), n = 1, 4, 9, 16 or 25. At most 1e30.
             rotation: (3, 3); what came from direction d comes from rotation @ d. None for none.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
@@ -70,6 +71,8 @@ class DistantTransfer(Transfer):
         >>> print(solution.irradiance.round(3)[0])
         [3.142 3.142 3.142]
         """
+        if not isinstance(environment, Environment):
+            self._refuse_lights("environment", environment, "an Environment or 1, 4, 9, 16 or 25 harmonics")
         light, seen = harmonics_of(environment), environment
         if rotation is not None:
             light = rotate_harmonics(light, rotation)
@@ -83,6 +86,11 @@ class DistantTransfer(Transfer):
             seconds = perf_counter() - start
         found = {"reflectance": reflectance, "timings": {"incident": seconds}}
         solution = self._lit(light, seen, irradiance, direct, **found)
+        if isinstance(environment, Environment):
+            core = self.scene._to_core()
+            warn_of_backs([seen], core.surfels, direct, core.surfels.areas)
+        else:
+            warn_of_no_arrival(light, direct)
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
         return solution
@@ -123,11 +131,13 @@ class DistantTransfer(Transfer):
 def harmonics_of(environment: Environment | ArrayLike) -> Floats:
     """(25, 3) of what relight takes, in the scene's axes."""
     if isinstance(environment, Environment):
+        pixels = environment.radiance if environment.image is None else environment.image
+        check.in_range("environment", np.abs(pixels), high=LARGEST)
         return environment.harmonics(ORDER)
     array = check.numeric("environment", environment)
     if array.ndim == 1:
         array = array[:, None].repeat(3, axis=1)
-    array = check.finite_array("environment", array, (None, 3))
+    array = check.in_range("environment", check.finite_array("environment", array, (None, 3)), -LARGEST, LARGEST)
     if len(array) not in [band**2 for band in range(1, ORDER + 1)]:
         raise ValueError(f"environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got {len(array)}")
     return np.concatenate([array, np.zeros((ORDER**2 - len(array), 3))])

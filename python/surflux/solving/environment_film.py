@@ -86,7 +86,7 @@ def animate_environment(
         path,
         size,
         scene=transfer.scene,
-        dark=(transfer.relight(Environment(1.0), **given).radiosity == 0).all(axis=1),
+        dark=(transfer.relight(Environment(1.0).harmonics(1), **given).radiosity == 0).all(axis=1),
         camera=camera,
         fps=fps,
         progress=progress,

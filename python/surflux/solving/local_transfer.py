@@ -12,11 +12,11 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
-from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight
+from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_no_arrival
-from surflux.solving.transfer import Transfer
+from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
+from surflux.solving.transfer import LARGEST, Transfer
 
 LOCAL = PointLight, SpotLight, AreaLight, DirectionalLight
 
@@ -76,7 +76,8 @@ class LocalTransfer(Transfer):
         Lights are additive: with the same seed, what two bring is the sum of what each brings.
 
         Args:
-            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight.
+            lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, of at most 1e30 in their
+                units each.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -100,7 +101,13 @@ class LocalTransfer(Transfer):
         0.1
         """
         given = self._given(lights, reflectance, bounces, shadow_rays, seed)
-        options = _penumbra_options(probes, penumbra_rays)
+        rays = _penumbra_options(probes, penumbra_rays)
+        solution = self._relit(lights, given, *rays, threads, progress)
+        self._warn(_as_list(lights), solution.direct)
+        return solution
+
+    def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
+        """What `relight` returns, without its warnings; given: see _given."""
         scene = Scene(self.scene.objects, lights=_as_list(lights), camera=self.scene.camera)
         with thread_limit(threads):
             start = perf_counter()
@@ -108,11 +115,16 @@ class LocalTransfer(Transfer):
             found = perf_counter()
             with stage_callback(progress) as callback:
                 report = None if callback is None else lambda done, total: callback("direct", done, total)
-                direct = np.asarray(self._core.direct(given[0], *options, given[-1], report))
+                direct = np.asarray(self._core.direct(given[0], probes, penumbra_rays, given[-1], report))
             seconds = {"indirect": found - start, "direct": perf_counter() - found}
-        warn_of_no_arrival(scene.lights, direct)
         lamps = [light for light in scene.lights if isinstance(light, AreaLight)]
         return self._solution(given[1], direct + indirect, direct, timings=seconds, lamps=lamps, scene=scene)
+
+    def _warn(self, lights, direct):
+        """Of lights that reach no fronts, or hardly any; direct: (n, 3) irradiance that they bring."""
+        core = self.scene._to_core()
+        if not warn_of_backs(lights, core.surfels, direct, core.surfels.areas):
+            warn_of_lamps_in_bodies(lights, core)
 
     def _given(self, lights, reflectance, bounces, shadow_rays, seed):
         lights = _as_list(lights)
@@ -120,6 +132,10 @@ class LocalTransfer(Transfer):
             if not isinstance(light, LOCAL):
                 what = type(light).__name__
                 raise ValueError(f"lights: wanted point, spot, area or directional lights, got {what} at index {index}")
+            power = power_name(light)
+            if max(getattr(light, power)) > LARGEST:
+                got = f"{max(getattr(light, power)):g} at index {index}"
+                raise ValueError(f"lights: wanted {power} of at most {LARGEST:g}, got {got}")
         return (
             [light._to_core() for light in lights],
             self._reflectance(reflectance),

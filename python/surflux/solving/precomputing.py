@@ -14,12 +14,12 @@ from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.cluster.engines import shared_out
 from surflux.scenes.scene import Scene
-from surflux.scenes.sky_patches import SkyPatches
+from surflux.scenes.sky_patches import SkyPatches, patch_count
 from surflux.solving.distant_transfer import DistantTransfer
 from surflux.solving.local_transfer import LocalTransfer
 from surflux.solving.run import check_scene
 from surflux.solving.sky_transfer import SkyTransfer
-from surflux.solving.transfer import Transfer
+from surflux.solving.transfer import LARGEST, Transfer
 
 SAMPLES = 4  # of the unoccluded light of each group of senders
 EPSILON = {"local": 0.2, "distant": 0.15, "sky": 0.3}
@@ -77,7 +77,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int | None = None,
     senders: int = 65536,
-    patches: int = 145,
+    patches: int | None = None,
     max_memory: float | None = None,
     seed: int = 0,
     cluster: Any = None,
@@ -96,7 +96,7 @@ def precompute_transfer(
     radius: float | None = None,
     rays: int | None = None,
     senders: int = 65536,
-    patches: int = 145,
+    patches: int | None = None,
     region: ArrayLike | None = None,
     max_memory: float | None = None,
     seed: int = 0,
@@ -127,7 +127,7 @@ def precompute_transfer(
     matrices, which are "times visibility".
 
     Args:
-        scene: Scene; its lights do not matter. `Transfer` keeps it.
+        scene: Scene; its lights do not matter. Emission is at most 1e30. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
         bounces: how often light is reflected; None for until another bounce brings less than a thousandth of all.
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
@@ -141,7 +141,7 @@ def precompute_transfer(
             8 388 608.
         region: where lamps will be, the least and the greatest corner of a box (2, 3): points are refined for those
             alone ("local"). None for anywhere in the air, hollow walls, too.
-        patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches).
+        patches: of the sky ("sky"): 145, 577, 1297, 2305, ... (see SkyPatches); None for 145.
         max_memory: bytes for the operator and for finding it, beside the scene, as far as they can be told before (to
             a quarter); None for three quarters of the machine's memory, or of what is left of a lower limit
             (container, batch queue, ulimit -v). Levels, and rows of surfels, that do not fit are left out, with a
@@ -166,8 +166,11 @@ def precompute_transfer(
     True
     """
     check_scene(scene)
+    for of in scene.objects:
+        check.in_range("scene: emission", of.emission, high=LARGEST)
     check.choice("lighting", lighting, tuple(EPSILON))
-    SkyPatches(patches)
+    if patches is not None and lighting != "sky":
+        raise ValueError(f"patches: is for lighting 'sky', not {lighting!r}")
     bounces = None if bounces is None else check.count("bounces", bounces, 0)
     epsilon_t = EPSILON[lighting] if epsilon_t is None else epsilon_t
     if region is not None:
@@ -178,7 +181,7 @@ def precompute_transfer(
             raise ValueError(f"region: wanted the least and the greatest corner of a box, got {region.tolist()}")
     options = {
         "lighting": lighting,
-        "patches": patches,
+        "patches": 145 if patches is None else patch_count("patches", patches),
         "levels": check.count("levels", levels, 1, 10),
         "radius": 0.0 if radius is None else check.number("radius", radius, 0.0, low_open=True),
         "epsilon": check.number("epsilon_t", epsilon_t, 0.0, low_open=True),

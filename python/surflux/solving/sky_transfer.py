@@ -17,7 +17,8 @@ from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
-from surflux.solving.transfer import Transfer
+from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
+from surflux.solving.transfer import LARGEST, Transfer
 
 
 class SkyTransfer(Transfer):
@@ -47,7 +48,7 @@ class SkyTransfer(Transfer):
 
         Args:
             sky: Sky, whose sun is spread over its patch; Environment; or radiances of the patches and of the ground, in
-                their order: (patches,) or (patches, 3).
+                their order: (patches,) or (patches, 3). At most 1e30.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
@@ -68,11 +69,14 @@ class SkyTransfer(Transfer):
         if isinstance(sky, Environment):
             radiances = self.patches.radiance(sky)
         else:
+            if not isinstance(sky, Sky):
+                self._refuse_lights("sky", sky, f"a Sky, an Environment or radiances ({len(self.patches)}, 3)")
             by_patches = sky.patch_radiances(self.patches, sun=True) if isinstance(sky, Sky) else sky
             radiances = check.numeric("sky", by_patches)
             if radiances.ndim == 1:
                 radiances = radiances[:, None].repeat(3, axis=1)
-            radiances = check.in_range("sky", check.finite_array("sky", radiances, (len(self.patches), 3)), 0.0)
+            radiances = check.finite_array("sky", radiances, (len(self.patches), 3))
+        check.in_range("sky", radiances, 0.0, LARGEST)
         reflectance = self._reflectance(reflectance)
         with thread_limit(threads):
             start = perf_counter()
@@ -81,6 +85,11 @@ class SkyTransfer(Transfer):
         lights = [sky] if isinstance(sky, (Environment, Sky)) else []
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
+        if scene.lights:
+            core = self.scene._to_core()
+            warn_of_backs(scene.lights, core.surfels, found[1], core.surfels.areas)
+        else:
+            warn_of_no_arrival(radiances, found[1])
         seen = environments_among(scene.lights)
         return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
 

@@ -13,11 +13,14 @@ from surflux._base import check
 from surflux._base.array_file import write_arrays
 from surflux._base.types import FilePath, Floats
 from surflux.points.surfels import Surfels
+from surflux.scenes.lights import LIGHTS
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_arrays import scene_arrays
+from surflux.scenes.sky import Sky
 from surflux.solutions.solution import Solution
 
 FILE_KIND, FILE_VERSION = "surflux.transfer", 1
+LARGEST = 1e30  # of light, in its own unit: the sums of an operator are float32, which ends at 3.4e38
 
 
 class Transfer:
@@ -26,7 +29,7 @@ class Transfer:
     Attributes:
         scene: Scene. Its own lights do not matter.
         lighting: what may change, as it was given to `precompute_transfer`.
-        bounces: of light, unless `relight` is given others; None for all.
+        bounces: of light, unless `relight` is given others; None for all. Can be set.
         receivers: (points, normals), (m, 3) each: where light is gathered.
         nbytes: that the operator takes, without the scene.
         rays, links: shot, and kept as pairs of a receiver and a group of surfels.
@@ -36,13 +39,21 @@ class Transfer:
 
     lighting: ClassVar[str]
     scene: Scene
-    bounces: int | None
     timings: dict[str, float]
     _core: _core.LocalTransfer | _core.DistantTransfer | _core.SkyTransfer
 
     def __init__(self, core: Any, scene: Scene, bounces: int | None, timings: dict[str, float]) -> None:
         """Not called by users: see `precompute_transfer` and `load_transfer`."""
         self._core, self.scene, self.bounces, self.timings = core, scene, bounces, timings
+
+    @property
+    def bounces(self) -> int | None:
+        """Of light, unless `relight` is given others; None for all. Can be set."""
+        return self._reflections
+
+    @bounces.setter
+    def bounces(self, bounces: int | None) -> None:
+        self._reflections = None if bounces is None else check.count("bounces", bounces, 0)
 
     @property
     def receivers(self) -> tuple[Floats, Floats]:
@@ -115,6 +126,16 @@ class Transfer:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self  # nothing of it changes
+
+    def _refuse_lights(self, name: str, value: Any, wanted: str) -> None:
+        """Refuses lights and lists of them, and says what this takes and what else takes lamps."""
+        some = value[0] if isinstance(value, (list, tuple)) and value else value
+        if isinstance(some, (*LIGHTS, Sky)):
+            got = type(some).__name__ if some is value else f"a list of {type(some).__name__}"
+            raise ValueError(
+                f"{name}: wanted {wanted}, got {got}; this is a transfer of lighting {self.lighting!r}, "
+                "lamps go with precompute_transfer(scene, 'local')"
+            )
 
     def _bounces(self, bounces: int | None) -> int:
         bounces = self.bounces if bounces is None else check.count("bounces", bounces, 0)

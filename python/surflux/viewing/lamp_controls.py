@@ -9,7 +9,7 @@ from surflux.viewing.relit_controls import WIDTH, RelitControls
 KEYS = {
     "n": "choose the next lamp (N: the one before)",
     ",": "bring the lamp nearer (.: put it farther away)",
-    "l": "a lamp more, in the middle",
+    "l": "a lamp more, where it lights what is seen",
     "r": "remove the lamp",
     "w": "write the lamps into a file",
     "t": "direct light at every pixel, with sharp shadows, or at every surfel",

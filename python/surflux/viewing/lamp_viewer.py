@@ -38,7 +38,7 @@ def move_lamps(
     Args:
         transfer: LocalTransfer, as precompute_transfer finds it.
         lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, to begin with. None for a point
-            light in the middle.
+            light in the air that the camera sees, from where it lights most of what is seen.
         style: "disks", "splats" (colours run into each other) or "points"; None for splats, of more than 100 000
             surfels disks.
         stops: of exposure; 0 shows the brightest percent of the light of the beginning as white.
@@ -77,6 +77,6 @@ def move_lamps(
     from surflux.viewing.relit_window import show_window
 
     def make(off_screen):
-        return LampView(transfer, lights, style=style, stops=stops, size=size, off_screen=off_screen)
+        return LampView(transfer, lights, camera, style=style, stops=stops, size=size, off_screen=off_screen)
 
     return show_window(make, LampControls, camera, path)

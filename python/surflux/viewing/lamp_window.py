@@ -3,13 +3,15 @@
 import numpy as np
 
 from surflux.drawing.clicks import sight_ray
-from surflux.scenes.lights import AreaLight, PointLight
+from surflux.pictures.framing import own_or_framing
+from surflux.scenes.lights import AreaLight
+from surflux.viewing.lamp_place import lamp_in_view
 from surflux.viewing.lamps import Lamp
 from surflux.viewing.relit_window import RelitView
 from surflux.viewing.traced_light import TracedLight
 
 _RADIUS, _CHOSEN = 0.015, 1.5  # of a lamp, over the extent, and of the chosen one over that of others
-_QUICK = {"probes": 1, "penumbra_rays": 1, "shadow_rays": 4096}  # of light while something is dragged
+_QUICK = 4096  # shadow rays of light while something is dragged
 
 
 class LampView(RelitView):
@@ -17,7 +19,9 @@ class LampView(RelitView):
 
     Args:
         transfer: LocalTransfer.
-        lights: list of lights; None for one point light in the middle, that lights the walls about as a lamp does.
+        lights: list of lights; None for a point light that lights what is seen, as `lamp_in_view` places it.
+        camera: Camera that it is to look through; None for the scene's own, or one that has all in view.
+        size: (width, height) in pixels.
         options: see RelitView.
 
     Attributes:
@@ -26,21 +30,27 @@ class LampView(RelitView):
         handles: the vtkSphereWidget of each lamp that has a place, by index, since `hold`.
     """
 
-    def __init__(self, transfer, lights, **options):
+    def __init__(self, transfer, lights, camera=None, *, size=(800, 600), **options):
         self.transfer = transfer
         self.chosen, self.handles, self._held, self._spheres = 0, {}, None, 0
         self.traced, self._picture = False, None
-        lights = [middle_light(transfer.scene)] if lights is None else lights
+        if lights is None:
+            scene = transfer.scene
+            looks = own_or_framing(scene.camera if camera is None else camera, scene.surfels, size)
+            lights = [lamp_in_view(scene, looks, size)]
         solution = self.timed(transfer.relight, lights)  # which refuses what is no lamp
         self.lamps = [Lamp.of(light) for light in lights]
-        super().__init__(solution, **options)
+        super().__init__(solution, size=size, **options)
 
     def lights(self):
         """The lights as they are now."""
         return [lamp.light for lamp in self.lamps]
 
     def found(self, quick):
-        return self.transfer.relight(self.lights(), **(_QUICK if quick else {}))
+        lights = self.lights()
+        if not quick:
+            return self.transfer.relight(lights)
+        return self.transfer._relit(lights, self.transfer._given(lights, None, None, _QUICK, 0), 1, 1)
 
     def trace(self, traced):
         """Shows direct light at every pixel, as LampRenderer draws it, or at every surfel."""
@@ -94,8 +104,8 @@ class LampView(RelitView):
         return self.lamps[self.chosen] if self.lamps else None
 
     def add(self):
-        """A point light in the middle more."""
-        self.lamps.append(Lamp.of(middle_light(self.transfer.scene)))
+        """A point light more, placed for what is seen now."""
+        self.lamps.append(Lamp.of(lamp_in_view(self.transfer.scene, self.camera(), self.plotter.window_size)))
         self.chosen = len(self.lamps) - 1
         self.relight()
 
@@ -200,9 +210,3 @@ class LampView(RelitView):
         start, direction = sight_ray(self.plotter.renderer, *np.add(self.plotter.iren.get_event_position(), offset))
         forward = np.array(self.plotter.camera.direction)
         return start + direction * ((center - start) @ forward / (direction @ forward))
-
-
-def middle_light(scene):
-    """A point light in the middle of a scene, whose irradiance at half the scene's extent is 1."""
-    low, high = scene.surfels.bounds
-    return PointLight((low + high) / 2, float(np.sum(((high - low) / 2) ** 2)) / 3)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from surflux.drawing.colors import LUMINANCE
-from surflux.scenes.lights import AreaLight, DirectionalLight, Light, PointLight, SpotLight
+from surflux.scenes.lights import AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
 
 KINDS = {PointLight: "point", SpotLight: "spot", AreaLight: "area", DirectionalLight: "directional"}
 STOPS = 6.0  # how much brighter or darker a lamp can be made
@@ -33,7 +33,7 @@ class Lamp:
     @classmethod
     def of(cls, light):
         """A light as it comes; one without power can be given some."""
-        color = np.array(getattr(light, _power(light)))
+        color = np.array(getattr(light, power_name(light)))
         hue, saturation, _ = colorsys.rgb_to_hsv(*(color / color.max() if color.any() else color))
         return cls(light, 0.0, hue, saturation, float(color @ LUMINANCE) if color.any() else 1.0)
 
@@ -63,19 +63,14 @@ class Lamp:
         self.hue = self.hue if hue is None else float(hue)
         self.saturation = self.saturation if saturation is None else float(saturation)
         color = self.color * (self._luminance * 2.0**self.stops / (self.color @ LUMINANCE))
-        self.light = replace(self.light, **{_power(self.light): color})
+        self.light = replace(self.light, **{power_name(self.light): color})
 
     def words(self):
         """What it is now, in a line."""
-        power = getattr(self.light, _power(self.light))
-        unit = {"intensity": "W/sr", "exitance": "W/m2", "irradiance": "W/m2"}[_power(self.light)]
+        power = getattr(self.light, power_name(self.light))
+        unit = {"intensity": "W/sr", "exitance": "W/m2", "irradiance": "W/m2"}[power_name(self.light)]
         place = "" if self.place is None else f" at {_numbers(self.place)},"
         return f"{KINDS[type(self.light)]} light{place} {_numbers(power)} {unit}"
-
-
-def _power(light):
-    """The name of what a light has of power."""
-    return next(name for name in ("intensity", "exitance", "irradiance") if hasattr(light, name))
 
 
 def _numbers(values):

@@ -1,6 +1,7 @@
 """`surflux relight`: pictures, films and files of lamps that move, the window's picture, and what is refused."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -112,7 +113,8 @@ def test_lamps_that_light_nothing_are_warned_of(here, room, run, direct, image):
     (here / "out.toml").write_text((here / "room.toml").read_text().replace("[0.5, 0.5, 0.6]", "[0.5, 0.5, 9.0]"))
     status, _, err = run("relight", "out.toml", "--direct", direct, "--image", image, *SMALL)
     assert status == 0, err
-    assert "warning: none of the lights reaches the front of a surfel" in err
+    assert err.count("warning: ") == 1
+    assert "warning: the scene's lights shine on backs of surfels, and none of it reaches fronts" in err
 
 
 @pytest.mark.parametrize("name", ["ball.ply", "ball.obj", "two words.laz"])
@@ -120,9 +122,7 @@ def test_files_of_another_kind_are_told_what_they_would_have_to_become(here, run
     (here / name).write_bytes(b"ply\nwhatever \xff\n")
     status, _, err = run("relight", name)
     assert status == 2
-    assert err.startswith(
-        f"surflux: error: {name}: wanted a scene (.toml), or what Transfer.save wrote of one (.transf"
-    )
+    assert err.startswith(f"surflux: error: {name}: wanted a scene (.toml), or what --save wrote of one (.transfer): ")
     assert f'file = "{name}" in a scene file makes one of points' in err
     assert run("relight", "none.ply") == (2, "", "surflux: error: none.ply: no such file\n")
 
@@ -149,6 +149,33 @@ def test_a_window_without_a_display_is_a_picture(room, run):
     assert shown(path).shape == (40, 60, 3)
 
 
+def test_what_is_precomputed_is_saved_and_taken(room, run, here, monkeypatch):
+    status, out, err = run("relight", "room.toml", "--save", "room.transfer", "--json")
+    assert status == 0, err
+    assert json.loads(out)["transfer"] == "room.transfer"
+    lamp = sf.PointLight([0.5, 0.5, 0.6], 1.0)
+    assert np.array_equal(sf.load_transfer("room.transfer").indirect(lamp), room.indirect(lamp))
+    (here / "lone.toml").write_text('[[object]]\nshape = "sphere"\npoints = 162\nreflectance = 0.7\n')
+    status, out, err = run("relight", "lone.toml", "--save", "lone.transfer")  # without lamps, too
+    assert status == 0, err
+    assert out.splitlines()[1:] == [f"transfer: lone.transfer ({Path('lone.transfer').stat().st_size / 1e6:.1f} MB)"]
+    monkeypatch.setattr(sf, "precompute_transfer", None)
+    status, out, err = run("relight", "room.transfer", "-o", "a.ply", "--path", "path.toml", "-o", "a%d.ply")
+    assert status == 0, err
+    wanted = room.relight(sf.load_lamps("path.toml")[2])
+    np.testing.assert_allclose(sf.load_solution("a3.ply").irradiance, wanted.irradiance, rtol=1e-6)
+
+
+def test_saving_and_relighting_go_together(room, run):
+    status, out, err = run("relight", "room.toml", "--save", "a.transfer", "-o", "a.ply", "--gaussians", "a.ply.glb")
+    assert status == 0, err
+    assert out.splitlines()[2:] == ["relit surfels: a.ply", "Gaussians: a.ply.glb"]
+    wanted = sf.Gaussians.of(room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0)))
+    found = sf.load_gaussians("a.ply.glb")
+    assert len(found) == len(wanted) == 216
+    np.testing.assert_allclose(found.harmonics, wanted.harmonics, atol=1e-6)  # of float32
+
+
 def test_an_environment_is_left_out_and_told(room, run, here):
     (here / "sky.toml").write_text((here / "room.toml").read_text() + '[[light]]\ntype = "environment"\nradiance = 1\n')
     status, _, err = run("relight", "sky.toml", "-o", "a.ply")
@@ -171,6 +198,13 @@ def test_all_bounces(room, run):
         (("--path", "path.toml", "--image", "a.png"), "--image: wanted a film (.mp4, .gif) or a pattern, such as "),
         (("--path", "path.toml", "--image", "a%d%d.png"), "--image: wanted a pattern for numbered pictures"),
         (("--path", "path.toml", "-o", "a.ply"), "-o: wanted a pattern, such as frames/%04d.ply, for 3 frames"),
+        (("--path", "path.toml"), "--path: path.toml has 3 frames; wanted --image with a film (.mp4, .gif) or a patt"),
+        (("--path", "path.toml", "--save", "a.transfer"), "--path: path.toml has 3 frames; wanted --image"),
+        (("--path", "path.toml", "-o", "a%d.ply", "--gaussians", "a.glb"), "--gaussians: is of one frame; there are 3"),
+        (("--gaussians", "a.obj"), "--gaussians: wanted a name ending in .ply, .glb or .gltf"),
+        (("--save", "a.ply"), "--save: wanted a name ending in .transfer, got 'a.ply'"),
+        (("--save", "none/a.transfer"), "none/a.transfer: cannot be written: there is no folder none"),
+        (("--save", "a.transfer", "--screenshot", "a.png"), "--screenshot: is the window's"),
         (("-o", "a.exr"), "-o: wanted a name ending in .ply"),
         (("--image", "a.jpg"), "--image: wanted a name ending in .exr, .png or .hdr"),
         (("--screenshot", "a.png", "-o", "a.ply"), "--screenshot: is the window's"),
@@ -190,6 +224,12 @@ def test_what_is_refused_before_any_work(room, run, options, said):
     assert "placement" not in err
 
 
+def test_what_is_saved_is_not_saved_again(room, run):
+    room.save("room.transfer")
+    status, _, err = run("relight", "room.transfer", "--save", "b.transfer")
+    assert (status, err) == (2, "surflux: error: --save: is for a scene; room.transfer is precomputed\n")
+
+
 def test_errors_of_a_path_name_file_and_key(room, run, here):
     (here / "path.toml").write_text(PATH.replace("intensity", "power"))
     status, _, err = run("relight", "room.toml", "--path", "path.toml", "--image", "a.gif")
@@ -204,6 +244,12 @@ def test_a_scene_without_lamps(run, here):
     status, _, err = run("relight", "dark.toml", "-o", "a.ply")
     assert status == 2
     assert "dark.toml: has no lamps; --path LIGHTS.toml gives it some" in err
+    (here / "ball.toml").write_text('[[object]]\nshape = "sphere"\npoints = 642\nreflectance = 0.7\n')
+    for name in ("dark.toml", "ball.toml"):  # the window gets one that lights what is seen
+        status, _, err = run("relight", name, "--screenshot", "a.png", "--size", "200x160")
+        assert status == 0
+        assert "warning" not in err
+        assert shown("a.png")[60:100, 70:130].mean() > 0.3
 
 
 def test_no_bounces_but_a_number(run, here):

@@ -149,7 +149,10 @@ REFUSED = [
     (("--turn", "nan"), "--turn: wanted a finite number"),
     (("--export", "a.png"), "--export: wanted a name ending in .html"),
     (("--export", "none/a.html"), "none/a.html: cannot be written: there is no folder"),
-    (("--export", "a.html", "--screenshot", "a.png"), "--screenshot: is the window's; wanted without --image, -o and"),
+    (
+        ("--export", "a.html", "--screenshot", "a.png"),
+        "--screenshot: is the window's; wanted without --image, -o, --export",
+    ),
     (("--image", "a.jpg"), "--image: wanted a name ending in .exr, .png or .hdr"),
 ]
 
@@ -209,3 +212,16 @@ def test_a_page_is_no_plan(ball, run, here):
     assert status == 2
     assert "surflux: error: --export: wanted a camera without height" in err
     assert "placement" not in err
+
+
+def test_what_is_precomputed_is_saved_and_its_lobes_are_gaussians(ball, run):
+    options = ("--environment", "sky.exr", "--save", "ball.transfer", "--gaussians", "ball.ply")
+    status, out, err = run("relight", "ball.toml", *options)
+    assert status == 0, err
+    assert "transfer: ball.transfer (" in out
+    wanted = ball.relight(environment())
+    found = sf.load_transfer("ball.transfer").relight(environment())
+    assert np.array_equal(found.irradiance, wanted.irradiance)
+    gaussians = sf.load_gaussians("ball.ply")
+    assert gaussians.harmonics.shape[1] > 1  # glossy: another colour from each side
+    np.testing.assert_allclose(gaussians.harmonics, sf.Gaussians.of(wanted).harmonics, atol=1e-5)

@@ -193,12 +193,19 @@ def test_what_surfels_emit_is_part_of_the_light():
         ({"environment": np.zeros((3, 3))}, "environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got 3"),
         ({"environment": np.zeros((36, 3))}, "environment: wanted"),
         ({"environment": "sky"}, "environment: "),
-        ({"environment": sf.PointLight([0, 0, 1], 1.0)}, "environment: "),
+        (
+            {"environment": sf.PointLight([0, 0, 1], 1.0)},
+            r"^environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got PointLight; this is a transfer "
+            r"of lighting 'distant', lamps go with precompute_transfer\(scene, 'local'\)$",
+        ),
+        ({"environment": [sf.Environment(1.0)]}, "environment: wanted an Environment .*, got a list of Environment"),
+        ({"environment": sf.Sky.from_sun(45.0, 150.0, 800.0, 100.0)}, "environment: wanted an Environment .*, got Sky"),
         ({"environment": [np.nan]}, "environment: "),
         ({"environment": LIGHT, "rotation": np.diag([1, 1, -1])}, "rotation: "),
         ({"environment": LIGHT, "reflectance": 0.7, "specular": 0.4}, "specular: wanted reflectance"),
         ({"environment": LIGHT, "specular": -0.1}, "specular: "),
-        ({"environment": LIGHT, "exponent": -1.0}, "exponent: "),
+        ({"environment": LIGHT, "exponent": -1.0}, "exponent: wanted values at least 0, got -1"),
+        ({"environment": LIGHT, "exponent": 1e9}, r"exponent: wanted values in \[0, 1e\+06\], got 1e\+09"),
         ({"environment": LIGHT, "bounces": -1}, "bounces: "),
     ],
 )

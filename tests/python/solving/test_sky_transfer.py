@@ -141,7 +141,13 @@ def test_same_for_any_number_of_threads(stair):
         ({"sky": np.ones(145)}, ValueError, "sky: wanted shape"),
         ({"sky": -SKY}, ValueError, "sky: "),
         ({"sky": "clear"}, ValueError, "sky: "),
-        ({"sky": sf.PointLight([0, 0, 1], 1.0)}, ValueError, "sky: "),
+        (
+            {"sky": sf.PointLight([0, 0, 1], 1.0)},
+            ValueError,
+            r"^sky: wanted a Sky, an Environment or radiances \(146, 3\), got PointLight; this is a transfer of "
+            r"lighting 'sky', lamps go with precompute_transfer\(scene, 'local'\)$",
+        ),
+        ({"sky": [sf.Environment(1.0)]}, ValueError, "sky: wanted a Sky, .*, got a list of Environment"),
         ({"sky": SKY, "reflectance": 1.0}, ValueError, "reflectance: "),
         ({"sky": SKY, "bounces": -1}, ValueError, "bounces: "),
     ],
@@ -152,7 +158,7 @@ def test_skies_that_are_none_are_refused(transfer, arguments, error, message):
 
 
 def test_counts_of_patches_and_surfels_are_checked(stair, transfer):
-    with pytest.raises(ValueError, match="count: wanted one of 145, 577"):
+    with pytest.raises(ValueError, match="patches: wanted one of 145, 577"):
         sf.precompute_transfer(stair, "sky", patches=146)
     with pytest.raises(IndexError, match="surfels: index 9999"):
         transfer.coefficients([9999])

@@ -224,7 +224,7 @@ def test_years_and_times_of_a_place():
         ({"steps": 0}, "^steps: wanted a whole number"),
         ({"sun_step": 45.0}, "^sun_step: wanted values in"),
         ({"bounces": -1}, "^bounces: wanted a whole number"),
-        ({"patches": 146}, "^count: wanted one of"),
+        ({"patches": 146}, "^patches: wanted one of"),
         ({"albedo": 2.0, "skies": None, "times": 2025, "place": (47.4, 8.5)}, "^albedo: wanted values in"),
     ],
 )

@@ -155,7 +155,7 @@ def test_convex_bodies_and_the_dark_have_no_indirect_light():
 
 @pytest.mark.slow
 def test_lamps_that_light_nothing_are_warned_of(transfer):
-    with pytest.warns(UserWarning, match="none of the lights reaches the front of a surfel"):
+    with pytest.warns(UserWarning, match="shine on backs of surfels, and none of it reaches fronts"):
         assert transfer.relight(sf.PointLight([0.5, 0.5, 9.0], 1.0)).irradiance.max() == 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -257,6 +257,10 @@ REFUSED = {
     "bounces": ({"bounces": -1}, "bounces: wanted"),
     "rays": ({"rays": 8}, "rays: wanted"),
     "senders": ({"senders": 0}, "senders: wanted"),
+    "patches": ({"patches": 577}, "patches: is for lighting 'sky', not 'local'"),
+    "patches of distant": ({"patches": 145, "lighting": "distant"}, "patches: is for lighting 'sky', not 'distant'"),
+    "other patches": ({"patches": 100, "lighting": "sky"}, "^patches: wanted one of 145, 577, .*, got 100"),
+    "text for patches": ({"patches": "145", "lighting": "sky"}, "^patches: wanted a whole number, got '145'"),
 }
 
 

@@ -9,6 +9,7 @@ from interactor import click_pixel, press, shot
 from surflux.drawing import plots
 from surflux.viewing import relit_controls
 from surflux.viewing.lamp_controls import KEYS, LampControls
+from surflux.viewing.lamp_place import lamp_in_view
 from surflux.viewing.lamp_window import LampView
 from surflux.viewing.lamps import Lamp, lamps_text
 
@@ -275,11 +276,47 @@ def test_written_lamps_are_read_again(window, tmp_path, monkeypatch):
     np.testing.assert_allclose(view.lamps[2].light.corner, [0.4, 0.5, 0.7])
 
 
-def test_without_lights_one_stands_in_the_middle(window):
+def test_without_lights_one_stands_in_the_middle_of_a_room(window):
     view, _ = window(None)
     assert len(view.lamps) == 1
     np.testing.assert_allclose(view.lamps[0].light.position, [0.5, 0.5, 0.5])
     assert shown_radiosity(view).min() > 0
+
+
+def test_without_lights_one_stands_before_a_body(window, tmp_path):
+    """Its middle, where a lamp lights nothing, is inside. Of a sphere of radius 1, seen from the distance d, the cap
+    with points . towards the eye > 1 / d is seen.
+    """
+    (tmp_path / "ball.toml").write_text('[[object]]\nshape = "sphere"\npoints = 2562\nreflectance = 0.7\n')
+    transfer = sf.precompute_transfer(sf.load_scene(tmp_path / "ball.toml"))
+    for camera in (None, sf.Camera([0.3, 2.0, 4.0], [0.0, 0.0, 0.1]), sf.Camera([0, -4.0, 0], [0, 0, 0], height=3.0)):
+        with plots.quiet_vtk():
+            view = LampView(transfer, None, camera, size=(400, 300), off_screen=True)
+        try:
+            view.frame(camera)
+            looks = view.camera()
+            eye = looks.eye / np.linalg.norm(looks.eye)
+            edge = 0.0 if looks.height is not None else 1.0 / np.linalg.norm(looks.eye)
+            seen = transfer.scene.surfels.points @ eye > edge + 0.05
+            direct = view.subject.solution.direct[seen, 0]
+            assert (direct > 0).mean() > 0.5  # most
+            assert 0.2 < direct.mean() < 5.0  # about 1, times cosines
+            column, row, depth = looks.project([view.lamps[0].place], (400, 300))[0]
+            assert depth > 0
+            assert 0 < column < 400
+            assert 0 < row < 300
+            view.frame(sf.Camera([0.0, 5.0, 0.0], [0.0, 0.0, 0.0]))
+            view.add()  # for what is seen from there
+            lit = transfer.relight(view.lamps[1].light).direct[:, 0] > 0
+            assert lit[transfer.scene.surfels.points[:, 1] > 0.25].mean() > 0.5
+        finally:
+            view.plotter.close()
+
+
+def test_no_lamp_is_placed_by_what_is_not_seen(transfer):
+    away = sf.Camera([0.5, -1.5, 0.5], [0.5, -3.0, 0.5])
+    place = lamp_in_view(transfer.scene, away, (40, 30)).position
+    np.testing.assert_allclose(place, [0.5, 0.5, 0.5])  # the middle, for want of better
 
 
 def test_a_lamp_without_power_can_be_given_some():
