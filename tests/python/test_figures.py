@@ -77,6 +77,8 @@ def test_a_figure_that_is_not_there_is_named(measured):
 
 
 def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, capsys):
+    # Others have tests of their own, in bench/test_bench_site.py.
+    monkeypatch.setattr(site, "TABLES", {name: site.TABLES[name] for name in ("cases", "areas", "area_speeds")})
     monkeypatch.setattr(cases, "CASES", {"furnace in a cube": cases.CASES["furnace in a cube"]})
     monkeypatch.setattr(areas, "CLOUDS", {"icosphere 642": areas.CLOUDS["icosphere 642"]})
     quick = replace(solvers.QUICK, rounds=1, densities={"three spheres": (0.25,)}, samples=(16,), mitsuba_rounds=1)

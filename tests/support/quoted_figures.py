@@ -4,8 +4,8 @@ python tests/support/quoted_figures.py    writes the tables in README.md and pyt
 
 A table stands between `<!-- figures: NAME -->` and `<!-- end of figures -->`. A number in a sentence has its place in
 NAME.json behind it: `1.2 s<!-- = cases / statues / seconds -->`, a row by its first columns, as many as tell it from
-others (`three spheres, rays, error, 0.02`), a column that may be stages.NAME. Numbers before a % are hundredths, unless
-the column is in per cent; signs are left to the sentence.
+others (`three spheres, rays, error, 0.02`), a column or a part of one (`stages.NAME`, `errors.0`). Numbers before a %
+are hundredths, unless the column is in per cent; signs are left to the sentence.
 """
 
 import json
@@ -39,8 +39,8 @@ def value(name, row, column):
     if len(rows) != 1:
         raise ValueError(f"data/figures/{name}.json: wanted one row {row!r}, found {len(rows)}")
     value = rows[0]
-    for part in column.split(".") if column.startswith("stages.") else [column]:
-        value = value[part]
+    for part in [column] if column in value else column.split("."):
+        value = value[int(part) if isinstance(value, list) else part]
     return value
 
 

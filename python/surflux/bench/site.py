@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import surflux as sf
-from surflux.bench import areas, cases, plot, scale, scenes, solvers
+from surflux.bench import areas, cases, plot, scale, scenes, solvers, transfer
 
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
@@ -36,6 +36,10 @@ def _cases(repeats, threads):
     return [asdict(row) for row in cases.measure_all(cases.CASES, repeats, threads)]
 
 
+def _transfer(repeats, threads):
+    return [transfer.shown(row) for row in transfer.measure(transfer.CASES, repeats, threads)]
+
+
 TABLES = {
     "cases": Table(
         "surflux bench",
@@ -45,6 +49,12 @@ TABLES = {
     ),
     "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
     "area_speeds": Table("surflux bench --areas", areas.methods, areas.as_markdown, timed=("seconds", "points/s")),
+    "transfer": Table(
+        "surflux bench --transfer",
+        _transfer,
+        transfer.short_table,
+        timed=("seconds", "relight_ms", "bounce_ms", "frames", "frame_ms"),
+    ),
 }
 
 
