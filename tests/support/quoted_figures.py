@@ -21,6 +21,10 @@ FIGURES = ROOT / "data" / "figures"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "python" / "guide").glob("*.md"))]
 BLOCK = re.compile(r"(<!-- figures: (\w+) -->\n).*?(\n<!-- end of figures -->)", re.DOTALL)
 NUMBER = r"(?:\d[\d ]*)?(?:(?<=\d)|(?=\.\d))(?:\.\d+)?(?:e-?\d+)?"
+UNIT = r"%|[mnu]?s|[kMG]B|bytes|points/s|dB|times|spacings|kWh/m²"
+# What reads as measured: a number with a unit of these, or an exponent below 0.
+FIGURE = re.compile(rf"(?<![\w.])({NUMBER} ?(?:{UNIT})|\d[\d.]*e-\d+)(?![\w/])(<!-- = )?")
+CODE = re.compile(r"```.*?\n```|`[^`]*`", re.DOTALL)
 QUOTE = re.compile(rf"(?<![\w.])({NUMBER})( ?%| ?[\w/]+)?<!-- = (.+?) / (.+?) / (.+?) -->")
 
 
@@ -59,6 +63,13 @@ def wrong_quotes(page):
         if abs(measured - shown) > 0.5000001 * step:
             wrong.append(f"{number.strip()}{unit}: {name} / {row} / {column} is {measured:.4g}")
     return wrong
+
+
+def untied(page):
+    """Numbers of a page's text that read as measured, and have no place in data/figures behind them; not those of code
+    and of tables from there."""
+    text = CODE.sub("``", BLOCK.sub("", page))
+    return {figure for figure, tied in FIGURE.findall(text) if not tied}
 
 
 def main():

@@ -17,13 +17,12 @@ from time import perf_counter, process_time
 import numpy as np
 
 import surflux as sf
-from surflux import _core
+from surflux.bench import sky
 from surflux.scenes.sky import _dome
-from surflux.solving.sky_view import SightLines, even_directions, unobstructed_view
+from surflux.solving.sky_view import SightLines
 
 PLACE, YEAR = (44.05, -123.07), 2025  # where the tile is
 FEET = 0.3048
-TRUE_RAYS, TRUE_SEED = 4096, 1000
 SKY_ROWS, FINER = 128, 4  # of the image, and of the suns in it for each
 HOURS_AT_ONCE = 256
 
@@ -61,15 +60,9 @@ def view(options):
     print(f"{len(surfels)} surfels; areas and ends of disks: {told}")
     _, told = measured(lambda: lines.free(np.array([[0.0, 0.0, 1.0]]), ""))
     print(f"tracer, and the zenith alone: {told}")
-    some = np.unique(np.linspace(0, len(surfels) - 1, min(options.compared, len(surfels))).astype(int))
-    directions = even_directions(TRUE_RAYS, TRUE_SEED)
-    free = _core.free_directions(lines._core, directions, None, some.astype(np.uint32))
-    true = {}
-    for weighting in options.weightings:
-        seen, whole = _core.direction_sums(lines.normals[some], free, directions, weighting == "cosine")
-        true[weighting] = unobstructed_view(lines.normals[some], weighting) * seen / np.maximum(whole, 1e-12)
+    true = {weighting: sky.compared(scene, options.compared, weighting) for weighting in options.weightings}
     for rays in options.rays:
-        for weighting, right in true.items():
+        for weighting, (some, right) in true.items():
             errors = []
             for seed in range(options.seeds):
                 found, told = measured(lambda w=weighting, r=rays, s=seed: sf.sky_view_factor(scene, w, rays=r, seed=s))

@@ -65,10 +65,12 @@ def main(repeats, threads, markdown=None, json_path=None, plot=None, heading="")
 
 
 def as_markdown(rows):
-    columns = list(rows[0])
+    """Columns of words to the left, of numbers to the right."""
+    columns = list(rows[0]) if rows else []
+    words = [all(isinstance(row.get(c) or "", str) for row in rows) for c in columns]
     lines = [
         "| " + " | ".join(columns) + " |",
-        "|" + "|".join("---" if k == 0 else "--:" for k in range(len(columns))) + "|",
+        "|" + "|".join("---" if left else "--:" for left in words) + "|",
     ]
     lines += ["| " + " | ".join(_text(row.get(c)) for c in columns) + " |" for row in rows]
     return "\n".join(lines)
@@ -80,7 +82,7 @@ def _text(value):
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _percent(x):
+def percent(x):
     return float(f"{100 * x:.3g}")
 
 
@@ -103,12 +105,12 @@ def of_clouds():
         s = cloud.surfels()
         found = sf.effective_areas(s)
         paper = sf.effective_areas(s, method="paper")
-        row = {"cloud": name, "total, %": _percent(found.sum() / cloud.area - 1)}
-        row["paper's total, %"] = _percent(paper.sum() / cloud.area - 1)
+        row = {"cloud": name, "total, %": percent(found.sum() / cloud.area - 1)}
+        row["paper's total, %"] = percent(paper.sum() / cloud.area - 1)
         row["robust_laplacian's total, %"] = _lumped_total(cloud)
         if cloud.cells is not None:
             ratio = found / cloud.cells
-            row["single, RMS %"] = _percent(np.sqrt(np.mean((ratio - 1) ** 2)))
+            row["single, RMS %"] = percent(np.sqrt(np.mean((ratio - 1) ** 2)))
             row["least / cell"], row["most / cell"] = float(ratio.min()), float(ratio.max())
         rows.append(row)
     columns = {key: None for row in rows for key in row}
@@ -121,7 +123,7 @@ def convergence():
     for n in DENSITIES:
         tori = [clouds.random_torus(n, seed) for seed in range(4)]
         totals = [abs(sf.effective_areas(c.surfels()).sum() / c.area - 1) for c in tori]
-        row = {"n": n, "total of a torus, %": _percent(np.mean(totals))}
+        row = {"n": n, "total of a torus, %": percent(np.mean(totals))}
         errors = [_harmonic_errors(clouds.random_sphere(n, seed)) for seed in range(4)]
         if errors[0] is not None:
             ours, equal = np.sqrt(np.mean(errors, axis=0))
@@ -156,11 +158,11 @@ def knobs(repeats, threads):
         s = cloud.surfels()
         seconds, found = timed(lambda s=s, k=knob, v=value: sf.effective_areas(s, threads=threads, **{k: v}), repeats)
         row = {"knob": knob, "value": value, "seconds": float(f"{seconds:.3g}")}
-        row["total, %"] = _percent(found.sum() / cloud.area - 1)
+        row["total, %"] = percent(found.sum() / cloud.area - 1)
         if cloud.cells is not None:
-            row["single against cells, RMS %"] = _percent(np.sqrt(np.mean((found / cloud.cells - 1) ** 2)))
+            row["single against cells, RMS %"] = percent(np.sqrt(np.mean((found / cloud.cells - 1) ** 2)))
         if knob == "resolution":
-            row["single against resolution 512, RMS %"] = _percent(np.sqrt(np.mean((found / exact - 1) ** 2)))
+            row["single against resolution 512, RMS %"] = percent(np.sqrt(np.mean((found / exact - 1) ** 2)))
         rows.append(row)
     columns = {key: None for row in rows for key in row}
     return [{key: row.get(key) for key in columns} for row in rows]
@@ -174,7 +176,7 @@ def growth(repeats, threads):
         s = sf.Surfels(points, points)
         seconds, found = timed(lambda s=s: sf.effective_areas(s, threads=threads), repeats)
         row = {"surfels": n, "seconds": float(f"{seconds:.3g}"), "surfels/s": round(n / seconds)}
-        row["total, %"] = _percent(found.sum() / (4 * np.pi) - 1)
+        row["total, %"] = percent(found.sum() / (4 * np.pi) - 1)
         with contextlib.suppress(OSError, ValueError, subprocess.CalledProcessError):
             taken = subprocess.run([sys.executable, "-c", _MEMORY, str(n)], check=True, capture_output=True, text=True)
             row["bytes a surfel"] = round(int(taken.stdout) / n)
@@ -214,7 +216,7 @@ def methods(repeats, threads):
                 "what": name,
                 "seconds": float(f"{seconds:.3g}"),
                 "points/s": round(SPEED_CLOUD / seconds),
-                "total, %": _percent(found.sum() / (4 * np.pi) - 1),
+                "total, %": percent(found.sum() / (4 * np.pi) - 1),
             }
         )
 
@@ -257,4 +259,4 @@ def _lumped_total(cloud):
         import robust_laplacian
     except ModuleNotFoundError:
         return None
-    return _percent(robust_laplacian.point_cloud_laplacian(cloud.points)[1].diagonal().sum() / cloud.area - 1)
+    return percent(robust_laplacian.point_cloud_laplacian(cloud.points)[1].diagonal().sum() / cloud.area - 1)
