@@ -5,8 +5,8 @@ against a closed form where there is one; "own estimate" is Solution.error. With
 what each knob of each solver does (`solvers`), with --scale both from 2500 surfels to ten millions (`scale`),
 with --areas effective areas (`areas`), with --reference the path tracer against Mitsuba (`reference`), with --constants
 what each constant of a solver that is no option trades (`constants`), with --transfer precomputed light transport
-beside what it is to reach (`transfer`), with --cluster processes that share a solve out (`processes`), with --site the
-tables and plots that the README and the guide have (`site`).
+beside what it is to reach (`transfer`), with --cluster processes that share a pass out (`processes`), with --site the
+tables and plots that the README and the guide have (`site`), some of which no other option measures.
 """
 
 import argparse
@@ -81,8 +81,8 @@ def add_options(parser):
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
     parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
-    parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a solve")
-    parser.add_argument("--site", metavar="FOLDER", help="tables and plots of README and guide, with JSON of each")
+    parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a pass")
+    parser.add_argument("--site", metavar="FOLDER", help="tables and plots of README and guide, JSON of each: hours")
     text = "with --site: only this table or plot; again for more"
     parser.add_argument("--only", action="append", metavar="NAME", help=text)
     parser.add_argument("--case", action="append", metavar="NAME", help="of the cases only this one; again for more")
@@ -226,8 +226,8 @@ def _cluster(options):
 
     if reason := processes.why_not():
         raise ImportError(f"--cluster: {reason}")
-    tables = [processes.measure(**knobs) for knobs in processes.KNOBS]
-    return [row for rows in tables for row in rows], "\n\n".join(processes.table(rows) for rows in tables)
+    rows = processes.measure()
+    return rows, f"{processes.table(rows)}\n\n{processes.reckoned(rows)}"
 
 
 def _scale(options):

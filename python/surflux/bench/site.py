@@ -1,6 +1,9 @@
 """`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md, and
 plots that they show, as NAME.json and a PNG for each picture. --only measures some of them.
 
+On two cores all take hours: estimates and estimates_large one each, speed_error and transfer half of one, many_surfels,
+dim_room, asked, growth and cluster some minutes each, the others less. Each is written when it is done.
+
 Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
 the machine busy, seconds of a table that is there stay, with their day and commit, and all else is measured; plots stay
 as they are. In a checkout the folder is data/figures: `python tests/support/quoted_figures.py` brings the pages' tables
@@ -17,7 +20,27 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import surflux as sf
-from surflux.bench import areas, cases, closed_forms, facing, limits, plot, scale, scenes, sky, solar, solvers, tiles
+from surflux.bench import (
+    areas,
+    cases,
+    closed_forms,
+    dim_room,
+    estimates,
+    facing,
+    limits,
+    many_surfels,
+    plot,
+    processes,
+    ray_casting,
+    reference,
+    scale,
+    scenes,
+    sky,
+    solar,
+    solvers,
+    tiles,
+    transfer,
+)
 
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
@@ -32,19 +55,83 @@ class Table:
     timed: tuple = ()  # columns that are seconds
 
 
-def _cases(repeats, threads):
-    return [asdict(row) for row in cases.measure_all(cases.CASES, repeats, threads)]
+def _alone(name):
+    """The command for a table that `surflux bench` has no option for."""
+    return f"surflux bench --site data/figures --only {name}"
+
+
+def _shared_out(rows):
+    return f"{processes.table(rows)}\n\nReckoned from these, times as fast as one:\n\n{processes.reckoned(rows)}"
+
+
+def _of(rows):
+    return [asdict(row) for row in rows]
+
+
+def _text(table, row):
+    """Of rows as JSON has them what `table` makes of such as `row`."""
+    return lambda rows: table([row(**one) for one in rows])
 
 
 TABLES = {
     "cases": Table(
         "surflux bench",
-        _cases,
-        lambda rows: cases.table([cases.Row(**row) for row in rows]),
+        lambda repeats, threads: _of(cases.measure_all(cases.CASES, repeats, threads)),
+        _text(cases.table, cases.Row),
         timed=("seconds", "stages", "repeats"),
     ),
     "areas": Table("surflux bench --areas", lambda repeats, threads: areas.of_clouds(), areas.as_markdown),
+    "area_convergence": Table("surflux bench --areas", lambda repeats, threads: areas.convergence(), areas.as_markdown),
     "area_speeds": Table("surflux bench --areas", areas.methods, areas.as_markdown, timed=("seconds", "points/s")),
+    "many_surfels": Table(
+        _alone("many_surfels"),
+        lambda repeats, threads: _of(many_surfels.measure(many_surfels.SIZES, threads)),
+        _text(many_surfels.table, many_surfels.Row),
+        timed=("seconds",),
+    ),
+    "dim_room": Table(
+        _alone("dim_room"),
+        lambda repeats, threads: _of(dim_room.measure(repeats, threads)),
+        _text(dim_room.table, dim_room.Row),
+    ),
+    "estimates": Table(
+        _alone("estimates"),
+        lambda repeats, threads: _of(
+            estimates.measure([n for n in estimates.SCENES if n not in estimates.LARGE], repeats, threads)
+        ),
+        _text(estimates.table, estimates.Row),
+    ),
+    "estimates_large": Table(
+        _alone("estimates_large"),
+        lambda repeats, threads: _of(estimates.measure(estimates.LARGE, repeats, threads)),
+        _text(estimates.table, estimates.Row),
+    ),
+    "asked": Table(
+        _alone("asked"),
+        lambda repeats, threads: _of(estimates.measure_asked(estimates.ASKED_SCENES, repeats, threads)),
+        _text(estimates.asked_table, estimates.Row),
+    ),
+    "pictures": Table(
+        _alone("pictures"),
+        lambda repeats, threads: _of(ray_casting.measure(ray_casting.SCENES, threads)),
+        _text(ray_casting.table, ray_casting.Row),
+    ),
+    "reference": Table(
+        "surflux bench --reference",
+        lambda repeats, threads: [reference.shown(row) for row in reference.measure(threads)],
+        _text(reference.table, reference.Row),
+    ),
+    "transfer": Table(
+        "surflux bench --transfer",
+        lambda repeats, threads: [transfer.shown(r) for r in transfer.measure(transfer.CASES, repeats, threads)],
+        transfer.short_table,
+        timed=("seconds", "relight_ms", "bounce_ms", "frames", "frame_ms"),
+    ),
+    "cluster": Table(
+        "surflux bench --cluster",
+        lambda repeats, threads: _of(processes.measure()),
+        _text(_shared_out, processes.Row),
+    ),
 }
 # Of functions of the number of threads.
 _ROWS = {
@@ -124,7 +211,11 @@ def write(folder, repeats, threads, only=None):
 
 def _write_table(folder, name, now, busy, repeats, threads):
     table, path = TABLES[name], folder / f"{name}.json"
-    found = _found(table, now, table.measure(repeats, threads))
+    print(f"bench: table {name}", file=sys.stderr)
+    rows = table.measure(repeats, threads)
+    if not rows:
+        return f"{name}: nothing could be measured here"
+    found = _found(table, now, rows)
     if table.timed and busy and path.exists():
         found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
     path.write_text(json.dumps(found, indent=1) + "\n")
@@ -136,6 +227,7 @@ def _write_plot(folder, name, now, busy, repeats, threads):
     what, path = PLOTS[name], folder / f"{name}.json"
     if busy and path.exists():
         return f"{name}: as it was"
+    print(f"bench: plot {name}", file=sys.stderr)
     rows = what.measure(repeats, threads)
     found = _found(what, now, [asdict(row) for row in rows])
     lines = ",\n".join(" " + json.dumps(row) for row in found["rows"])  # one each

@@ -15,7 +15,6 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from multiprocessing import get_context
-from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
@@ -24,8 +23,8 @@ import numpy as np
 import surflux as sf
 from surflux.bench import scenes
 from surflux.bench.scale import peak_gigabytes
+from surflux.bench.transfer_cases import CASES, grace_probe
 from surflux.bench.transfer_truth import SUBPIXELS, errors_of, picture_error, traced, traced_pictures
-from surflux.scenes import shapes
 from surflux.scenes.transform import make_transform
 
 RELIT = 5  # times for each lamp
@@ -33,19 +32,6 @@ BOUNCES = 3  # of what is timed
 FRAMES, SIZE = 20, (960, 720)
 BUDDHA_CAMERA, BUDDHA_SIZE = sf.Camera([0, -6, 0.3], [-0.05, -0.08, 0], fov=20.5), (172, 400)
 AZIMUTHS = (0, 180)  # of the probe
-
-
-@dataclass(frozen=True)
-class Case:
-    """One scene, and the most that fields of its Row may be; of frames the least."""
-
-    build: object  # () -> Scene
-    lamps: tuple
-    power: float  # W/sr
-    wanted: dict
-    l07: str
-    most_seeds: int | None = None
-    options: dict = field(default_factory=dict)  # of precompute_transfer, beside the default ones
 
 
 @dataclass
@@ -70,6 +56,7 @@ class Row:
     relight_ms: float | None = None
     bounce_ms: float | None = None
     frames: float | None = None
+    frame_ms: dict | None = None  # of the parts of a frame, of one from a new camera, and of a new LampRenderer
     wanted: dict = field(default_factory=dict)
     kept: dict = field(default_factory=dict)  # whether each of those is
 
@@ -125,12 +112,14 @@ def of_lamps(name, seeds, threads):
         for bounces, found in ((None, off), (BOUNCES, off_three)):
             light = (transfer.indirect(lamp, bounces=bounces, threads=threads) for lamp in lamps)
             found.append([errors_of(*pair) for pair in zip(light, truths, strict=True)])
-        speeds.append([*_relighting(transfer, lamps, threads), _frames(transfer, lamps, threads)])
+        speeds.append([*_relighting(transfer, lamps, threads), *_frames(transfer, lamps, threads)])
     of_all, of_indirect, doubt, doubt_of_indirect = np.moveaxis(off, -1, 0)  # (seeds, lamps) each
     row.worst, row.rms, row.uncertainty = _over_seeds(of_all, doubt)
     row.worst_of_indirect, _, row.uncertainty_of_indirect = _over_seeds(of_indirect, doubt_of_indirect)
     row.worst_of_three = _range(np.max(off_three, axis=1)[:, 0])
-    row.relight_ms, row.bounce_ms, row.frames = (float(speed) for speed in np.median(speeds, axis=0))
+    *found, frames, parts = zip(*speeds, strict=True)
+    row.relight_ms, row.bounce_ms, row.frames = (median(of) for of in (*found, frames))
+    row.frame_ms = {name: median(part[name] for part in parts) for name in parts[0]}
     return row
 
 
@@ -158,12 +147,6 @@ def of_buddha(name, seeds, threads):
     row.worst_of_three = _range(found[:, :, 1, 0].max(axis=1))
     row.relight_ms = median(speeds)
     return row
-
-
-def grace_probe():
-    """Debevec's Grace cathedral as it stands: the file has its rows from below, which no turn would mend unmirrored."""
-    image = sf.read_image(Path(os.environ["SURFLUX_DATA"]) / "probes" / "grace_latlong.exr")
-    return sf.Environment(image[::-1], azimuth=180)
 
 
 def _row(name, scene):
@@ -203,17 +186,28 @@ def _relighting(transfer, lamps, threads):
 
 
 def _frames(transfer, lamps, threads):
-    """Frames a second, while a lamp moves from the first place to the second."""
+    """Frames a second, while a lamp moves from the first place to the second, and milliseconds as Row.frame_ms."""
+    start = perf_counter()
     renderer = sf.LampRenderer(transfer, None, SIZE, threads=threads)
     first, second = (np.array(lamp.position) for lamp in lamps[:2])
     moved = [sf.PointLight(first + t * (second - first), lamps[0].intensity) for t in np.linspace(0, 1, FRAMES)]
-    renderer.frame(moved[0], bounces=BOUNCES, threads=threads)
+    parts = {"new renderer": [_timed_frame(renderer, moved[0], threads, start)]}
     seconds = []
     for lamp in moved:
-        start = perf_counter()
-        renderer.frame(lamp, bounces=BOUNCES, threads=threads)
-        seconds.append(perf_counter() - start)
-    return 1.0 / median(seconds)
+        seconds.append(_timed_frame(renderer, lamp, threads))
+        for name, taken in renderer.frame_timings.items():
+            parts.setdefault(name, []).append(taken)
+    look = renderer.camera
+    for _ in range(RELIT):
+        renderer.camera = sf.Camera(look.eye, look.target, look.up, look.fov)  # what depends on it is made anew
+        parts.setdefault("new camera", []).append(_timed_frame(renderer, moved[-1], threads))
+    return 1.0 / median(seconds), {name: 1e3 * median(taken) for name, taken in parts.items()}
+
+
+def _timed_frame(renderer, lamp, threads, start=None):
+    start = perf_counter() if start is None else start
+    renderer.frame(lamp, bounces=BOUNCES, threads=threads)
+    return perf_counter() - start
 
 
 def _median(call, repeats):
@@ -229,60 +223,44 @@ def _range(values):
     return float(min(values)), float(max(values))
 
 
-def _statue(name, rotate=(90, 0, 0), **looks):
-    """A scan of 100 000 triangles, y up in the file, as patches."""
-    path = Path(os.environ["SURFLUX_DATA"]) / "statues" / f"{name}.ply"
-    return make_transform(rotate=rotate).surfels(sf.Surfels.from_mesh(path, **looks))
+# Fields of a Row that the guide's table and its sentences have.
+SHOWN = (
+    "scene",
+    "surfels",
+    "seeds",
+    "seconds",
+    "megabytes",
+    "gigabytes",
+    "relight_ms",
+    "bounce_ms",
+    "frames",
+    "frame_ms",
+)
+SHOWN += ("worst", "uncertainty", "worst_of_three", "worst_of_indirect", "uncertainty_of_indirect")
 
 
-def buddha():
-    return sf.Scene([_statue("buddha_50k", reflectance=0.2, specular=[0.5, 0.42, 0.3], exponent=20.0)])
+def shown(row):
+    """What the guide has of a row, as JSON keeps it."""
+    found = {name: getattr(row, name) for name in SHOWN}
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in found.items()}
 
 
-def dragons(across=6, along=4):
-    """24 dragons of 100 000 triangles, each turned and tinted otherwise, in a hall of 12 x 8 x 4 m."""
-    rng, bodies = np.random.default_rng(0), []
-    for k in range(across * along):
-        place = 2 * (k % across) + 1.0, 2 * (k // across) + 1.0, 0.004
-        looks = {"reflectance": rng.uniform(0.3, 0.8, 3)}
-        dragon = _statue("dragon_50k", (90, 0, float(rng.uniform(0, 360))), **looks)
-        bodies.append(make_transform(scale=0.11, translate=place).surfels(dragon))
-    size = 2 * across, 2 * along, 4
-    vertices, faces, _ = shapes.box(size, [5 * side for side in size], inward=True)
-    hall = sf.Surfels.from_mesh((vertices, faces), reflectance=0.7)
-    return sf.Scene([hall, *bodies], camera=sf.Camera([6, -6, 3], [6, 4, 1]))
-
-
-def _scene_file(stem):
-    return lambda: sf.load_scene(scenes.data_folder() / f"{stem}.toml")
-
-
-CASES = {
-    "Buddha": Case(buddha, (), 0.0, {"seconds": 40, "megabytes": 40, "worst": 0.08}, "498 s, 116 MB"),
-    "Sponza": Case(
-        _scene_file("sponza"),
-        ((0, 0, 2), (-9, 0.2, 3), (8, -4.5, 2), (-6, 4.5, 6), (4, 0, 8)),
-        100.0,
-        {"seconds": 150, "megabytes": 103, "worst": 0.08, "relight_ms": 20, "bounce_ms": 10, "frames": 10},
-        "1892 s, 103 MB, 97 to 139 ms, 7.2 frames/s",
-    ),
-    "statue": Case(
-        _scene_file("statue"),
-        ((1.2, 1.0, 2.6), (3.6, 3.2, 1.6), (2.2, 0.6, 2.9)),
-        10.0,
-        {"seconds": 40, "worst_of_indirect": 0.05},
-        "492 s, 30 MB",
-        options={"epsilon_t": 0.1, "rays": 256},
-    ),
-    "dragons": Case(
-        dragons,
-        ((3.0, 2.0, 3.2), (8.5, 6.0, 2.5)),
-        20.0,
-        {"seconds": 600, "gigabytes": 4.0},
-        "2.3 M triangles: under 30 min (Lehtinen and others 2008)",
-        most_seeds=1,
-    ),
-}
+def short_table(rows):
+    """The guide's table, of what `shown` gives."""
+    lines = [
+        "| scene | surfels | seeds | precomputed in, s | MB | at the peak, GB | one lamp, ms | a bounce, ms | frames/s "
+        "| error of all light, % | of indirect light, % |",
+        "|---|" + "--:|" * 10,
+    ]
+    for row in (Row(triangles=0, **row) for row in rows):
+        about = CASES[row.scene].about if row.scene in CASES else ""
+        cells = [row.scene + about, str(row.surfels), str(row.seeds), _said(row, "seconds", 1, 0)]
+        cells += [_said(row, "megabytes", 1, 0), _said(row, "gigabytes", 1, 1), _said(row, "relight_ms", 1, 0)]
+        cells += [_said(row, "bounce_ms", 1, 1), _said(row, "frames", 1, 0)]
+        cells += [_said(row, "worst", 100, 1, row.uncertainty)]
+        cells += [_said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect)]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def table(rows):
@@ -322,7 +300,7 @@ def _said(row, name, factor, digits, doubt=None):
     value = getattr(row, name)
     if value is None:
         return ""
-    ends = [f"{factor * end:.{digits}f}" for end in (value if isinstance(value, tuple) else (value,))]
+    ends = [f"{factor * end:.{digits}f}" for end in (value if isinstance(value, (tuple, list)) else (value,))]
     text = " to ".join(dict.fromkeys(ends))
     if doubt is not None:
         text += f" ± {factor * doubt:.{digits}f}"

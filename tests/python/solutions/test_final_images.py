@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from ray_casting import psnr, ray_cast
 from surflux import _image
 from surflux.bench import scenes
+from surflux.bench.ray_casting import psnr, ray_cast
 from surflux.pictures.images import resolved_exposure
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from support.dim_room import WALL, Reference, door_ajar, in_the_dark
+from surflux.bench.dim_room import WALL, Reference, door_ajar, drawn_in_the_dark, in_the_dark
 from surflux.bench.truth import local_errors
 from surflux.solving.run import tuned
 
@@ -15,13 +15,9 @@ BY_RMS = {"local_weight": 1e9}  # refinement as if there were no local light
 def dark(request):
     """(scene, seed, path-traced irradiance of 160 surfels of the dim room, its noise)."""
     scene = door_ajar(1.0)
-    areas = np.concatenate([sf.effective_areas(o) if o.areas is None else o.areas for o in scene.objects])
-    chance = areas * in_the_dark(scene)
-    rows = np.random.default_rng(request.param).choice(len(areas), 160, p=chance / chance.sum())
-    reference = Reference(scene, rows, 8192, seed=request.param)
-    noise = np.sqrt((reference.error**2).sum()) / reference.mean.sum()
-    assert noise < 0.02
-    return scene, request.param, reference, noise
+    reference = Reference(scene, drawn_in_the_dark(scene, 160, request.param), 8192, seed=request.param)
+    assert reference.noise < 0.02
+    return scene, request.param, reference, reference.noise
 
 
 @pytest.mark.slow

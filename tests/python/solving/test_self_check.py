@@ -5,10 +5,10 @@ import pytest
 from scipy import stats
 
 import surflux as sf
-from estimates import DEFAULT, Estimated
 from fresh_rays import starts
 from quick import quick
 from scenes import patch, solve_own, surfels_of
+from surflux.bench.estimates import SOLVERS, Estimated
 from surflux.scenes import shapes
 
 SUN = sf.DirectionalLight([0.3, 0.2, -1.0], 3.0)
@@ -102,7 +102,7 @@ def ball_on_a_floor():
 @pytest.mark.parametrize("solver", ["rays", "meshless"])
 @pytest.mark.slow
 def test_it_is_the_error_of_ordinary_scenes(ball_on_a_floor, solver, seed):
-    solution = DEFAULT[solver](ball_on_a_floor.scene, seed=seed)
+    solution = SOLVERS[solver](ball_on_a_floor.scene, seed=seed)
     error, doubt = ball_on_a_floor.error(solution)
     assert doubt < 0.2 * error
     assert 0.7 < solution.error / error < 1.5

@@ -1,14 +1,30 @@
 """Pictures of solutions by ray casting: what splatted ones are judged by. Nothing of this knows OpenGL.
 
-`python tests/support/ray_casting.py SCENE.toml ...` prints how far the two agree, at 400 x 300 pixels of 2 x 2 samples.
+How far the two agree is a peak signal to noise ratio, white being the 99th percentile of what surfaces show.
 """
 
 import sys
+from dataclasses import dataclass
 
 import numpy as np
 
 import surflux as sf
 from surflux import _core
+from surflux.bench import scenes
+
+SCENES = ("three spheres", "statues", "Cornell box")
+SIZE, SUBPIXELS = (400, 300), 2
+
+
+@dataclass
+class Row:
+    """One scene, drawn at so many subpixels each way."""
+
+    scene: str
+    width: int
+    height: int
+    subpixels: int
+    decibels: float
 
 
 def ray_cast(solution, camera, size, samples):
@@ -60,14 +76,20 @@ def psnr(picture, exact, white):
     return 10 * np.log10(white**2 / np.mean(difference**2))
 
 
-def agreement(path, size, samples=2):
-    """Decibels, of a scene file."""
-    scene = sf.load_scene(path)
-    solution = sf.solve(scene, **scene.solve_options)
-    exact, white = ray_cast(solution, scene.camera, size, samples)
-    return psnr(solution.render(size=size, samples=samples), exact, white)
+def measure(names, threads=None):
+    """A Row for each scene."""
+    rows = []
+    for name in names:
+        print(f"bench: {name}, ray casting", file=sys.stderr)
+        scene = scenes.build(name).scene
+        solution = sf.solve(scene, **scene.solve_options, threads=threads)
+        exact, white = ray_cast(solution, scene.camera, SIZE, SUBPIXELS)
+        drawn = solution.render(size=SIZE, samples=SUBPIXELS)
+        rows.append(Row(name, *SIZE, SUBPIXELS, float(psnr(drawn, exact, white))))
+    return rows
 
 
-if __name__ == "__main__":
-    for path in sys.argv[1:]:
-        print(f"{path}: {agreement(path, (400, 300)):.1f} dB")
+def table(rows):
+    """Markdown: a line for each scene."""
+    lines = ["| scene | pixels | agreement, dB |", "|---|--:|--:|"]
+    return "\n".join([*lines, *(f"| {r.scene} | {r.width} x {r.height} | {r.decibels:.1f} |" for r in rows)])
