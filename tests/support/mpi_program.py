@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import surflux as sf
 from scenes import cube_inside
 from surflux.cluster import mpi
+from surflux.scenes import shapes
 
 COMM = MPI.COMM_WORLD
 KNOBS = {"zeta": 0.05, "rays": 64, "probes": 8, "transport": "rays", "seed": 3}
@@ -47,8 +48,15 @@ def traced(scene, **given):
 
 def meshless(scene, **given):
     found = sf.solve_meshless(scene, levels=3, rays=64, probes=8, shadow_rays=16, **given)
-    at = np.random.default_rng(1).uniform(0.1, 0.9, size=(9, 3)) * [1, 1, 0]
-    return found.irradiance, np.array(found.error), found.irradiance_at(at, np.tile([0.0, 0, 1], (9, 1)))
+    at = scene.surfels.points[::20], scene.surfels.normals[::20]
+    return found.irradiance, np.array(found.error), found.irradiance_at(*at)
+
+
+def cloud(_, **given):
+    """From inside, with a lamp at its wall: of points, the levels of a basis repeat."""
+    ball = shapes.sphere(800)
+    scene = sf.Scene([sf.Surfels(ball.points, -ball.normals, reflectance=0.5)], [sf.PointLight([0, 0, -0.95], 1.0)])
+    return *meshless(scene, **given), *local(scene, **given)
 
 
 def local(scene, **given):
@@ -75,7 +83,7 @@ def same(found, wanted):
 def bits(folder):
     """{what: whether all have the bits of one alone}."""
     scene, found = room(), {}
-    for work in (solved, asked, operated, traced, meshless, local, distant, sky):
+    for work in (solved, asked, operated, traced, meshless, cloud, local, distant, sky):
         alone = work(scene)
         mpi.CHUNK = 1 << 30
         found[work.__name__] = same(work(scene, cluster=COMM), alone)

@@ -119,7 +119,10 @@ template <class Place>
 Digest digest_of_places(std::uint64_t seed, const std::vector<Place>& places) {
     Digest out;
     out.add(seed);
-    for (const Place& place : places) out.add(place.position);
+    for (const Place& place : places) {
+        out.add(place.position);
+        out.add(std::uint64_t{place.surfel});
+    }
     return out;
 }
 

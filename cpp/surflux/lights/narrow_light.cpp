@@ -186,7 +186,7 @@ private:
 }  // namespace
 
 NarrowLight::NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
-                         const Progress& progress)
+                         const Progress& progress, std::size_t most)
     : lit_(lights.size()) {
     const Surfels& s = scene.surfels;
     const std::vector<std::uint32_t> triangles = triangle_ranges(s);
@@ -205,7 +205,8 @@ NarrowLight::NarrowLight(const Scene& scene, const std::vector<Light>& lights, c
         if (lit.empty()) continue;
         if (!sharing) sharing = std::make_unique<Sharing>(scene);
 
-        const std::size_t count = std::clamp(rays_each * lit.size(), source->fewest_rays(), most_rays);
+        const std::size_t count =
+            std::min(std::clamp(rays_each * lit.size(), source->fewest_rays(), most_rays), std::max(least_rays, most));
         EvenPoints even(4, seed + beam_stream + l, 0);
         std::vector<Beam> beams(count);
         double sum = 0.0;

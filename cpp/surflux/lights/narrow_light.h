@@ -21,13 +21,16 @@ public:
     };
 
     NarrowLight() = default;
+    // `rays` for each light, at most.
     NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
-                const Progress& progress = {});
+                const Progress& progress = {}, std::size_t rays = std::size_t{1} << 20);
 
     struct Lit {
         std::uint32_t surfel;
         Part part;
     };
+    // Made of no scene.
+    bool is_empty() const { return lit_.empty(); }
     // All disks whose centre does not tell what they have of a light, ascending.
     const std::vector<Lit>& lit(std::size_t light) const { return lit_[light]; }
     // Of a disk by light `light`, or null where its centre tells it.

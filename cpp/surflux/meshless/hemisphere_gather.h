@@ -121,6 +121,7 @@ private:
         std::uint32_t surfel;
         float distance;
         float share[3];
+        float unused = 0.0f;  // no padding, which would be of any value where rows are packed
     };
     struct Gathered {
         Row row;

@@ -103,7 +103,8 @@ double GroupLight::area_of_leaf(std::size_t leaf) const {
 }
 
 // On the surfel of a leaf that has most of the light.
-void GroupLight::find_beam(const Emitter& light, std::size_t leaf, std::uint64_t seed, Unoccluded& out) const {
+void GroupLight::find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
+                           Unoccluded& out) const {
     const Surfels& s = scene_.scene().surfels;
     double most = 0.0;
     Unoccluded::Met met{};
@@ -111,7 +112,7 @@ void GroupLight::find_beam(const Emitter& light, std::size_t leaf, std::uint64_t
         const std::uint32_t i = surfels_[k];
         const Receiver receiver{points_, i, i, s.positions[i], s.normals[i], true};
         const double power = areas_[i] * light.mean_kernel(receiver);
-        if (!(power > most)) continue;
+        if (!(power > most) || narrow.of(light.index, i) != nullptr) continue;
         most = power;
         met = {s.positions[i], {}, i};
         std::vector<Triangle> lit;
@@ -135,7 +136,7 @@ void GroupLight::find_beam(const Emitter& light, std::size_t leaf, std::uint64_t
 void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
                                  std::uint64_t seed, Unoccluded& out) const {
     const std::size_t leaves = groups_.leaves.size(), n = samples_.of_leaf;
-    if (has_disks_)
+    if (!narrow.is_empty())
         for (const auto& [surfel, part] : narrow.lit(light.index))
             if (areas_[surfel] > 0.0)
                 out.shared[number_[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
@@ -154,6 +155,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
                 const double* u = even ? even->next() : nullptr;
                 const Arrival arrival =
                     light.arrival(samples_.position(p), samples_.normal(p), u ? u[0] : 0.5, u ? u[1] : 0.5);
+                if (narrow.of(light.index, samples_.samples[p].surfel) != nullptr) continue;
                 out.kernels[p] = static_cast<float>(arrival.kernel);
                 if (light.extended) out.from[p] = arrival.from;
                 sum += arrival.kernel;
@@ -161,7 +163,7 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
             double mean = sum / static_cast<double>(n);
             if (!light.is_even_in(around_[leaf].center, around_[leaf].radius) || out.shared.count(leaf) > 0) {
                 mean = mean_over_surfels(light, narrow, leaf);
-                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, leaf, seed, out);
+                if (mean > 0.0 && !(sum > 0.0)) find_beam(light, narrow, leaf, seed, out);
             }
             const std::size_t node = groups_.leaves[leaf];
             double reflected = 0.0;
@@ -230,7 +232,9 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
     const Surfels& s = scene_.scene().surfels;
     std::vector<float> out(colors * groups_.size(), 0.0f);
     const auto emitters = emitters_of(lights);
-    const NarrowLight narrow = has_disks_ ? NarrowLight(scene_.scene(), lights, tracer, options.seed) : NarrowLight();
+    const NarrowLight narrow = has_disks_ && options.shares_narrow
+                                   ? NarrowLight(scene_.scene(), lights, tracer, options.seed, {}, options.rays)
+                                   : NarrowLight();
     for (const std::unique_ptr<Emitter>& light : emitters) {  // with the same random numbers: light is additive
         Unoccluded all;
         find_unoccluded(*light, narrow, reflectance, options.seed, all);

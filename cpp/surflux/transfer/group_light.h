@@ -15,6 +15,7 @@ namespace surflux {
 struct GroupLightOptions {
     std::size_t rays = 16384;  // shadow rays towards each light, about
     std::uint64_t seed = 0;
+    bool shares_narrow = true;  // among disks, of lamps close to some and of narrow spots (NarrowLight)
 };
 
 // Irradiance of groups of surfels from point, spot, area and directional lights. Unoccluded it is the mean over all
@@ -37,7 +38,8 @@ private:
     struct Shot;        // rays of a node
     void find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
                          std::uint64_t seed, Unoccluded& out) const;
-    void find_beam(const Emitter& light, std::size_t leaf, std::uint64_t seed, Unoccluded& out) const;
+    void find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
+                   Unoccluded& out) const;
     double area_of_leaf(std::size_t leaf) const;
     double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
     std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;

@@ -17,7 +17,7 @@
 namespace surflux {
 
 struct RelightOptions {
-    int bounces = 3;                  // fewer than 0: until what another would bring is no thousandth
+    int bounces = 3;                  // fewer than 0: all there are, by GMRES
     std::size_t shadow_rays = 16384;  // of all senders together, for each light
     std::uint64_t seed = 0;
 };

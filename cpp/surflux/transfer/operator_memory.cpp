@@ -2,8 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <string>
+#include <utility>
+
+#include <unistd.h>
 
 #include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
@@ -59,15 +65,26 @@ std::size_t OperatorMemory::room_for(double max_memory, int rays) const {
 }
 
 double available_to_all(const Team& team) {
-    double least = available_memory();
-    if (!team.shares()) return least;
+    const double own = available_memory();
+    if (!team.shares()) return own;
+    char host[256] = {};
+    gethostname(host, sizeof host - 1);
     const auto mine = [&] {
         Packed bytes;
-        bytes.add(least);
+        bytes.add(std::hash<std::string>()(host));
+        bytes.add(own);
         return bytes.take();
     };
-    for (const std::string& bytes : team.exchange("memory", mine))
-        least = std::min(least, Unpacking(bytes).take<double>());
+    std::map<std::size_t, double> processes;
+    std::vector<std::pair<std::size_t, double>> all;
+    for (const std::string& bytes : team.exchange("memory", mine)) {
+        Unpacking from(bytes);
+        const auto where = from.take<std::size_t>();
+        all.push_back({where, from.take<double>()});
+        processes[where] += 1.0;
+    }
+    double least = own;
+    for (const auto& [where, bytes] : all) least = std::min(least, bytes / processes[where]);
     return least;
 }
 

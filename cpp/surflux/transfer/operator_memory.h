@@ -28,7 +28,8 @@ private:
     double surfels_, weights_, test_lights_, nodes_, links_per_ray_, receivers_, links_;
 };
 
-// Of processes that run the same program the least that one has, so that all leave out the same.
+// Of processes that run the same program the least that one has, those of one machine an equal share of it: all leave
+// out the same.
 double available_to_all(const Team& team);
 
 }  // namespace surflux

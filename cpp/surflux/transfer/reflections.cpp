@@ -1,6 +1,7 @@
 #include "surflux/transfer/reflections.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -15,9 +16,10 @@ namespace {
 
 // Of a residual of the sum of all reflections. The first is what most scenes come to in some bounces; where nearly all
 // is reflected, and goes on being, floats hold no more than one of the others.
-constexpr double tolerances[] = {1e-5, 1e-4, 1e-3, 1e-2};
+constexpr double tolerances[] = {1e-4, 1e-3, 1e-2};
 constexpr int most_applications = 40;   // for each
 constexpr std::size_t most_parts = 15;  // that are solved by themselves
+constexpr double dimmest = 1e-3;        // of the RMS: what is dimmer counts as if it were as bright
 
 class Reflections {
 public:
@@ -66,16 +68,29 @@ public:
     }
 
     // Of what is sent at first, what is sent with all its reflections: sent = first + reflectance * received(sent).
+    // Unknowns are in units of what a leaf sends after one reflection, so that a dim room beside a bright one is solved
+    // as well.
     void add_all(const std::vector<float>& first, std::vector<float>& all) {
-        std::vector<double> right(senders_.leaves.size() * unknowns_), x;
-        for_leaves([&](std::size_t of, std::size_t k, float) { right[of] = static_cast<double>(first[k]); });
-        std::vector<float> sent(first.size(), 0.0f);
+        std::vector<double> unit(senders_.leaves.size() * unknowns_), right(unit.size()), x;
+        std::vector<float> sent = first;
+        const std::vector<float>& once = received(sent);
+        for_leaves([&](std::size_t at, std::size_t k, float rho) {
+            unit[at] = std::abs(static_cast<double>(first[k])) + std::abs(static_cast<double>(rho * once[k]));
+        });
+        double squares = 0.0;
+        for (const double one : unit) squares += one * one;
+        if (!(squares > 0.0)) return;
+        const double least = dimmest * std::sqrt(squares / static_cast<double>(unit.size()));
+        for_leaves([&](std::size_t at, std::size_t k, float) {
+            unit[at] = std::max(unit[at], least);
+            right[at] = static_cast<double>(first[k]) / unit[at];
+        });
         const LinearOperator apply = [&](const std::vector<double>& of, std::vector<double>& to) {
-            for_leaves([&](std::size_t at, std::size_t k, float) { sent[k] = static_cast<float>(of[at]); });
+            for_leaves([&](std::size_t at, std::size_t k, float) { sent[k] = static_cast<float>(of[at] * unit[at]); });
             const std::vector<float>& arrived = received(sent);
             to.resize(of.size());
             for_leaves([&](std::size_t at, std::size_t k, float rho) {
-                to[at] = of[at] - static_cast<double>(rho * arrived[k]);
+                to[at] = of[at] - static_cast<double>(rho * arrived[k]) / unit[at];
             });
         };
         x = right;
@@ -85,9 +100,9 @@ public:
             residual = gmres(apply, right, systems, tolerance, most_applications, x).residual;
             if (residual <= tolerance) break;
         }
-        require(residual <= tolerances[3], "bounces: light that is reflected again and again does not come to an end, ",
+        require(residual <= tolerances[2], "bounces: light that is reflected again and again does not come to an end, ",
                 "for surfaces that enclose it reflect nearly all of it; wanted a number of bounces");
-        for_leaves([&](std::size_t of, std::size_t k, float) { all[k] = static_cast<float>(x[of]); });
+        for_leaves([&](std::size_t at, std::size_t k, float) { all[k] = static_cast<float>(x[at] * unit[at]); });
     }
 
 private:

@@ -38,8 +38,8 @@ TestLights::TestLights(const GroupLight& light, const SenderGroups& senders, con
         Lamps lamps(std::min(sums, places.size() - first), senders.size());
         for (std::size_t l = 0; l < lamps.size(); ++l) {
             report(progress, first + l, places.size());
-            const std::vector<float> direct =
-                light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}}, reflectance, {rays_of_lamp, seed});
+            const std::vector<float> direct = light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}},
+                                                               reflectance, {rays_of_lamp, seed, false});
             for (const std::uint32_t leaf : leaves) {
                 const float* of_leaf = reflectance.data() + colors * leaf;
                 const Rgb reflected{static_cast<double>(of_leaf[0]), static_cast<double>(of_leaf[1]),

@@ -20,7 +20,7 @@ def test_all_processes_have_the_bits_of_one_alone_and_end_together(size, tmp_pat
     done = mpirun(size, PROGRAM, tmp_path / "kept")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert len(found["bits"]) == 20
+    assert len(found["bits"]) == 22
     assert [what for what, is_same in found["bits"].items() if not is_same] == []
     if size == 2:
         require_faults(found["faults"])
