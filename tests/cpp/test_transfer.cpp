@@ -93,7 +93,8 @@ TEST(GroupLight, IsTheInverseSquareWithOneRayForEachAndWithFewer) {
 }
 
 TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
-    // Close to a wall: of most groups all that they would send is less than what a ray stands for.
+    // Close to a wall, but not so close that disks share its light: of most groups all that they would send is less
+    // than what a ray stands for.
     const CompiledScene compiled(shapes::sphere_inside(4000));
     const Surfels& s = compiled.scene().surfels;
     const SenderGroups groups(compiled.scene(), s.areas, std::vector<double>(s.size(), 1.0), 1000, alike, {});
@@ -101,7 +102,7 @@ TEST(GroupLight, WhereNothingOccludesFewRaysSayWhatManyDo) {
     const std::vector<float> white(colors * groups.size(), 1.0f);
     const SurfelPoints points(s);
     const GroupLight light(compiled, groups, samples, points, s.areas);
-    const std::vector<Light> lamp{PointLight{{0.0, 0.0, 0.9}, {1, 2, 3}}};
+    const std::vector<Light> lamp{PointLight{{0.0, 0.0, 0.85}, {1, 2, 3}}};
     const std::vector<float> many = light.irradiance(lamp, white, {10000, 0});
     for (const std::uint64_t seed : {0u, 1u, 2u}) {
         const std::vector<float> few = light.irradiance(lamp, white, {50, seed});
