@@ -16,7 +16,7 @@ namespace {
 
 // Of a residual of the sum of all reflections. The first is what most scenes come to in some bounces; where nearly all
 // is reflected, and goes on being, floats hold no more than one of the others.
-constexpr double tolerances[] = {1e-4, 1e-3, 1e-2};
+constexpr double tolerances[] = {1e-5, 1e-4, 1e-3, 1e-2};
 constexpr int most_applications = 40;   // for each
 constexpr std::size_t most_parts = 15;  // that are solved by themselves
 constexpr double dimmest = 1e-3;        // of the RMS: what is dimmer counts as if it were as bright
@@ -100,7 +100,7 @@ public:
             residual = gmres(apply, right, systems, tolerance, most_applications, x).residual;
             if (residual <= tolerance) break;
         }
-        require(residual <= tolerances[2], "bounces: light that is reflected again and again does not come to an end, ",
+        require(residual <= tolerances[3], "bounces: light that is reflected again and again does not come to an end, ",
                 "for surfaces that enclose it reflect nearly all of it; wanted a number of bounces");
         for_leaves([&](std::size_t at, std::size_t k, float) { all[k] = static_cast<float>(x[at] * unit[at]); });
     }

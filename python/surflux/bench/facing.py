@@ -24,7 +24,7 @@ SEEDS = 0, 1, 2
 PIECES = 40  # Voronoi cells of as many points, half of which are turned over
 
 
-@dataclass
+@dataclass(eq=False)
 class Cloud:
     """Points with what is known of their normals: (n, 3) vectors, of which the sign of the product counts."""
 

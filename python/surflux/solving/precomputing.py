@@ -129,7 +129,7 @@ def precompute_transfer(
     Args:
         scene: Scene; its lights do not matter. Emission is at most 1e30. `Transfer` keeps it.
         lighting: "local", lamps in the scene and around it; "distant"; "sky".
-        bounces: how often light is reflected; None for all reflections there are (GMRES, to a residual of 1e-4).
+        bounces: how often light is reflected; None for all reflections there are (GMRES, to a residual of 1e-5).
         epsilon_t: what a point may be off by before it is refined; 1.4 times as much on each finer level; positive.
             "local": what it has of the light of a lamp, of the RMS over the scene, in the mean square over the lamps;
             None for .2. "distant": what it sees of the sky, the RMS over the sphere; None for .15.
