@@ -44,8 +44,8 @@ def test_waves_are_those_of_the_angle():
 
 @pytest.mark.parametrize("given", [{}, GIVEN | {"bounces": 1}], ids=["own", "given"])
 def test_nine_waves_say_all_of_the_light(transfer, sky, given):
-    """At angles that none of the nine relightings had, to the precision of float32 or, of all reflections, of their sum;
-    below 0, where both are cut off.
+    """At angles that none of the nine relightings had, to the precision of float32, of all reflections to that of their
+    sum; below 0, where both are cut off.
     """
     light = TurningLight(transfer, sky, **given)
     precision = 5e-6 if "bounces" in given else 2e-5
