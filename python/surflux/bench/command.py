@@ -74,7 +74,7 @@ def main(arguments=None, epilog=None):
 
 def add_options(parser):
     """What `surflux bench` takes, but for -q and -v."""
-    parser.add_argument("--quick", action="store_true", help="error against seconds: scenes x solvers x knobs, minutes")
+    parser.add_argument("--quick", action="store_true", help="error against seconds of solvers and knobs: half an hour")
     parser.add_argument("--full", action="store_true", help="the same on more surfels, with more paths and settings")
     parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")

@@ -52,7 +52,11 @@ def traced(scene, lamp, surfels, *, count=MEASURED, seed=0, threads=None):
 
 
 def _reference(objects, lamp, places, paths, seed):
-    """sf.reference_irradiance without areas, and what coincides: in Sponza those take longer than all the paths."""
+    """sf.reference_irradiance; without areas, and what coincides, of meshes alone: in Sponza those take longer than all
+    the paths.
+    """
+    if any(len(s.triangles) == 0 for s in objects):
+        return sf.reference_irradiance(sf.Scene(objects, [lamp]), *places, paths, seed)[0]
     core = _core.Scene([s._core for s in objects], [lamp._to_core()])
     return np.asarray(_core.reference_irradiance(core, *places, paths, seed)[0])
 

@@ -17,10 +17,10 @@ PROGRAM = Path(__file__).parents[2] / "support" / "mpi_program.py"
 @needs_mpi
 @pytest.mark.parametrize("size", [1, 2, 3, 4])
 def test_all_processes_have_the_bits_of_one_alone_and_end_together(size, tmp_path):
-    done = mpirun(size, PROGRAM, tmp_path / "kept")
+    done = mpirun(size, PROGRAM, tmp_path / "kept", timeout=400)  # while they wait they keep a core busy
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert len(found["bits"]) == 22
+    assert len(found["bits"]) == 15
     assert [what for what, is_same in found["bits"].items() if not is_same] == []
     if size == 2:
         require_faults(found["faults"])
