@@ -31,8 +31,6 @@ protected:
     const TileLayout layout;
     const gl::Texture sums;
     const gl::Framebuffer into_sums;
-
-private:
 };
 
 // For the method of the options. Throws DeviceError.

@@ -80,30 +80,39 @@ void shared_blocks(const Team& team, const char* pass, const MakeDigest& digest,
     exchange_blocks(team, pass, digest(), count, grain, make, pack, unpack);
 }
 
-// values(places), one of each place whatever others there are, of which each process asks for some and knows all
-// afterwards. `seed`: that they go by.
-template <class T, class Place, class Values>
-std::vector<T> shared_values(const Team& team, const char* pass, std::uint64_t seed, const std::vector<Place>& places,
-                             const Values& values) {
+// What is found for each place, whatever others there are: each process finds it for some, by find(those), and all know
+// it afterwards. pack(first, count, Packed&): of what was found for those, `count` from `first` on; unpack(begin, end,
+// Unpacking&): of the places. `seed`: that they go by. Of a team that shares.
+template <class Place, class Find, class Pack, class Unpack>
+void exchange_places(const Team& team, const char* pass, std::uint64_t seed, const std::vector<Place>& places,
+                     const Find& find, const Pack& pack, const Unpack& unpack) {
     constexpr std::size_t grain = 16;
-    if (!team.shares()) return values(places);
-    std::vector<T> own, all(places.size());
     const auto make = [&] {
         std::vector<Place> mine;
         for_own_blocks(team, places.size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) mine.push_back(places[k]);
+            mine.insert(mine.end(), places.begin() + static_cast<std::ptrdiff_t>(begin),
+                        places.begin() + static_cast<std::ptrdiff_t>(end));
         });
-        own = values(mine);
+        find(mine);
     };
-    std::size_t packed = 0;  // of own
-    const auto pack = [&](std::size_t begin, std::size_t end, Packed& to) {
-        to.add(own.data() + packed, end - begin);
+    std::size_t packed = 0;
+    const auto pack_next = [&](std::size_t begin, std::size_t end, Packed& to) {
+        pack(packed, end - begin, to);
         packed += end - begin;
     };
-    const auto unpack = [&](std::size_t begin, std::size_t end, Unpacking& from) {
-        from.take(all.data() + begin, end - begin);
-    };
-    exchange_blocks(team, pass, digest_of_places(seed, places).value(), places.size(), grain, make, pack, unpack);
+    exchange_blocks(team, pass, digest_of_places(seed, places).value(), places.size(), grain, make, pack_next, unpack);
+}
+
+// values(places), one of each, by a team.
+template <class T, class Place, class Values>
+std::vector<T> shared_values(const Team& team, const char* pass, std::uint64_t seed, const std::vector<Place>& places,
+                             const Values& values) {
+    if (!team.shares()) return values(places);
+    std::vector<T> own, all(places.size());
+    exchange_places(
+        team, pass, seed, places, [&](const std::vector<Place>& mine) { own = values(mine); },
+        [&](std::size_t first, std::size_t count, Packed& to) { to.add(own.data() + first, count); },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) { from.take(all.data() + begin, end - begin); });
     return all;
 }
 

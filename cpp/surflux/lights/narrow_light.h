@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "surflux/core/progress.h"
@@ -23,7 +24,7 @@ public:
     NarrowLight() = default;
     // `rays` for each light, at most.
     NarrowLight(const Scene& scene, const std::vector<Light>& lights, const Tracer& tracer, std::uint64_t seed,
-                const Progress& progress = {}, std::size_t rays = std::size_t{1} << 20);
+                const Progress& progress = {}, std::size_t rays = std::numeric_limits<std::size_t>::max());
 
     struct Lit {
         std::uint32_t surfel;

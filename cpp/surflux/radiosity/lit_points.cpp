@@ -80,33 +80,24 @@ LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<
 
 LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std::vector<Place>& places,
                                            const Progress& progress) const {
-    constexpr std::size_t grain = 16;
     Light own, all;
     all.lights.resize(places.size());
     all.standard_error.resize(places.size());
     if (has_emitters()) all.emitters.resize(places.size());
     if (has_sky()) all.sky.resize(places.size());
-    const std::uint64_t digest = digest_of_places(seed_, places).value();
-    const auto make = [&] {
-        std::vector<Place> mine;
-        for_own_blocks(team_, places.size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) mine.push_back(places[k]);
+    exchange_places(
+        team_, "direct light", seed_, places,
+        [&](const std::vector<Place>& mine) { own = shine(points, mine, progress); },
+        [&](std::size_t first, std::size_t count, Packed& to) {
+            own.for_each([&](const auto& values) {
+                if (!values.empty()) to.add(values.data() + first, count);
+            });
+        },
+        [&](std::size_t begin, std::size_t end, Unpacking& from) {
+            all.for_each([&](auto& values) {
+                if (!values.empty()) from.take(values.data() + begin, end - begin);
+            });
         });
-        own = shine(points, mine, progress);
-    };
-    std::size_t packed = 0;  // of own
-    const auto pack = [&](std::size_t begin, std::size_t end, Packed& to) {
-        own.for_each([&](const auto& values) {
-            if (!values.empty()) to.add(values.data() + packed, end - begin);
-        });
-        packed += end - begin;
-    };
-    const auto unpack = [&](std::size_t begin, std::size_t end, Unpacking& from) {
-        all.for_each([&](auto& values) {
-            if (!values.empty()) from.take(values.data() + begin, end - begin);
-        });
-    };
-    exchange_blocks(team_, "direct light", digest, places.size(), grain, make, pack, unpack);
     return all;
 }
 

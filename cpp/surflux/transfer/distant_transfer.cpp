@@ -10,7 +10,6 @@
 #include "surflux/core/sampling.h"
 #include "surflux/transfer/harmonic_lobe.h"
 #include "surflux/transfer/harmonic_product.h"
-#include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_visibility.h"
 
 namespace surflux {
@@ -84,7 +83,6 @@ DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, Tra
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_->senders.means(s.reflectance, operator_->areas);
     emission_ = operator_->senders.means(s.emission, operator_->areas);
-    parts_ = connected_leaves(*operator_);
 }
 
 DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
@@ -169,7 +167,7 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
     operator_->coefficients(irradiance, colors, coefs);
     operator_->receive(coefs, colors, direct);
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_->areas);
-    const std::vector<float> sent = sent_after(bounces, *operator_, parts_, colors, emission_, own, direct);
+    const std::vector<float> sent = sent_after(bounces, *operator_, connected_, colors, emission_, own, direct);
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
         double found[3 * reflected];
         for (std::size_t k = begin; k < end; ++k) {

@@ -9,6 +9,7 @@
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/trace/tracer.h"
 #include "surflux/transfer/incident_light.h"
+#include "surflux/transfer/reflections.h"
 #include "surflux/transfer/transport_operator.h"
 
 namespace surflux {
@@ -49,7 +50,7 @@ private:
     Figures timings_;
     Visibility visibility_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
-    std::vector<std::uint32_t> parts_;           // of the leaves
+    ConnectedLeaves connected_;
 };
 
 // What the rows of an operator see of the sky, by so many rays each.

@@ -53,29 +53,16 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
       samples_(samples),
       points_(points),
       areas_(areas),
-      number_(groups.size(), 0),
-      around_(groups.leaves.size()),
-      first_surfel_(groups.leaves.size() + 1, 0) {
+      of_leaves_(groups),
+      around_(groups.leaves.size()) {
     const Surfels& s = scene.scene().surfels;
     for (std::uint32_t i = 0; i < s.size() && !has_disks_; ++i) has_disks_ = !points.is_patch(i);
-    for (std::uint32_t k = 0; k < groups.leaves.size(); ++k) number_[groups.leaves[k]] = k;
-    const auto for_surfels = [&](const auto& visit) {
-        for (std::uint32_t i = 0; i < areas.size(); ++i)
-            if (areas[i] > 0.0) visit(number_[groups.leaf_of_surfel[i]], i);
-    };
-    for_surfels([&](std::uint32_t leaf, std::uint32_t) { ++first_surfel_[leaf + 1]; });
-    std::partial_sum(first_surfel_.begin(), first_surfel_.end(), first_surfel_.begin());
-    surfels_.resize(first_surfel_.back());
-    std::vector<std::uint32_t> next(first_surfel_.begin(), first_surfel_.end() - 1);
-    for_surfels([&](std::uint32_t leaf, std::uint32_t i) { surfels_[next[leaf]++] = i; });
     parallel_for(around_.size(), 256, [&](std::size_t leaf) {
         Sphere& sphere = around_[leaf];
-        const auto for_own = [&](const auto& visit) {
-            for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) visit(surfels_[k]);
-        };
-        for_own([&](std::uint32_t i) { sphere.center += s.positions[i]; });
-        sphere.center = sphere.center / std::max(1u, first_surfel_[leaf + 1] - first_surfel_[leaf]);
-        for_own([&](std::uint32_t i) {
+        double count = 0.0;
+        for_lit(leaf, [&](std::uint32_t i) { sphere.center += s.positions[i], count += 1.0; });
+        sphere.center = sphere.center / std::max(1.0, count);
+        for_lit(leaf, [&](std::uint32_t i) {
             sphere.radius = std::max(sphere.radius, length(s.positions[i] - sphere.center) + s.radii[i]);
         });
     });
@@ -85,21 +72,14 @@ GroupLight::GroupLight(const CompiledScene& scene, const SenderGroups& groups, c
 double GroupLight::mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const {
     const Surfels& s = scene_.scene().surfels;
     double sum = 0.0, all = 0.0;
-    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) {
-        const std::uint32_t i = surfels_[k];
+    for_lit(leaf, [&](std::uint32_t i) {
         all += areas_[i];
-        if (narrow.of(light.index, i) != nullptr) continue;
+        if (narrow.of(light.index, i) != nullptr) return;
         sum += areas_[i] * (light.is_even_in(s.positions[i], s.radii[i])
                                 ? light.kernel_at(s.positions[i], s.normals[i])
                                 : light.mean_kernel({points_, i, i, s.positions[i], s.normals[i], true}));
-    }
+    });
     return all > 0.0 ? sum / all : 0.0;
-}
-
-double GroupLight::area_of_leaf(std::size_t leaf) const {
-    double all = 0.0;
-    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) all += areas_[surfels_[k]];
-    return all;
 }
 
 // On the surfel of a leaf that has most of the light.
@@ -108,11 +88,10 @@ void GroupLight::find_beam(const Emitter& light, const NarrowLight& narrow, std:
     const Surfels& s = scene_.scene().surfels;
     double most = 0.0;
     Unoccluded::Met met{};
-    for (std::uint32_t k = first_surfel_[leaf]; k < first_surfel_[leaf + 1]; ++k) {
-        const std::uint32_t i = surfels_[k];
+    for_lit(leaf, [&](std::uint32_t i) {
         const Receiver receiver{points_, i, i, s.positions[i], s.normals[i], true};
         const double power = areas_[i] * light.mean_kernel(receiver);
-        if (!(power > most) || narrow.of(light.index, i) != nullptr) continue;
+        if (!(power > most) || narrow.of(light.index, i) != nullptr) return;
         most = power;
         met = {s.positions[i], {}, i};
         std::vector<Triangle> lit;
@@ -120,7 +99,7 @@ void GroupLight::find_beam(const Emitter& light, const NarrowLight& narrow, std:
         const auto less = [](const Triangle& a, const Triangle& b) { return area_of(a) < area_of(b); };
         if (const auto largest = std::max_element(lit.begin(), lit.end(), less); largest != lit.end())
             met.position = points_.inset(i, (largest->a + largest->b + largest->c) / 3.0);
-    }
+    });
     // Of a lamp that hardly rises over the horizon a point that does.
     EvenPoints even(2, seed + beam_stream, leaf);
     double highest = -1.0;
@@ -139,8 +118,12 @@ void GroupLight::find_unoccluded(const Emitter& light, const NarrowLight& narrow
     if (!narrow.is_empty())
         for (const auto& [surfel, part] : narrow.lit(light.index))
             if (areas_[surfel] > 0.0)
-                out.shared[number_[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
-    for (auto& [leaf, sum] : out.shared) sum /= area_of_leaf(leaf);
+                out.shared[of_leaves_.number[groups_.leaf_of_surfel[surfel]]] += areas_[surfel] * part.irradiance;
+    for (auto& [leaf, sum] : out.shared) {
+        double area = 0.0;
+        for_lit(leaf, [&](std::uint32_t i) { area += areas_[i]; });
+        sum /= area;
+    }
     out.kernels.resize(leaves * n);
     out.means.resize(leaves);
     out.power.resize(groups_.size());
@@ -215,14 +198,14 @@ void GroupLight::aim(const Shot& shot, const Unoccluded& light, std::uint64_t se
               light.power[child + 1] > 0.0f);
     }
     const std::size_t n = samples_.of_leaf;
-    const float* kernel = light.kernels.data() + number_[at] * n;
+    const float* kernel = light.kernels.data() + of_leaves_.number[at] * n;
     const double sum = std::accumulate(kernel, kernel + n, 0.0);
     const double offset = random.uniform();
     double up_to = static_cast<double>(kernel[0]);
     for (std::size_t k = 0, p = 0; k < shot.rays; ++k) {
         const double to = (static_cast<double>(k) + offset) / static_cast<double>(shot.rays) * sum;
         while ((up_to <= to || kernel[p] == 0.0f) && p + 1 < n) up_to += static_cast<double>(kernel[++p]);
-        samples.push_back(number_[at] * n + p);
+        samples.push_back(of_leaves_.number[at] * n + p);
     }
 }
 
@@ -245,14 +228,11 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
             std::vector<char> free;
             for (std::size_t k = begin; k < end; ++k) aim(shots[k], all, options.seed, samples);
             for (const std::size_t p : samples) {
-                const auto beam = all.beams.find(p / samples_.of_leaf);
-                const std::uint32_t i = beam != all.beams.end() ? beam->second.surfel : samples_.samples[p].surfel;
-                const Departure place{beam != all.beams.end() ? beam->second.position : samples_.position(p),
-                                      s.normals[i], i};
-                const Vec3& to = beam != all.beams.end() ? beam->second.from
-                                 : light->extended       ? all.from[p]
-                                                         : all.from_all;
-                rays.push_back(light->distant ? Ray{place, to} : segment(place, to));
+                Unoccluded::Met met{samples_.position(p), light->extended ? all.from[p] : all.from_all,
+                                    samples_.samples[p].surfel};
+                if (const auto beam = all.beams.find(p / samples_.of_leaf); beam != all.beams.end()) met = beam->second;
+                const Departure place{met.position, s.normals[met.surfel], met.surfel};
+                rays.push_back(light->distant ? Ray{place, met.from} : segment(place, met.from));
             }
             tracer.free(rays, free);
             std::vector<std::uint32_t> below;
@@ -269,7 +249,7 @@ std::vector<float> GroupLight::irradiance(const std::vector<Light>& lights, cons
                         below.push_back(groups_.nodes[node].child + 1);
                         continue;
                     }
-                    const float mean = share * all.means[number_[node]];
+                    const float mean = share * all.means[of_leaves_.number[node]];
                     for (int c = 0; c < 3; ++c)
                         out[colors * node + static_cast<std::size_t>(c)] += mean * static_cast<float>(light->color[c]);
                 }

@@ -34,13 +34,19 @@ public:
                                   const GroupLightOptions& options) const;
 
 private:
+    // Calls visit(surfel) for those of a leaf that receive light.
+    template <class Visit>
+    void for_lit(std::size_t leaf, const Visit& visit) const {
+        of_leaves_.for_leaf(leaf, [&](std::uint32_t i) {
+            if (areas_[i] > 0.0) visit(i);
+        });
+    }
     struct Unoccluded;  // light of all samples
     struct Shot;        // rays of a node
     void find_unoccluded(const Emitter& light, const NarrowLight& narrow, const std::vector<float>& reflectance,
                          std::uint64_t seed, Unoccluded& out) const;
     void find_beam(const Emitter& light, const NarrowLight& narrow, std::size_t leaf, std::uint64_t seed,
                    Unoccluded& out) const;
-    double area_of_leaf(std::size_t leaf) const;
     double mean_over_surfels(const Emitter& light, const NarrowLight& narrow, std::size_t leaf) const;
     std::vector<Shot> plan(const Unoccluded& light, std::size_t rays) const;
     void aim(const Shot& shot, const Unoccluded& light, std::uint64_t seed, std::vector<std::size_t>& samples) const;
@@ -50,13 +56,12 @@ private:
     const SenderSamples& samples_;
     const SurfelPoints& points_;
     const std::vector<double>& areas_;
-    std::vector<std::uint32_t> number_;  // of each node that is a leaf
+    const SurfelsOfLeaves of_leaves_;
     struct Sphere {
         Vec3 center;
         double radius = 0.0;
     };
-    std::vector<Sphere> around_;                         // all surfels of each leaf
-    std::vector<std::uint32_t> surfels_, first_surfel_;  // of each leaf, and the end
+    std::vector<Sphere> around_;  // those of each leaf
     bool has_disks_ = false;
 };
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "surflux/transfer/reflections.h"
-
 namespace surflux {
 
 LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, TransportOperator transport, Figures timings)
@@ -16,7 +14,6 @@ LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, Transpo
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
     emission_ = operator_.senders.means(s.emission, operator_.areas);
-    parts_ = connected_leaves(operator_);
 }
 
 std::vector<Rgb> LocalTransfer::direct(const std::vector<Light>& lights, const DirectOptions& options,
@@ -32,7 +29,7 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
     std::vector<float> direct(emission_.size(), 0.0f);
     if (options.bounces != 0) direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
-    const std::vector<float> all = sent_after(options.bounces, operator_, parts_, colors, emission_, own, direct);
+    const std::vector<float> all = sent_after(options.bounces, operator_, connected_, colors, emission_, own, direct);
     const Scratch<Tilted>::Lent tilted(tilted_);
     std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;
     operator_.gather_tilted(all, values);

@@ -12,6 +12,7 @@
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
 #include "surflux/transfer/group_light.h"
+#include "surflux/transfer/reflections.h"
 #include "surflux/transfer/transport_operator.h"
 
 namespace surflux {
@@ -57,8 +58,8 @@ private:
     SurfelPoints points_;
     GroupLight light_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
-    std::vector<std::uint32_t> parts_;           // of the leaves
-    mutable Scratch<Tilted> tilted_;             // megabytes that lamp after lamp would have cleared again
+    ConnectedLeaves connected_;
+    mutable Scratch<Tilted> tilted_;  // megabytes that lamp after lamp would have cleared again
 };
 
 }  // namespace surflux

@@ -23,11 +23,9 @@ constexpr double dimmest = 1e-3;        // of the RMS: what is dimmer counts as 
 
 class Reflections {
 public:
-    Reflections(const TransportOperator& transport, const std::vector<std::uint32_t>& parts, std::size_t channels,
-                const std::vector<float>& reflectance)
+    Reflections(const TransportOperator& transport, std::size_t channels, const std::vector<float>& reflectance)
         : transport_(transport),
           senders_(transport.senders),
-          parts_(parts),
           channels_(channels),
           unknowns_(channels / colors * 3),
           reflectance_(reflectance) {}
@@ -70,7 +68,7 @@ public:
     // Of what is sent at first, what is sent with all its reflections: sent = first + reflectance * received(sent).
     // Unknowns are in units of what a leaf sends after one reflection, so that a dim room beside a bright one is solved
     // as well.
-    void add_all(const std::vector<float>& first, std::vector<float>& all) {
+    void add_all(const std::vector<float>& first, const std::vector<std::uint32_t>& parts, std::vector<float>& all) {
         std::vector<double> unit(senders_.leaves.size() * unknowns_), right(unit.size()), x;
         std::vector<float> sent = first;
         const std::vector<float>& once = received(sent);
@@ -94,7 +92,7 @@ public:
             });
         };
         x = right;
-        const LinearSystems systems(unknowns_, parts_);
+        const LinearSystems systems(unknowns_, parts);
         double residual = 1.0;
         for (const double tolerance : tolerances) {
             residual = gmres(apply, right, systems, tolerance, most_applications, x).residual;
@@ -108,15 +106,13 @@ public:
 private:
     const TransportOperator& transport_;
     const SenderGroups& senders_;
-    const std::vector<std::uint32_t>& parts_;
     const std::size_t channels_, unknowns_;  // of each leaf
     const std::vector<float>& reflectance_;
     std::vector<float> values_, coefs_, received_;
 };
 
-}  // namespace
-
-std::vector<std::uint32_t> connected_leaves(const TransportOperator& transport) {
+// The parts of ConnectedLeaves.
+std::vector<std::uint32_t> find_parts(const TransportOperator& transport) {
     const SenderGroups& senders = transport.senders;
     const std::vector<SenderGroups::Node>& nodes = senders.nodes;
     DisjointSets sets(senders.size());
@@ -156,10 +152,17 @@ std::vector<std::uint32_t> connected_leaves(const TransportOperator& transport) 
     return out;
 }
 
-std::vector<float> sent_after(int bounces, const TransportOperator& transport, const std::vector<std::uint32_t>& parts,
+}  // namespace
+
+const std::vector<std::uint32_t>& ConnectedLeaves::of(const TransportOperator& transport) const {
+    std::call_once(once_, [&] { parts_ = find_parts(transport); });
+    return parts_;
+}
+
+std::vector<float> sent_after(int bounces, const TransportOperator& transport, const ConnectedLeaves& connected,
                               std::size_t channels, const std::vector<float>& emission,
                               const std::vector<float>& reflectance, const std::vector<float>& direct) {
-    Reflections reflections(transport, parts, channels, reflectance);
+    Reflections reflections(transport, channels, reflectance);
     std::vector<float> all = emission;
     if (bounces > 0) {
         // The first reflection is that of direct light, too.
@@ -173,7 +176,7 @@ std::vector<float> sent_after(int bounces, const TransportOperator& transport, c
     } else if (bounces < 0) {
         std::vector<float> first = emission;
         reflections.for_leaves([&](std::size_t, std::size_t k, float rho) { first[k] += rho * direct[k]; });
-        reflections.add_all(first, all);
+        reflections.add_all(first, connected.of(transport), all);
     }
     transport.senders.pull_up(all, channels);
     return all;

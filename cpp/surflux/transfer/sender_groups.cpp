@@ -179,17 +179,20 @@ void SenderGroups::pull_up(std::vector<float>& values, std::size_t channels) con
     });
 }
 
-SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, const std::vector<double>& areas,
-                             const SenderGroups& groups, std::size_t of_leaf, std::uint64_t seed) {
-    const Surfels& s = scene.surfels;
-    // Surfels by leaf.
-    std::vector<std::uint32_t> number(groups.size(), 0);
+SurfelsOfLeaves::SurfelsOfLeaves(const SenderGroups& groups)
+    : number(groups.size(), 0), first(groups.leaves.size() + 1, 0), surfels(groups.leaf_of_surfel.size()) {
     for (std::uint32_t k = 0; k < groups.leaves.size(); ++k) number[groups.leaves[k]] = k;
-    std::vector<std::uint32_t> first(groups.leaves.size() + 1, 0), members(s.size());
     for (const std::uint32_t leaf : groups.leaf_of_surfel) ++first[number[leaf] + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
     std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::uint32_t i = 0; i < s.size(); ++i) members[next[number[groups.leaf_of_surfel[i]]]++] = i;
+    for (std::uint32_t i = 0; i < surfels.size(); ++i) surfels[next[number[groups.leaf_of_surfel[i]]]++] = i;
+}
+
+SenderSamples sample_senders(const Scene& scene, const SurfelPoints& points, const std::vector<double>& areas,
+                             const SenderGroups& groups, std::size_t of_leaf, std::uint64_t seed) {
+    const Surfels& s = scene.surfels;
+    const SurfelsOfLeaves of_leaves(groups);
+    const std::vector<std::uint32_t>&first = of_leaves.first, &members = of_leaves.surfels;
     SenderSamples out;
     out.of_leaf = of_leaf;
     std::vector<Vec3> positions(groups.leaves.size() * of_leaf);

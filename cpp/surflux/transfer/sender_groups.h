@@ -74,6 +74,17 @@ private:
     void number_by_place(std::vector<Range>& ranges);
 };
 
+// The surfels of each leaf, by its number in SenderGroups::leaves.
+struct SurfelsOfLeaves {
+    explicit SurfelsOfLeaves(const SenderGroups& groups);
+    template <class Visit>
+    void for_leaf(std::size_t leaf, const Visit& visit) const {
+        for (std::uint32_t k = first[leaf]; k < first[leaf + 1]; ++k) visit(surfels[k]);
+    }
+    std::vector<std::uint32_t> number;          // of each node that is a leaf
+    std::vector<std::uint32_t> first, surfels;  // of each leaf, and the end
+};
+
 // Places at which light is asked for, `of_leaf` for each leaf, in the order of SenderGroups::leaves: drawn by area, one
 // from each of so many parts of it.
 struct SenderSamples {

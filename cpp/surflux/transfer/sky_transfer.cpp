@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "surflux/core/parallel.h"
-#include "surflux/transfer/reflections.h"
 
 namespace surflux {
 
@@ -25,7 +24,6 @@ SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOp
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
     emission_ = operator_.senders.means(s.emission, operator_.areas);
-    parts_ = connected_leaves(operator_);
 }
 
 SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std::size_t channels,
@@ -36,7 +34,8 @@ SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std
     Fields out;
     operator_.coefficients(direct, channels, out.direct);
     operator_.receive(out.direct, channels, received);
-    const std::vector<float> sent = sent_after(bounces, operator_, parts_, channels, emission, reflectance, received);
+    const std::vector<float> sent =
+        sent_after(bounces, operator_, connected_, channels, emission, reflectance, received);
     operator_.gather(sent, channels, reflected);
     for (std::size_t k = 0; k < direct.size(); ++k) reflected[k] += direct[k];
     operator_.coefficients(reflected, channels, out.all);

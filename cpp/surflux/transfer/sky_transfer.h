@@ -8,6 +8,7 @@
 #include "surflux/lights/sky_patches.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -52,7 +53,7 @@ private:
     SkyIrradiance direct_;
     Figures timings_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
-    std::vector<std::uint32_t> parts_;           // of the leaves
+    ConnectedLeaves connected_;
 };
 
 }  // namespace surflux

@@ -222,7 +222,7 @@ def measure_all(names, repeats, threads):
     for name in names:
         needs_data, run = CASES[name]
         reason = scenes.why_not(name)
-        if needs_data and not os.environ.get("SURFLUX_DATA"):
+        if needs_data and not scenes.has_scans():
             reason = scenes.NO_SCANS
         if name == factors.NAME:
             reason = factors.why_not()

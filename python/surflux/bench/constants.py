@@ -16,7 +16,7 @@ import surflux as sf
 from surflux import _core
 from surflux.bench import scenes
 from surflux.bench.solvers import by_scene_surfel
-from surflux.bench.truth import Truth, errors_against
+from surflux.bench.truth import Truth, errors_against, with_areas
 from surflux.solving.run import tuned
 
 SCENES = ("Cornell box", "three spheres")
@@ -47,12 +47,7 @@ def measure(names, repeats, threads):
     rows = []
     for name in names:
         built = scenes.build(name)
-        surfels = built.scene.surfels
-        if surfels.areas is None:
-            surfels.areas = np.concatenate(
-                [sf.effective_areas(s) if s.areas is None else s.areas for s in built.scene.objects]
-            )
-        truth = Truth(built.scene, surfels, MEASURED, exact=built.exact, threads=threads)
+        truth = Truth(built.scene, with_areas(built.scene), MEASURED, exact=built.exact, threads=threads)
         while built.exact is None and truth.rounds < ROUNDS:
             truth.refine()
         for constant, value in _core.refinement_tuning().items():

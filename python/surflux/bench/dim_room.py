@@ -13,7 +13,7 @@ import numpy as np
 import surflux as sf
 from surflux.bench import scenes
 from surflux.bench.solvers import by_scene_surfel
-from surflux.bench.truth import even_squares, local_errors, places_on
+from surflux.bench.truth import even_squares, local_errors, places_on, with_areas
 
 PLACES = 8
 WALL = 0.1  # m
@@ -50,9 +50,8 @@ def in_the_dark(scene):
 
 def drawn_in_the_dark(scene, count, seed):
     """Rows (count,) of surfels of the dim room, each with probability proportional to its area."""
-    areas = np.concatenate([sf.effective_areas(o) if o.areas is None else o.areas for o in scene.objects])
-    chance = areas * in_the_dark(scene)
-    return np.random.default_rng(seed).choice(len(areas), count, p=chance / chance.sum())
+    chance = with_areas(scene).areas * in_the_dark(scene)
+    return np.random.default_rng(seed).choice(len(chance), count, p=chance / chance.sum())
 
 
 class Reference:

@@ -5,7 +5,6 @@ reference taken off. Seconds are those of the processor on all cores.
 """
 
 import functools
-import os
 import sys
 from dataclasses import dataclass
 from statistics import median
@@ -15,7 +14,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench import scenes
-from surflux.bench.truth import Truth
+from surflux.bench.truth import Truth, with_areas
 
 MEASURED = 2000  # surfels
 SHADOWS = {"probes": 64, "shadow_rays": 256}
@@ -98,13 +97,6 @@ class Estimated:
         return float(error), float(off.std() / np.sqrt(len(off)) / (2 * max(error, 1e-12)))
 
 
-def with_areas(scene):
-    """The scene's surfels, with the areas that a solver gives them."""
-    surfels = scene.surfels
-    surfels.areas = np.concatenate([sf.effective_areas(o) if o.areas is None else o.areas for o in scene.objects])
-    return surfels
-
-
 def measure(names, seeds, threads=None):
     """Rows of both solvers, by default and with TIGHT options."""
     rows = []
@@ -130,14 +122,10 @@ def _there(names):
     """(name, scene) of those that can be had; of the others it is said why."""
     for name in names:
         stem, _ = SCENES[name]
-        if scenes.data_folder() is None:
-            reason = f"{stem}.toml is missing in this installation"
-        elif stem in ("two_bunnies", "statue", "gallery", "sponza") and not os.environ.get("SURFLUX_DATA"):
-            reason = scenes.NO_SCANS
+        if reason := scenes.why_no_file(stem):
+            print(f"bench: {name} left out: {reason}", file=sys.stderr)
         else:
             yield name, sf.load_scene(scenes.data_folder() / f"{stem}.toml")
-            continue
-        print(f"bench: {name} left out: {reason}", file=sys.stderr)
 
 
 def _row(estimated, solver, by, seeds, threads, options):

@@ -7,7 +7,6 @@ the truth is their own normals, where they have some, or the side from which the
 """
 
 import os
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,8 +112,7 @@ def rows(threads=None):
     """For each of CLOUDS the shares that are right, %."""
     found = []
     for name, (needs_scans, make) in CLOUDS.items():
-        if needs_scans and not os.environ.get("SURFLUX_DATA"):
-            print(f"bench: {name} left out: {scenes.NO_SCANS}", file=sys.stderr)
+        if needs_scans and not scenes.scans_for(name):
             continue
         cloud = make(POINTS)
         normals = _estimated(cloud)

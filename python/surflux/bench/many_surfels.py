@@ -5,16 +5,14 @@ own: its peak of memory is its own.
 """
 
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from time import perf_counter, process_time
 
 import numpy as np
 
 import surflux as sf
 from surflux._base import passes
-from surflux.bench.scale import peak_gigabytes
+from surflux.bench.scale import in_fresh_process, peak_gigabytes
 from surflux.scenes import shapes
 
 SIZES = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000)
@@ -52,8 +50,7 @@ def measure(sizes, threads=None):
     rows = []
     for size in sizes:
         print(f"bench: {size} surfels", file=sys.stderr)
-        with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-            rows.append(fresh.submit(solved, size, threads).result())
+        rows.append(in_fresh_process(solved, size, threads))
     return rows
 
 

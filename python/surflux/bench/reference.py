@@ -53,8 +53,7 @@ def measure(threads=None, paths=4096):
         return []
     rows = []
     for name, build in SCENES.items():
-        if build is cornell and not os.environ.get("SURFLUX_DATA"):
-            print(f"bench: {name} left out: {scenes.NO_SCANS}", file=sys.stderr)
+        if build is cornell and not scenes.scans_for(name):
             continue
         print(f"bench: {name}", file=sys.stderr)
         scene, renderer = build(mitsuba)

@@ -15,7 +15,6 @@ What share of the time Embree takes, perf tells (here for the gallery; libembree
 import contextlib
 import gc
 import math
-import os
 import re
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -96,12 +95,7 @@ CLAIMS = (("error", "reference"), ("indirect", "reference_indirect"), ("at_point
 
 def why_not(name):
     """Why a scene cannot be had here, or None."""
-    stem, _ = SCENES[name]
-    if scenes.data_folder() is None:
-        return f"{stem}.toml is missing in this installation"
-    if stem not in ("three_spheres", "cornell", "statues") and not os.environ.get("SURFLUX_DATA"):
-        return scenes.NO_SCANS
-    return None
+    return scenes.why_no_file(SCENES[name][0])
 
 
 def measure(names, repeats, threads, cache=None, paths=None):
@@ -127,8 +121,7 @@ def of_scene(name, truth, repeats, threads, paths):
     stem, count = SCENES[name]
     path = str(scenes.data_folder() / f"{stem}.toml")
     places = truth.points.points, truth.points.normals
-    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-        found = fresh.submit(solved, path, count, repeats, threads, places, name in MESHLESS).result()
+    found = in_fresh_process(solved, path, count, repeats, threads, places, name in MESHLESS)
     row = Row(name, len(truth.place_of), found["leaves"], found["seconds"], found["gigabytes"], own=found["error"])
     row.stages, row.figures, row.repeats = found["stages"], found["figures"], repeats
     row.loading, row.loading_gigabytes = found["loading"]
@@ -190,6 +183,12 @@ def forget_peak():
     gc.collect()
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
+
+
+def in_fresh_process(work, *arguments):
+    """work(*arguments), a function of a module, by a process of its own, whose peak of memory is its own."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+        return fresh.submit(work, *arguments).result()
 
 
 def peak_gigabytes():

@@ -8,7 +8,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench.scenes import data_folder
-from surflux.bench.truth import PointTruth, Truth
+from surflux.bench.truth import PointTruth, Truth, with_areas
 
 MEASURED = 2000  # surfels, and as many points
 DIRECT_PLACES = 128
@@ -75,12 +75,3 @@ def _read(path, points):
 def _digest(points):
     """Of positions, as they are in float32: the last bits may differ between machines."""
     return hashlib.sha256(points.astype(np.float32).tobytes()).hexdigest()
-
-
-def with_areas(scene):
-    """scene.surfels, with the areas that solve would compute."""
-    surfels = scene.surfels
-    if surfels.areas is None:
-        areas = [sf.effective_areas(s) if s.areas is None else s.areas for s in scene.objects]
-        surfels.areas = np.concatenate(areas)
-    return surfels

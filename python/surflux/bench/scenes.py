@@ -4,6 +4,7 @@ Each scene comes with a `density`: 1 is the scene file as it stands, 0.5 has hal
 """
 
 import os
+import sys
 from copy import deepcopy
 from dataclasses import dataclass
 
@@ -38,13 +39,28 @@ def data_folder():
         return None
 
 
+def has_scans():
+    """Whether SURFLUX_DATA names a folder of scans."""
+    return bool(os.environ.get("SURFLUX_DATA"))
+
+
+def scans_for(what):
+    """Whether there are scans; where there are none, that what needs them is left out is said."""
+    if not has_scans():
+        print(f"bench: {what} left out: {NO_SCANS}", file=sys.stderr)
+    return has_scans()
+
+
+def why_no_file(stem):
+    """Why a scene file of data/ cannot be had here, or None."""
+    if data_folder() is None:
+        return f"{stem}.toml is missing in this installation"
+    return None if has_scans() or stem not in OF_SCANS else NO_SCANS
+
+
 def why_not(name):
     """Why a scene cannot be built here, or None."""
-    if name in FILES and data_folder() is None:
-        return f"{FILES[name]}.toml is missing in this installation"
-    if name == "two bunnies" and not os.environ.get("SURFLUX_DATA"):
-        return NO_SCANS
-    return None
+    return why_no_file(FILES[name]) if name in FILES else None
 
 
 def build(name, density=1.0):
@@ -166,4 +182,5 @@ FILES = {
 # Of --quick and --full. Concentric spheres are made here.
 NAMES = ("concentric spheres", *FILES)
 POINTS_ALONE = ("blob", "knot")  # shapes that have no polygons
+OF_SCANS = ("two_bunnies", "statue", "gallery", "sponza")  # scene files that name some
 NO_SCANS = "SURFLUX_DATA names no folder of scans"

@@ -145,7 +145,7 @@ _ROWS = {
 }
 TABLES |= {
     name: Table(
-        f"surflux bench --site data/figures --only {name}",
+        _alone(name),
         lambda _, threads, rows=rows: rows(threads),
         areas.as_markdown,
     )
@@ -180,13 +180,13 @@ PLOTS = {
     "speed_error": Plot(
         "surflux bench --quick --plot curves.png",
         _curves,
-        lambda rows: solvers.short_table([solvers.Row(**row) for row in rows]),
+        _text(solvers.short_table, solvers.Row),
         {"speed_error": plot.draw, "error_seconds": plot.draw_asked},
     ),
     "growth": Plot(
         " ".join([f"surflux bench --scale --repeats 1 --paths {PATHS}", *(f'--scene "{name}"' for name in GROWTH)]),
         _growth,
-        lambda rows: scale.short_table([scale.Row(**row) for row in rows]),
+        _text(scale.short_table, scale.Row),
         {"growth": plot.draw_growth},
     ),
 }
@@ -229,7 +229,7 @@ def _write_plot(folder, name, now, busy, repeats, threads):
         return f"{name}: as it was"
     print(f"bench: plot {name}", file=sys.stderr)
     rows = what.measure(repeats, threads)
-    found = _found(what, now, [asdict(row) for row in rows])
+    found = _found(what, now, _of(rows))
     lines = ",\n".join(" " + json.dumps(row) for row in found["rows"])  # one each
     path.write_text(f"{json.dumps(found | {'rows': []}, indent=1)[:-3]}\n{lines}\n ]\n}}\n")
     for picture, draw in what.pictures.items():

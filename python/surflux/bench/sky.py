@@ -4,7 +4,6 @@
 
 import functools
 import os
-import sys
 from pathlib import Path
 from time import perf_counter
 
@@ -39,8 +38,7 @@ def tile(threads):
 def rows(threads=None):
     """For numbers of rays the RMS error over SEEDS, of the whole sky and of what is seen, against REFERENCE_RAYS others
     at some of the points; and the mean over all points, by each seed."""
-    if not os.environ.get("SURFLUX_DATA"):
-        print(f"bench: sky_view left out: {scenes.NO_SCANS}", file=sys.stderr)
+    if not scenes.scans_for("sky_view"):
         return []
     scene = sf.Scene([_surfels()])
     some, right = compared(scene, COMPARED)

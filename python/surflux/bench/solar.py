@@ -5,7 +5,6 @@ Needs pvlib, and for weather and the tile SURFLUX_DATA.
 
 import importlib.util
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +24,7 @@ def rows(threads=None):
     if importlib.util.find_spec("pvlib") is None:
         raise ImportError("--only solar: needs pvlib: pip install 'surflux[solar]'")
     found = [_row(f"open level plane, {name}", "pvlib, each five minutes", *_clear(*at)) for name, at in PLACES.items()]
-    if not os.environ.get("SURFLUX_DATA"):
-        print(f"bench: weather and tile left out: {scenes.NO_SCANS}", file=sys.stderr)
+    if not scenes.scans_for("weather and tile"):
         return found
     found.append(_row("open level plane, Amsterdam's weather", "its file", *_weather()))
     means = [_tile(seed, threads) for seed in SEEDS]

@@ -22,8 +22,15 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench import mitsuba_renderer, scenes
-from surflux.bench.scale_truth import with_areas
-from surflux.bench.truth import LEAST_PATHS, Truth, errors_against, even_squares, local_errors_against, places_on
+from surflux.bench.truth import (
+    LEAST_PATHS,
+    Truth,
+    errors_against,
+    even_squares,
+    local_errors_against,
+    places_on,
+    with_areas,
+)
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,13 @@ Needs laspy.
 """
 
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 import surflux as sf
 from surflux.bench.areas import percent
-from surflux.bench.scale import peak_gigabytes
+from surflux.bench.scale import in_fresh_process, peak_gigabytes
 from surflux.scenes.studio import clear_day
 
 SIDE, SPACING, LOT = 360.0, 2.2, 30.0  # of a town, of its points, of the square of a house: metres
@@ -98,12 +96,6 @@ def cut(path, folder, columns, rows):
 
 
 def solved(paths, folder, options):
-    """What _solved says, in a process of its own."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-        return fresh.submit(_solved, paths, folder, options).result()
-
-
-def _solved(paths, folder, options):
     """Peak of memory of a process that solves them under a clear day's sun and sky, gigabytes."""
     sf.solve_tiles(paths, folder, lights=[clear_day(150.0)], solve_options={"insert": False}, **options)
     return peak_gigabytes()
@@ -146,7 +138,7 @@ def rows(threads=None):
         def both(paths, of, seeds, **options):
             outs = [folder / f"{len(paths)} {seed} {options}" for seed in seeds]
             peaks = [
-                solved(paths, out, {"seed": seed, "threads": threads, **options})
+                in_fresh_process(solved, paths, out, {"seed": seed, "threads": threads, **options})
                 for seed, out in zip(seeds, outs, strict=True)
             ]
             return np.mean(peaks), [irradiance([out / p.name for p in paths], of, len(points)) for out in outs]
@@ -178,6 +170,6 @@ def memory(threads=None):
             folder = Path(name)
             town(0, (count * SIDE / CUT, SIDE / CUT), DENSE).save(folder / "row.laz")
             paths, of = cut(folder / "row.laz", folder, count, 1)
-            peak = solved(paths, folder / "lit", {"halo": 50.0, "threads": threads})
+            peak = in_fresh_process(solved, paths, folder / "lit", {"halo": 50.0, "threads": threads})
         found.append({"tiles in a row": count, "points": sum(map(len, of)), "GB": float(f"{peak:.2g}")})
     return found

@@ -10,11 +10,8 @@ diffuse before; in place of 3 bounces stands the error beside paths that are glo
 L07 is Lehtinen and others 2007 on two cores of their time, pictures on its graphics card.
 """
 
-import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 from statistics import median
 from time import perf_counter, process_time
 
@@ -22,7 +19,7 @@ import numpy as np
 
 import surflux as sf
 from surflux.bench import scenes
-from surflux.bench.scale import peak_gigabytes
+from surflux.bench.scale import in_fresh_process, peak_gigabytes
 from surflux.bench.transfer_cases import CASES, grace_probe
 from surflux.bench.transfer_truth import SUBPIXELS, errors_of, picture_error, traced, traced_pictures
 from surflux.scenes.transform import make_transform
@@ -75,7 +72,7 @@ class Row:
 
 def why_not():
     """Why scenes cannot be had here, or None."""
-    if not os.environ.get("SURFLUX_DATA"):
+    if not scenes.has_scans():
         return scenes.NO_SCANS
     return None if scenes.data_folder() else "its scene file is missing in this installation"
 
@@ -90,8 +87,8 @@ def measure(names, repeats, threads):
             continue
         print(f"bench: {name}", file=sys.stderr)
         seeds = min(repeats, CASES[name].most_seeds or repeats)
-        with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-            rows.append(fresh.submit(of_lamps if CASES[name].lamps else of_buddha, name, seeds, threads).result())
+        of_case = of_lamps if CASES[name].lamps else of_buddha
+        rows.append(in_fresh_process(of_case, name, seeds, threads))
         rows[-1].judge(CASES[name].wanted)
     return rows
 

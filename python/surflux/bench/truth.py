@@ -216,3 +216,12 @@ def local_errors_against(truth, total):
         "local_90": float(np.quantile(single, 0.9)),
         "reference_local": float(np.quantile(local_errors(true + noise, true, 0.0, rms), 0.9)),
     }
+
+
+def with_areas(scene):
+    """scene.surfels, with the areas that solve would compute."""
+    surfels = scene.surfels
+    if surfels.areas is None:
+        areas = [sf.effective_areas(s) if s.areas is None else s.areas for s in scene.objects]
+        surfels.areas = np.concatenate(areas)
+    return surfels

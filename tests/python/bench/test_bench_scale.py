@@ -144,19 +144,7 @@ def test_values_at_points_count_where_a_solution_has_them(folder, monkeypatch):
     assert np.abs(result["total"] - 2.0).max() < 0.1
     assert result["stages"][f"at {n} points"] >= 0.0
 
-    class Pool:
-        """Instead of a process of its own."""
-
-        def __init__(self, *arguments):
-            pass
-
-        def __enter__(self):
-            return SimpleNamespace(submit=lambda *arguments: SimpleNamespace(result=lambda: result))
-
-        def __exit__(self, *error):
-            return None
-
-    monkeypatch.setattr(scale, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(scale, "in_fresh_process", lambda *arguments: result)
     row = scale.of_scene("furnace", truth, 1, None, 1024)
     assert row.at_points == pytest.approx(0.1, rel=0.1)  # 2.2 for 2
     assert f"| {100 * row.at_points:.2g} |" in scale.table([row])

@@ -124,7 +124,7 @@ def test_a_dim_room(room, made, monkeypatch):
 
 def test_many_surfels(made, monkeypatch):
     monkeypatch.setattr(many_surfels, "SIZES", (1000,))
-    monkeypatch.setattr(many_surfels, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(many_surfels, "in_fresh_process", here)
     (row,), text = made("many_surfels")
     assert row["surfels"] == 1864
     assert 0.0 < row["silence"] < 2.0 * row["seconds"] * sf.info()["threads"]
@@ -156,28 +156,16 @@ def ball(monkeypatch):
     case = transfer_cases.Case(lambda: scene, ((0.2, 0, 0), (0, 0.3, -0.2)), 1.0, {}, "", about=", hollow")
     monkeypatch.setattr(transfer, "CASES", {"ball": case})
     monkeypatch.setattr(transfer, "why_not", lambda: None)
-    monkeypatch.setattr(transfer, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(transfer, "in_fresh_process", here)
     monkeypatch.setattr(transfer, "traced", functools.partial(transfer.traced, count=200))
     monkeypatch.setattr(transfer, "SIZE", (64, 48))
     monkeypatch.setattr(transfer, "FRAMES", 3)
     monkeypatch.setattr(transfer, "RELIT", 2)
 
 
-class Here:
-    """A pool of processes that is this one."""
-
-    def __init__(self, *of):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *raised):
-        pass
-
-    def submit(self, call, *given):
-        self.result = lambda: call(*given)
-        return self
+def here(work, *arguments):
+    """In place of a process of its own this one."""
+    return work(*arguments)
 
 
 def test_light_that_moves(ball, made):
