@@ -154,7 +154,7 @@ def table(rows):
     for row in rows:
         pairs = zip(row.estimates, row.errors, strict=True)
         ratios = " ".join(f"{own / error:.2f}" if error else "-" for own, error in pairs)  # "-": it is below its noise
-        seconds = "" if row.seconds is None else f"{row.seconds:.2g}"
+        seconds = "" if row.seconds is None else f"{row.seconds:.3g}"
         cells = [row.scene, row.by, str(row.surfels), seconds, _percents(row.errors), ratios]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
