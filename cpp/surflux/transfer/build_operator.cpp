@@ -196,7 +196,7 @@ private:
         else
             test_ = std::make_unique<TestLights>(GroupLight(compiled_, out_.senders, out_.samples, points_, out_.areas),
                                                  out_.senders, shot_, reflectance(), test_lamps(), weights,
-                                                 options_.seed, stage("test lights"));
+                                                 options_.seed, stage("test lights"), options_.team);
         test();
         if (options_.lighting == Lighting::sky) {
             test_->normalize(received_, weights);

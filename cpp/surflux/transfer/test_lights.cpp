@@ -26,17 +26,37 @@ private:
     }
 };
 
+// All of them, each by one process of the team; light_up(l) gives what the leaves send of lamp l.
+template <class LightUp>
+void light_all(const Team& team, const std::vector<std::uint32_t>& leaves, Lamps& lamps, std::uint64_t digest,
+               const LightUp& light_up) {
+    const auto own = [&](std::size_t l, std::size_t) { light_up(l); };
+    if (!team.shares()) return for_own_blocks({}, lamps.size(), 1, own);
+    std::vector<float> column(leaves.size());
+    const auto pack = [&](std::size_t l, std::size_t, Packed& to) {
+        for (std::size_t k = 0; k < leaves.size(); ++k) column[k] = lamps.sent[leaves[k] * lamps.size() + l];
+        to.add(column.data(), column.size());
+    };
+    const auto unpack = [&](std::size_t l, std::size_t, Unpacking& from) {
+        from.take(column.data(), column.size());
+        for (std::size_t k = 0; k < leaves.size(); ++k) lamps.sent[leaves[k] * lamps.size() + l] = column[k];
+    };
+    const auto make = [&] { for_own_blocks(team, lamps.size(), 1, own); };
+    exchange_blocks(team, "test lights", digest, lamps.size(), 1, make, pack, unpack);
+}
+
 }  // namespace
 
 TestLights::TestLights(const GroupLight& light, const SenderGroups& senders, const ShotRows& rows,
                        const std::vector<float>& reflectance, const std::vector<Vec3>& places,
-                       const std::vector<double>& weights, std::uint64_t seed, const Progress& progress)
+                       const std::vector<double>& weights, std::uint64_t seed, const Progress& progress,
+                       const Team& team)
     : RowTest(std::min(sums, places.size()), 1.0f), sent_(senders.size() * size(), 0.0f) {
     const std::vector<std::uint32_t>& leaves = senders.leaves;
     const float share = places.empty() ? 0.0f : 1.0f / std::sqrt(static_cast<float>(places.size()));
     for (std::size_t first = 0; first < places.size(); first += sums) {
         Lamps lamps(std::min(sums, places.size() - first), senders.size());
-        for (std::size_t l = 0; l < lamps.size(); ++l) {
+        const auto light_up = [&](std::size_t l) {
             report(progress, first + l, places.size());
             const std::vector<float> direct = light.irradiance({PointLight{places[first + l], {1.0, 1.0, 1.0}}},
                                                                reflectance, {rays_of_lamp, seed, false});
@@ -46,7 +66,8 @@ TestLights::TestLights(const GroupLight& light, const SenderGroups& senders, con
                                     static_cast<double>(of_leaf[2])};
                 lamps.sent[leaf * lamps.size() + l] = static_cast<float>(luminance(reflected)) * direct[colors * leaf];
             }
-        }
+        };
+        light_all(team, leaves, lamps, digest_of(seed + first, places), light_up);
         senders.pull_up(lamps.sent, lamps.size());
         Received received;
         lamps.receive(rows, received);

@@ -15,10 +15,10 @@ namespace surflux {
 class TestLights : public RowTest {
 public:
     // White lamps at some places, reflected by `reflectance` (by node, `colors` each); each counts alike, with an RMS
-    // of 1 over the first rows, that stand for `weights` of the surface.
+    // of 1 over the first rows, that stand for `weights` of the surface. Processes of a team light some of them each.
     TestLights(const GroupLight& light, const SenderGroups& senders, const ShotRows& rows,
                const std::vector<float>& reflectance, const std::vector<Vec3>& lamps,
-               const std::vector<double>& weights, std::uint64_t seed, const Progress& progress);
+               const std::vector<double>& weights, std::uint64_t seed, const Progress& progress, const Team& team = {});
 
     static constexpr std::size_t sums = 64;
 
