@@ -152,6 +152,13 @@ void bind_operator(py::class_<Transfer>& to) {
         .def_property_readonly("left_out", [](const Transfer& t) { return t.transport().left_out; })
         .def_property_readonly("links", [](const Transfer& t) { return t.transport().links.size(); })
         .def_property_readonly("areas", [](const Transfer& t) { return to_array(t.transport().areas); })
+        .def("losses",
+             [](const Transfer& t) {
+                 const std::vector<float> found = without_gil([&] { return t.transport().losses(); });
+                 py::array_t<float> out({found.size() / 2, std::size_t{2}});
+                 std::copy(found.begin(), found.end(), out.mutable_data());
+                 return out;
+             })
         .def_property_readonly("sizes", [](const Transfer& t) {
             const TransportOperator& of = t.transport();
             py::dict out;
@@ -167,7 +174,7 @@ void bind_operator(py::class_<Transfer>& to) {
 }  // namespace
 
 void bind_transfer(py::module_& module) {
-    PYBIND11_NUMPY_DTYPE(TransportOperator::Row, begin, end, per_ray, u, v);
+    PYBIND11_NUMPY_DTYPE(TransportOperator::Row, begin, end, per_ray, u, v, escape, into_backs);
     PYBIND11_NUMPY_DTYPE(TransportOperator::Slope, u, v);
     PYBIND11_NUMPY_DTYPE(SenderSamples::Sample, x, y, z, normal_x, normal_y, normal_z, surfel);
     PYBIND11_NUMPY_DTYPE(SparseRows::Entry, column, weight);

@@ -37,6 +37,7 @@ void RowShooter::shoot(const Place& place, int count, Shot& shot) const {
     ShotRows::Row& row = shot.row = {};
     row.per_ray = 1.0f / static_cast<float>(count);
     shot.met.clear();
+    int escaped = 0, into_backs = 0;
     for (int k = 0; k < count; ++k) {
         const Ray& ray = shot.found.rays[static_cast<std::size_t>(k)];
         const Hit& hit = shot.found.hits[static_cast<std::size_t>(k)];
@@ -46,11 +47,18 @@ void RowShooter::shoot(const Place& place, int count, Shot& shot) const {
         const auto v = static_cast<float>(steep * dot(ray.direction, frame.v));
         row.u += row.per_ray * u;
         row.v += row.per_ray * v;
-        if (!hit || !hit.front) continue;
+        if (!hit || !hit.front) {
+            (hit ? into_backs : escaped) += 1;
+            continue;
+        }
         // The cone that this ray stands for has pi / (count cos) of solid angle.
         const double reach = hit.distance / std::sqrt(count * std::max(grazing, cosine));
         shot.met.push_back({senders_.sender(hit.surfel, reach), 2 * k < count, u, v});
     }
+    const auto share = [&](int rays) {
+        return static_cast<std::uint16_t>(std::lround(ShotRows::share_scale * row.per_ray * static_cast<float>(rays)));
+    };
+    row.escape = share(escaped), row.into_backs = share(into_backs);
     std::stable_sort(shot.met.begin(), shot.met.end(),
                      [](const Shot::Met& a, const Shot::Met& b) { return a.sender < b.sender; });
     shot.links.clear();

@@ -20,10 +20,13 @@ struct ShotRows {
         std::uint32_t begin = 0, end = 0;  // links
         float per_ray = 0.0f;              // share of the cosine-weighted hemisphere
         float u = 0.0f, v = 0.0f;          // mean slopes of all rays: not quite 0, which is taken off
+        // Of the rays those that leave the scene, and that end on backs: shares, in units of 1 / share_scale.
+        std::uint16_t escape = 0, into_backs = 0;
     };
     // Slopes are 1 / cos, and their mean square does not exist: beyond `steepest` they are cut.
     static constexpr float slope_scale = 15.0f, steepest = 8.0f;
     static constexpr std::size_t most_rays = 255;  // of one link
+    static constexpr float share_scale = 65535.0f;
 
     std::vector<Vec3> positions, normals;  // of receivers
     std::vector<std::uint32_t> surfels;    // that they lie on

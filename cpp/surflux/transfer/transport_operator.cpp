@@ -82,6 +82,18 @@ void TransportOperator::receive(const std::vector<float>& coefs, std::size_t cha
     });
 }
 
+std::vector<float> TransportOperator::losses() const {
+    std::vector<float> values, coefs, out(2 * at_surfels.rows());
+    for (const Row& row : rows)
+        for (const std::uint16_t share : {row.escape, row.into_backs})
+            values.push_back(static_cast<float>(share) / ShotRows::share_scale);
+    coefficients(values, 2, coefs);
+    at_surfels.multiply(coefs, 2, [&](std::size_t i, const float* shares) {
+        for (std::size_t c = 0; c < 2; ++c) out[2 * i + c] = std::clamp(shares[c], 0.0f, 1.0f);
+    });
+    return out;
+}
+
 std::size_t TransportOperator::bytes() const {
     const auto of = [](const auto& v) { return v.size() * sizeof v[0]; };
     return of(positions) + of(normals) + of(surfels) + of(rows) + of(links) + of(slopes) + of(receiver_of) +

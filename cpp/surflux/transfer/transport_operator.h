@@ -98,6 +98,10 @@ struct TransportOperator {
     // What the leaves of the senders receive on the mean, by node, from coefficients: others are left as they are.
     void receive(const std::vector<float>& coefficients, std::size_t channels, std::vector<float>& out) const;
 
+    // Of what each surfel sends the shares that leave the scene and that backs absorb, by rays of receivers: two
+    // channels.
+    std::vector<float> losses() const;
+
     std::size_t bytes() const;
 
     // Levels of the basis; behind them stands one of surfels' own rows.

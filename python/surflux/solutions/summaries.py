@@ -47,10 +47,10 @@ def as_table(self) -> str:
         ("error, estimated", "unknown" if math.isnan(self.error) else f"{self.error:.2%}"),
     ]
     if power is not None:
-        whole = power["power_in"]
+        whole, error = power["power_in"], self.history[-1].get("power_lost_error")
         for key, name in _ACCOUNT.items():
             share = f" ({power[key] / whole:.2%})" if whole > 0 and key != "power_in" else ""
-            spread = f" ± {power['power_lost_error']:.2g}" if key == "power_lost" else ""
+            spread = f" ± {error:.2g}" if key == "power_lost" and isinstance(error, (int, float)) else ""
             rows.append((name, f"{power[key]:.5g}{spread}{share}"))
     rows.append(("seconds", f"{sum(self.timings.values()):.3g}"))
     return html_table("Solution", rows)
@@ -59,6 +59,6 @@ def as_table(self) -> str:
 def _account(self):
     """The figures of the power by their keys in the history; None where they are not all there."""
     last = self.history[-1] if self.history else {}
-    power = {key: last.get(key) for key in (*_ACCOUNT, "power_lost_error")}
+    power = {key: last.get(key) for key in _ACCOUNT}
     # A solution from a file has what the file says, which may be anything.
     return power if all(isinstance(value, (int, float)) for value in power.values()) else None

@@ -1,4 +1,4 @@
-"""Why a scene stays dark: no light, none that arrives, or light that falls on backs."""
+"""Why a scene stays dark, or too dark: no light, none that arrives, or light that falls on backs."""
 
 import numpy as np
 
@@ -18,6 +18,8 @@ ASKED = 2000
 # Of what the light of a lamp meets, backs: above this share it is said.
 ON_BACKS = 0.5
 LAMP_RAYS = 256
+# Of the power that enters a scene, what backs absorb: above this share it is said.
+MUCH_INTO_BACKS = 0.01
 TURN = "Surfels.flipped() turns them, viewpoint= orients estimated ones, `surflux check` says which"
 
 
@@ -64,6 +66,17 @@ def warn_of_backs(lights, surfels, direct, areas):
     else:
         return False
     return True
+
+
+def warn_of_power_into_backs(figures):
+    """Warns where backs absorb much of the power; figures: of a history's last iteration."""
+    share = figures["power_into_backs"] / max(figures["power_in"], np.finfo(float).tiny)
+    if share > MUCH_INTO_BACKS:
+        warn(
+            f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
+            "clouds that lie back to back (surflux check tells which faces point inwards); or points are so noisy that "
+            "disks stand out of the surface, which fewer points help against (--points, thinned)"
+        )
 
 
 def warn_of_no_arrival(power, direct):

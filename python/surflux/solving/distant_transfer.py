@@ -93,7 +93,7 @@ class DistantTransfer(Transfer):
             warn_of_no_arrival(light, direct)
         if gloss:
             solution._mirrored = incident, gloss["specular"], gloss["exponent"]
-        return solution
+        return self._add_account(solution)
 
     def _unclipped(
         self, light: Floats, reflectance: ArrayLike | None, bounces: int | None

@@ -87,7 +87,8 @@ class LocalTransfer(Transfer):
 
         Returns:
             Solution at the scene's own surfels. What emissive surfels bring is in it. Its `error` is NaN: it is not
-            estimated.
+            estimated. Its history tells where the power goes: `power_lost` is what is made (below 0) or lost, and what
+            reflections that `bounces` leaves out would bring.
 
         Raises:
             ValueError: an argument, by name; an Environment, which is no local light.
@@ -104,7 +105,7 @@ class LocalTransfer(Transfer):
         rays = _penumbra_options(probes, penumbra_rays)
         solution = self._relit(lights, given, *rays, threads, progress)
         self._warn(_as_list(lights), solution.direct)
-        return solution
+        return self._add_account(solution)
 
     def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
         """What `relight` returns, without its warnings; given: see _given."""

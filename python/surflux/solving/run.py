@@ -18,12 +18,10 @@ from surflux.scenes.lights import AreaLight, environments_among
 from surflux.scenes.options import ASKED, CHOSEN
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
-from surflux.solving.darkness import warn_of_darkness
+from surflux.solving.darkness import warn_of_darkness, warn_of_power_into_backs
 
 Solver = TypeVar("Solver", bound=Callable[..., Solution])
 
-# Share of the power that enters a scene, above which what backs of surfaces take of it is said.
-MUCH_INTO_BACKS = 0.01
 # Of what enters, above which light that is neither absorbed nor gone is said.
 MUCH_LOST = 0.01
 # Of the RMS irradiance: an estimate above this is no solution.
@@ -157,13 +155,7 @@ def until(deadline, callback):
 
 def _warn_of_lost_light(result, converges):
     figures = result["history"][-1]
-    if figures["power_into_backs"] > MUCH_INTO_BACKS * figures["power_in"]:
-        share = figures["power_into_backs"] / figures["power_in"]
-        warn(
-            f"backs of surfaces absorb {share:.0%} of the light: some face the wrong way, should be two_sided, or are "
-            "clouds that lie back to back (surflux check tells which faces point inwards); or points are so noisy that "
-            "disks stand out of the surface, which fewer points help against (--points, thinned)"
-        )
+    warn_of_power_into_backs(figures)
     if not converges:  # of some bounces alone it is known that the others are missing
         return
     lost = figures["power_lost"]

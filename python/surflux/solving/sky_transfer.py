@@ -91,7 +91,8 @@ class SkyTransfer(Transfer):
         else:
             warn_of_no_arrival(radiances, found[1])
         seen = environments_among(scene.lights)
-        return self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
+        found = self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
+        return self._add_account(found)
 
     def coefficients(
         self,

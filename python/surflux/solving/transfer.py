@@ -17,9 +17,11 @@ from surflux.scenes.lights import LIGHTS
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_arrays import scene_arrays
 from surflux.scenes.sky import Sky
+from surflux.solutions.rendering import Walls
 from surflux.solutions.solution import Solution
+from surflux.solving.darkness import warn_of_power_into_backs
 
-FILE_KIND, FILE_VERSION = "surflux.transfer", 1
+FILE_KIND, FILE_VERSION = "surflux.transfer", 2
 LARGEST = 1e30  # of light, in its own unit: the sums of an operator are float32, which ends at 3.4e38
 
 
@@ -45,6 +47,8 @@ class Transfer:
     def __init__(self, core: Any, scene: Scene, bounces: int | None, timings: dict[str, float]) -> None:
         """Not called by users: see `precompute_transfer` and `load_transfer`."""
         self._core, self.scene, self.bounces, self.timings = core, scene, bounces, timings
+        self._walls = Walls()  # of pictures, of whatever light
+        self._losses: Floats | None = None  # of what surfels send: what escapes, what backs absorb
 
     @property
     def bounces(self) -> int | None:
@@ -146,12 +150,36 @@ class Transfer:
             return None
         return check.per_surfel_rgb("reflectance", reflectance, len(self._core.areas), high=1.0, high_open=True)
 
+    def _add_account(self, solution: Solution) -> Solution:
+        """Where the power of a relit solution goes, as its history, and a warning of what backs absorb.
+
+        What leaves the scene and what ends on backs is counted by the rays of receivers around each surfel.
+        """
+        if self._losses is None:
+            self._losses = np.asarray(self._core.losses(), dtype=float)
+        areas, surfels = np.asarray(self._core.areas), solution.surfels
+        sent = areas * solution.radiosity.sum(axis=1)
+        entered = areas @ (surfels.emission + solution.direct).sum(axis=1)
+        absorbed = areas @ ((1.0 - surfels.reflectance) * solution.irradiance).sum(axis=1)
+        escaped, into_backs = sent @ self._losses
+        figures = {
+            "surfels": len(surfels),
+            "power_in": float(entered),
+            "power_absorbed": float(absorbed),
+            "power_escaped": float(escaped),
+            "power_into_backs": float(into_backs),
+            "power_lost": float(entered - absorbed - escaped - into_backs),
+        }
+        solution.history = [figures]
+        warn_of_power_into_backs(figures)
+        return solution
+
     def _solution(self, reflectance: Floats | None, irradiance: Floats, direct: Floats, **rest: Any) -> Solution:
         """At the scene's own surfels, which reflect `reflectance`, or what they have."""
         core = self.scene._to_core()
         own = core.surfels if reflectance is None else core.surfels.with_reflectance(reflectance)
         surfels = Surfels._from_core(own)
-        return Solution(
+        solution = Solution(
             surfels,
             parents=np.arange(len(surfels)),
             objects=core.object,
@@ -161,3 +189,5 @@ class Transfer:
             camera=self.scene.camera,
             **rest,
         )
+        solution._walls = self._walls
+        return solution

@@ -13,10 +13,11 @@ import pytest
 import surflux as sf
 from surflux._base.array_file import read_arrays, write_arrays
 from surflux.scenes import shapes
+from surflux.solving.transfer import FILE_KIND, FILE_VERSION
 
 DATA = Path(__file__).parents[3] / "data"
 LAMPS = [sf.PointLight([0.4, 0.5, 1.2], [1.0, 2.0, 0.5]), sf.AreaLight([0.2, 0.2, 1.4], [0, 0.3, 0], [0.3, 0, 0], 9.0)]
-KIND = "surflux.transfer", 1
+KIND = FILE_KIND, FILE_VERSION
 
 
 def furnished():
@@ -196,9 +197,9 @@ def test_files_of_another_kind(transfer, saved, tmp_path):
 
 def test_files_of_another_version(saved):
     whole = bytearray(saved.read_bytes())
-    whole[16] = 2
+    whole[16] = FILE_VERSION + 1
     saved.write_bytes(whole)
-    with pytest.raises(sf.FileError, match="holds a transfer of version 2, and this surflux reads version 1"):
+    with pytest.raises(sf.FileError, match=r"holds a transfer of version \d, and this surflux reads version \d"):
         sf.load_transfer(saved)
 
 
@@ -313,7 +314,9 @@ def test_values_that_are_wrong(saved, change, said):
 
 def with_header(path, header):
     data = header if isinstance(header, bytes) else json.dumps(header).encode()
-    start = b"surflux.transfer" + b"".join(int(n).to_bytes(4, "little") for n in (1, len(data), zlib.crc32(data), 0))
+    start = b"surflux.transfer" + b"".join(
+        int(n).to_bytes(4, "little") for n in (FILE_VERSION, len(data), zlib.crc32(data), 0)
+    )
     path.write_bytes(start + data)
     return path
 

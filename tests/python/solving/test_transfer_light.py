@@ -162,3 +162,35 @@ def test_bounces_can_be_set_to_what_they_can_be(transfers, lighting):
         assert transfer.bounces == 1
     finally:
         transfer.bounces = None
+
+
+CEILING = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+
+
+@pytest.mark.parametrize("lighting", LIGHTS)
+def test_backs_that_take_much_of_the_light_are_warned_of(lighting):
+    """A plate over the floor faces up: what the floor sends upwards meets its back."""
+    floor = sf.Surfels.from_mesh((CORNER[0][:4], CORNER[1][:1]), 0.1, reflectance=0.5)
+    plate = sf.Surfels.from_mesh((CEILING, [[0, 1, 2, 3]]), 0.1, reflectance=0.5)
+    light = sf.Environment(1.0)
+    if lighting == "local":
+        light = sf.SpotLight([0.5, -0.5, 0.5], [0.0, 1.0, -0.5], 1.0, cone=30.0)
+    for above, warned in ((plate, True), (plate.flipped(), False)):
+        _, said = said_of(sf.precompute_transfer(sf.Scene([floor, above]), lighting).relight, light)
+        assert [text for text in said if re.match(r"backs of surfaces absorb \d+% of the light", text)] == said
+        assert len(said) == warned
+
+
+def test_where_the_power_of_a_relit_scene_goes_is_told_as_of_a_solved_one():
+    """Of a corner more than half of what is sent leaves; the plate over it takes some with its back."""
+    plate = sf.Surfels.from_mesh((CEILING, [[0, 1, 2, 3]]), 0.05, reflectance=0.5)
+    scene = sf.Scene([sf.Surfels.from_mesh(CORNER, 0.05, reflectance=0.5), plate], [LIGHTS["local"](1.0)])
+    with pytest.warns(UserWarning, match="backs of surfaces absorb"):
+        solved, relit = sf.solve(scene), sf.precompute_transfer(scene).relight(scene.lights)
+    wanted, found = solved.history[-1], relit.history[-1]
+    for name in ("power_in", "power_absorbed", "power_escaped", "power_into_backs"):
+        assert wanted[name] > 0.05 * wanted["power_in"], name
+        assert found[name] == pytest.approx(wanted[name], rel=0.02), name
+    assert abs(found["power_lost"]) < 0.02 * found["power_in"]
+    assert "into backs" in str(relit)
+    assert "into backs" in relit._repr_html_()
