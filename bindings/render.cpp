@@ -17,12 +17,12 @@ py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
                        const std::vector<EmitterArrays>& emitters, const CameraArrays& camera, std::size_t width,
                        std::size_t height, double footprint, int samples, bool culling,
                        const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects,
-                       const py::object& progress, std::size_t top, std::size_t rows) {
+                       const py::object& progress, std::size_t top, std::size_t rows, const KernelWalls* walls) {
     std::vector<SplatLayer> blended;
     for (const auto& [values, lit] : layers) blended.push_back({to_vec3s(values, "values"), lit});
     const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
     const Camera view = to_camera(camera);
-    const SplatOptions options{footprint, samples, culling, to_vector(objects), {top, rows}};
+    const SplatOptions options{footprint, samples, culling, to_vector(objects), walls, {top, rows}};
     const Progress report = to_progress(progress);
     const SplatImage image =
         without_gil([&] { return splat_image(surfels, blended, lamps, view, width, height, options, report); });
@@ -40,10 +40,11 @@ py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
 FlatImage make_flat_image(const Surfels& surfels, const std::vector<EmitterArrays>& emitters,
                           const CameraArrays& camera, std::size_t width, std::size_t height, double footprint,
                           int samples, bool culling,
-                          const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects) {
+                          const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& objects,
+                          const KernelWalls* walls) {
     const std::vector<VisibleEmitter> lamps = to_emitters(emitters);
     const Camera view = to_camera(camera);
-    const SplatOptions options{footprint, samples, culling, to_vector(objects), {}};
+    const SplatOptions options{footprint, samples, culling, to_vector(objects), walls, {}};
     return without_gil([&] { return flat_image(surfels, lamps, view, width, height, options); });
 }
 
@@ -79,14 +80,22 @@ py::dict gl_info() {
 }  // namespace
 
 void bind_render(py::module_& module) {
+    py::class_<KernelWalls>(module, "KernelWalls")
+        .def(py::init([](const Surfels& surfels, double footprint, const py::object& progress) {
+                 const Progress report = to_progress(progress);
+                 return without_gil([&] { return std::make_unique<KernelWalls>(surfels, footprint, report); });
+             }),
+             py::arg("surfels"), py::arg("footprint"), py::arg("progress") = py::none())
+        .def("__len__", &KernelWalls::size);
     module.def("render_splats", &render_splats, py::arg("surfels"), py::arg("layers"), py::arg("emitters"),
                py::arg("camera"), py::arg("width"), py::arg("height"), py::arg("footprint"), py::arg("samples"),
                py::arg("culling") = true, py::arg("objects") = py::array_t<std::int32_t>(0),
-               py::arg("progress") = py::none(), py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1));
+               py::arg("progress") = py::none(), py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1),
+               py::arg("walls") = py::none());
     py::class_<FlatImage>(module, "FlatImage")
         .def(py::init(&make_flat_image), py::arg("surfels"), py::arg("emitters"), py::arg("camera"), py::arg("width"),
              py::arg("height"), py::arg("footprint"), py::arg("samples"), py::arg("culling") = true,
-             py::arg("objects") = py::array_t<std::int32_t>(0))
+             py::arg("objects") = py::array_t<std::int32_t>(0), py::arg("walls") = py::none())
         .def_property_readonly("entries", &FlatImage::entries)
         .def_property_readonly("bytes", &FlatImage::bytes)
         .def_property_readonly(

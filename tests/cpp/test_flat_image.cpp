@@ -12,7 +12,8 @@
 namespace surflux {
 namespace {
 
-// A ball of disks before three squares of patches, half of each another object, and a lamp that hides some of both.
+// A ball of disks before three squares of patches, half of each another object, a wall that stands on one of them, and
+// a lamp that hides some of all.
 struct Things {
     Surfels surfels = sphere(400, {0.2, -1.6, 0.3}, 0.5);
     std::vector<VisibleEmitter> lamps{{{-0.9, -1.9, -0.2}, {0.5, 0, 0}, {0, 0, 0.4}, {7, 8, 9}}};
@@ -21,6 +22,7 @@ struct Things {
 
     Things() {
         for (int k = 0; k < 3; ++k) add_square(surfels, {-1.5, 0.3 * k, -1.0 + k}, {3, 0, 0}, {0, 1, 1}, 6);
+        add_square(surfels, {-0.7, 0, -1}, {0, 0.8, 0.8}, {0, -0.3, 0.3}, 3);
         std::mt19937 random(3);
         std::uniform_real_distribution<double> number(0.0, 1.0);
         for (std::size_t k = 0; k < surfels.size(); ++k) {
@@ -92,7 +94,7 @@ TEST(FlatImage, ArgumentsAreRefusedByName) {
     const auto drawn = [&](const std::vector<Rgb>& values, const std::vector<Rgb>& lamps) {
         return refusal([&] { flat.draw(values, lamps); });
     };
-    EXPECT_EQ(drawn({{1, 1, 1}}, {Rgb{}}), "values: wanted one RGB value for each of 508 surfels, got 1");
+    EXPECT_EQ(drawn({{1, 1, 1}}, {Rgb{}}), "values: wanted one RGB value for each of 517 surfels, got 1");
     EXPECT_EQ(drawn(things.values, {}), "emitters: wanted the radiance of each of 1, got 0");
     EXPECT_EQ(drawn(things.values, {{0, std::nan(""), 0}}), "values: wanted finite numbers");
     EXPECT_EQ(refusal([&] { flat_image(things.surfels, {}, front, 0, 6); }),

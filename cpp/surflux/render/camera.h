@@ -26,6 +26,7 @@ struct CameraFrame {
     // World -> (right, down, depth).
     Vec3 to_camera(const Vec3& point) const { return turn(point - eye); }
     Vec3 turn(const Vec3& v) const { return {dot(v, right), dot(v, down), dot(v, forward)}; }
+    Vec3 turn_back(const Vec3& v) const { return v.x * right + v.y * down + v.z * forward; }
 };
 
 // Throws ArgumentError, naming the argument, for a camera that looks nowhere.

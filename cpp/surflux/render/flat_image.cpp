@@ -44,7 +44,8 @@ float dot3(const float* a, const float* b) { return a[0] * b[0] + a[1] * b[1] + 
 // kernel_fragment of splat_shaders.h, for one subpixel.
 class KernelWeight {
 public:
-    explicit KernelWeight(const DrawnKernel& k) : k_(k) {
+    KernelWeight(const DrawnKernel& k, const std::vector<WallTrace>& walls)
+        : k_(k), walls_(walls.data() + k.walls[0]), walls_end_(walls.data() + k.walls[1]) {
         const float *n = k.normal, *u = k.direction;
         const float across[3] = {n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]};
         std::copy(across, across + 3, across_);
@@ -59,11 +60,13 @@ public:
                         local[2] * local[2] * k_.shrink[2];
         if (!(s < 1.0f)) return 0.0f;
         const float agreement = smoothstep(low_, high_, dot3(normal, k_.normal));
-        return k_.amplitude * agreement * std::exp(-2.0f * s) * (1.0f - s) * (1.0f - s);
+        const float weight = k_.amplitude * agreement * std::exp(-2.0f * s) * (1.0f - s) * (1.0f - s);
+        return is_behind(walls_, walls_end_, local[0], local[1]) ? 1e-6f * weight : weight;
     }
 
 private:
     const DrawnKernel& k_;
+    const WallTrace *walls_, *walls_end_;
     float across_[3], low_, high_;
 };
 
@@ -103,7 +106,7 @@ private:
         std::vector<Entry> found;
         for (const std::uint32_t number : kernels) {
             const DrawnKernel& kernel = geometry_.kernels[number];
-            const KernelWeight weight(kernel);
+            const KernelWeight weight(kernel, geometry_.walls);
             for (int y = std::max(kernel.box[1], low); y < std::min(kernel.box[3], high); ++y) {
                 for (int x = std::max(kernel.box[0], 0); x < std::min(kernel.box[2], grid_.width); ++x) {
                     const std::size_t at = static_cast<std::size_t>(y - low) * width + static_cast<std::size_t>(x);
@@ -239,8 +242,8 @@ FlatImage flat_image(const Surfels& surfels, const std::vector<VisibleEmitter>& 
     const PixelGrid grid{static_cast<int>(width * samples), static_cast<int>(height * samples),
                          frame.tan_half * static_cast<double>(width) / static_cast<double>(height), frame.tan_half,
                          frame.parallel};
-    const DrawnGeometry geometry =
-        drawn_geometry(surfels, objects, emitters, frame, grid, {options.footprint, options.culling});
+    const DrawnGeometry geometry = drawn_geometry(surfels, objects, emitters, frame, grid,
+                                                  {options.footprint, options.culling, true, options.walls});
     const Flattener flattener(geometry, grid, surfels.size(), emitters.size(), samples);
     FlatImage image;
     image.width_ = width;

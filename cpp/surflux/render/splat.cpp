@@ -68,6 +68,8 @@ private:
                                   ("#version 430\n" + defined + splat_shaders::kernel_fragment).c_str());
         const float zero[4] = {0, 0, 0, 0};
         blended.bind();
+        const gl::Buffer walls(gl_, geometry_.walls);
+        walls.bind(2);
         for (std::size_t layer = 0; layer < count; ++layer)
             gl_.ClearBufferfv(GL_COLOR, static_cast<GLint>(layer), zero);
         visibility.surface.bind(0);
@@ -224,6 +226,8 @@ void check_splats(const Surfels& surfels, std::size_t width, std::size_t height,
     require(options.footprint >= 1.0 && options.footprint <= 10.0, "footprint: wanted 1 to 10, got ",
             options.footprint);
     require(options.samples >= 1 && options.samples <= 16, "samples: wanted 1 to 16, got ", options.samples);
+    require(!options.walls || options.walls->surfels() == surfels.size(), "walls: wanted those of ", surfels.size(),
+            " surfels");
     require(options.objects.empty() || options.objects.size() == surfels.size(), "objects: wanted one for each of ",
             surfels.size(), " surfels, got ", options.objects.size());
 }
@@ -240,8 +244,8 @@ SplatImage splat_image(const Surfels& surfels, const std::vector<SplatLayer>& la
     const PixelGrid grid{static_cast<int>(width * samples), static_cast<int>(height * samples),
                          frame.tan_half * static_cast<double>(width) / static_cast<double>(height), frame.tan_half,
                          frame.parallel};
-    const DrawnGeometry geometry =
-        drawn_geometry(surfels, objects, emitters, frame, grid, {options.footprint, options.culling});
+    const DrawnGeometry geometry = drawn_geometry(surfels, objects, emitters, frame, grid,
+                                                  {options.footprint, options.culling, true, options.walls});
 
     const std::size_t count = options.rows.within(height), pixels = width * count;
     SplatImage image{width, count, {}, {}, {}, {}, {}};

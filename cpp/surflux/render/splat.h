@@ -8,6 +8,7 @@
 #include "surflux/gl/context.h"
 #include "surflux/render/camera.h"
 #include "surflux/render/image_rows.h"
+#include "surflux/render/kernel_walls.h"
 #include "surflux/render/visible_emitter.h"
 #include "surflux/scene/surfels.h"
 
@@ -26,7 +27,8 @@ struct SplatOptions {
     bool culling = true;     // else surfaces are seen from behind, too, in the colours of their fronts
     // Of each surfel: colours blend within one object alone. Empty: all are one.
     std::vector<std::int32_t> objects = {};
-    ImageRows rows = {};  // all that are drawn: the image has this height
+    const KernelWalls* walls = nullptr;  // as of DrawingOptions: for pictures of the same surfels
+    ImageRows rows = {};                 // all that are drawn: the image has this height
 };
 
 // Throws ArgumentError, naming the argument, for what splat_image and flat_image do not take.

@@ -140,13 +140,16 @@ void main() {
 // Pass 2, DrawnKernel, and LAYERS values of each (`box` and a line that says how many go before these
 // texts).
 constexpr const char* kernel_vertex = R"(
-struct Kernel { vec4 center_group; vec4 normal_amplitude; vec4 direction_agreement; vec4 shrink_index; ivec4 box; };
+struct Kernel {
+    vec4 center_group; vec4 normal_amplitude; vec4 direction_agreement; vec4 shrink_index; ivec4 box; ivec4 walls;
+};
 layout(std430, binding = 0) readonly buffer Kernels { Kernel kernels[]; };
 layout(std430, binding = 1) readonly buffer Values { vec4 values[]; };
 flat out vec4 center_group;
 flat out vec4 normal_amplitude;
 flat out vec4 direction_agreement;
 flat out vec3 shrink;
+flat out ivec2 walls;
 flat out vec3 value[LAYERS];
 
 void main() {
@@ -156,6 +159,7 @@ void main() {
     normal_amplitude = kernel.normal_amplitude;
     direction_agreement = kernel.direction_agreement;
     shrink = kernel.shrink_index.xyz;
+    walls = kernel.walls.xy;
     for (int k = 0; k < LAYERS; ++k) value[k] = values[LAYERS * at + k].xyz;
     gl_Position = corner_of(kernel.box);
 }
@@ -168,14 +172,23 @@ void main() {
 constexpr const char* kernel_fragment = R"(
 layout(binding = 0) uniform sampler2D surface;
 layout(binding = 1) uniform isampler2D seen;
+layout(std430, binding = 2) readonly buffer Walls { vec4 ends[]; };
 uniform vec4 ray;
 uniform float parallel;
 flat in vec4 center_group;
 flat in vec4 normal_amplitude;
 flat in vec4 direction_agreement;
 flat in vec3 shrink;
+flat in ivec2 walls;
 flat in vec3 value[LAYERS];
 layout(location = 0) out vec4 sum[LAYERS];
+
+// As is_behind of kernel_walls.h has it.
+float outer(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
+bool is_behind(vec4 wall, vec2 place) {
+    vec2 a = wall.xy, b = wall.zw;
+    return outer(a, b) * outer(b - a, place - a) < 0.0 && outer(place, a) * outer(place, b) < 0.0;
+}
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
@@ -191,6 +204,8 @@ void main() {
     float agreement = smoothstep(0.5 * close, mix(0.5, 0.95, close), dot(depth_normal.yzw, n));
     if (agreement <= 0.0) discard;
     float weight = normal_amplitude.w * agreement * exp(-2.0 * s) * (1.0 - s) * (1.0 - s);
+    for (int k = walls.x; k < walls.y; ++k)
+        if (is_behind(ends[k], local.xy)) { weight *= 1e-6; break; }
     for (int k = 0; k < LAYERS; ++k) sum[k] = weight * vec4(value[k], 1);
 }
 )";

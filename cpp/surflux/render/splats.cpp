@@ -6,6 +6,8 @@
 #include "surflux/core/parallel.h"
 #include "surflux/render/bends.h"
 #include "surflux/render/creases.h"
+#include "surflux/render/ellipse.h"
+#include "surflux/render/reach.h"
 
 namespace surflux {
 
@@ -25,6 +27,9 @@ constexpr double grazing = 0.02;
 // Disks that are smaller than this, in subpixels, are drawn flat: nobody could tell.
 constexpr double bent_from = 2.0;
 
+// Of the width of a kernel on the picture, the least share that is not the picture's filter for which walls are found.
+constexpr double filling = 0.2;
+
 // How disks are drawn that fill pixels enough to tell.
 struct Shapes {
     std::vector<Bend> bends;
@@ -32,35 +37,6 @@ struct Shapes {
 };
 
 constexpr double beyond_crease = 0.05;
-// Estimated radii just close a plane; where the surface bends, single pixels would stay open.
-constexpr double closing = 1.15;
-
-// What surfels are drawn with: a disk that closes the surface, and a kernel that blends it smoothly.
-struct Reach {
-    double disk, kernel;
-};
-
-// Disks that reach far stick out of silhouettes and creases; where areas are known, 1.4 sqrt(S) closes the surface as
-// well as R does: on random points of a sphere neither leaves a hole. Kernels of that size are smooth, where those of
-// estimated radii, which just close the surface, show every surfel. A patch's own radius reaches its farthest corner,
-// which in a square is nearer than the next centre: there the kernel needs the spacing of the patches, sqrt(S).
-std::vector<Reach> reaches(const Surfels& surfels) {
-    std::vector<double> patch(surfels.size(), 0.0);
-    for (const Triangle& t : surfels.triangles) patch[t.surfel] += area_of(t);
-    std::vector<Reach> out;
-    out.reserve(surfels.size());
-    for (std::size_t i = 0; i < surfels.size(); ++i) {
-        const double radius = surfels.radii[i];
-        out.push_back({radius, radius});
-        if (patch[i] > 0.0) {
-            out[i] = {0.0, std::max(radius, std::sqrt(patch[i]))};
-        } else if (!surfels.areas.empty()) {
-            const double even = 1.4 * std::sqrt(surfels.areas[i]);
-            out[i] = {std::min(closing * radius, even), std::min(2.0 * radius, even)};
-        }
-    }
-    return out;
-}
 
 void store_box(std::int32_t* to, const PixelBox& box) {
     to[0] = box.left, to[1] = box.top, to[2] = box.right, to[3] = box.bottom;
@@ -147,23 +123,29 @@ struct Drawing {
         return true;
     }
 
-    // The kernel of radius `reach` on the surface, widened by the filter of the picture as it falls on the tangent
-    // plane (object-space EWA, Ren, Pfister and Zwicker 2002, eq. 8): in its plane the variances add up.
-    bool make(std::size_t i, double reach, DrawnKernel& kernel) const {
+    // The kernel on the surface, widened by the filter of the picture as it falls on the tangent plane (object-space
+    // EWA, Ren, Pfister and Zwicker 2002, eq. 8): in its plane the variances add up.
+    bool make(std::size_t i, const Reach& reach, DrawnKernel& kernel) const {
         const Seen s = seen(i);
+        const double along = options.footprint * reach.along, across = options.footprint * reach.across;
         const double pixel = filter_reach * subpixel(std::max(s.center.z, 0.0));
-        if (!(reach > 0.0) || s.center.z + std::hypot(reach, pixel / grazing) <= 0.0) return false;
+        if (!(along > 0.0) || s.center.z + std::hypot(along, pixel / grazing) <= 0.0) return false;
         const Vec3 way = way_to(s.center);
         const double distance = length(way);
         if (!(distance > 0.0)) return false;  // it has no direction to be seen in
         const double along_view = dot(s.normal, way) / distance;
         // Turned away so far that no front-facing surface agrees with its normal (see kernel_fragment).
-        if (options.culling && (grid.parallel || distance > 10.0 * reach) && along_view > 0.9) return false;
+        if (options.culling && (grid.parallel || distance > 10.0 * along) && along_view > 0.9) return false;
         const double cosine = std::max(std::abs(along_view), grazing);
         const Vec3 tilt = way / distance - along_view * s.normal;
-        const Vec3 direction = length(tilt) > 1e-6 ? normalized(tilt) : frame_around(s.normal).u;
-        const double squares[3] = {reach * reach + pixel * pixel / (cosine * cosine), reach * reach + pixel * pixel,
-                                   thickness * thickness * (reach * reach + pixel * pixel)};
+        const Vec3 x = length(tilt) > 1e-6 ? normalized(tilt) : frame_around(s.normal).u, y = cross(s.normal, x);
+        const Vec3 own = frame.turn(reach.direction);
+        const double c = dot(own, x), d = dot(own, y), more = along * along - across * across;
+        const Ellipse seen_as = ellipse_of(across * across + more * c * c + pixel * pixel / (cosine * cosine),
+                                           more * c * d, across * across + more * d * d + pixel * pixel);
+        const Vec3 direction = seen_as.x * x + seen_as.y * y;
+        const double squares[3] = {seen_as.along, seen_as.across,
+                                   thickness * thickness * (along * across + pixel * pixel)};
         const Ellipsoid around{s.center,
                                {std::sqrt(squares[0]) * direction, std::sqrt(squares[1]) * cross(s.normal, direction),
                                 std::sqrt(squares[2]) * s.normal}};
@@ -173,9 +155,9 @@ struct Drawing {
         store(kernel.normal, s.normal);
         store(kernel.direction, direction);
         // As the mass of the kernel stays what it was, the peak of a wider one is lower.
-        kernel.amplitude = static_cast<float>(reach * reach / std::sqrt(squares[0] * squares[1]));
+        kernel.amplitude = static_cast<float>(along * across / std::sqrt(squares[0] * squares[1]));
         // 1 where the surfel fills many pixels, towards 0 where a pixel sees many.
-        kernel.agreement = static_cast<float>(reach * reach / squares[1]);
+        kernel.agreement = static_cast<float>(along * across / (along * across + pixel * pixel));
         for (int axis = 0; axis < 3; ++axis) kernel.shrink[axis] = static_cast<float>(1.0 / squares[axis]);
         kernel.index = static_cast<std::int32_t>(i);
         kernel.group = group(i, s.back);
@@ -207,6 +189,28 @@ struct Drawing {
         const std::vector<Creases> creases = creases_of(surfels, objects, sharp, around);
         for (std::size_t k = 0; k < sharp.size(); ++k) out.creases[sharp[k]] = creases[k];
         return out;
+    }
+
+    // Gives kernels the walls in their way, but those that hardly fill a pixel: nobody could tell.
+    void add_walls(DrawnGeometry& geometry, const KernelWalls& walls) const {
+        for (DrawnKernel& kernel : geometry.kernels) {
+            kernel.walls[0] = kernel.walls[1] = static_cast<std::int32_t>(geometry.walls.size());
+            if (kernel.agreement < filling || kernel.group % 2 == 1) continue;
+            const auto i = static_cast<std::size_t>(kernel.index);
+            const auto [begin, end] = walls.of(i);
+            if (begin == end) continue;
+            const Vec3 along = frame.turn_back(stored(kernel.direction)), across = cross(surfels.normals[i], along);
+            const Frame own = frame_around(surfels.normals[i]);
+            const auto turned = [&](float x, float y, const Vec3& axis) {
+                return static_cast<float>(x * dot(own.u, axis) + y * dot(own.v, axis));
+            };
+            for (const WallTrace* wall = begin; wall != end; ++wall) {
+                const auto [ax, ay, bx, by] = wall->ends;
+                geometry.walls.push_back(
+                    {{turned(ax, ay, along), turned(ax, ay, across), turned(bx, by, along), turned(bx, by, across)}});
+            }
+            kernel.walls[1] = static_cast<std::int32_t>(geometry.walls.size());
+        }
     }
 
     void add_triangle(DrawnGeometry& geometry, const Triangle& world, const Vec3& normal, int index, int object) const {
@@ -246,9 +250,12 @@ DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int3
         return reach[i].disk > 0.0 && drawing.make(i, reach[i].disk, shapes.bends[i], shapes.creases[i], disk);
     });
     if (options.kernels) {
-        geometry.kernels = made<DrawnKernel>(surfels.size(), [&](std::size_t i, DrawnKernel& kernel) {
-            return drawing.make(i, options.footprint * reach[i].kernel, kernel);
-        });
+        geometry.kernels = made<DrawnKernel>(
+            surfels.size(), [&](std::size_t i, DrawnKernel& kernel) { return drawing.make(i, reach[i], kernel); });
+        if (options.walls)
+            drawing.add_walls(geometry, *options.walls);
+        else if (!surfels.triangles.empty())
+            drawing.add_walls(geometry, KernelWalls(surfels, options.footprint));
     }
     for (const Triangle& t : surfels.triangles) {
         drawing.add_triangle(geometry, t, surfels.normals[t.surfel], static_cast<std::int32_t>(t.surfel),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "surflux/render/camera.h"
+#include "surflux/render/kernel_walls.h"
 #include "surflux/render/screen_bounds.h"
 #include "surflux/render/visible_emitter.h"
 #include "surflux/scene/surfels.h"
@@ -36,6 +37,7 @@ struct DrawnKernel {
     float shrink[3];                // 1 / half axis^2: along the direction, across, along the normal
     std::int32_t index;
     std::int32_t box[4];
+    std::int32_t walls[2], unused[2];  // the first that stands in its way, and the one after the last
 };
 
 struct FlatTriangle {
@@ -55,6 +57,7 @@ struct PixelGrid {
 struct DrawnGeometry {
     std::vector<DrawnDisk> disks;
     std::vector<DrawnKernel> kernels;
+    std::vector<WallTrace> walls;
     std::vector<FlatTriangle> triangles;
     double far_depth = 0.0;
 };
@@ -62,12 +65,15 @@ struct DrawnGeometry {
 struct DrawingOptions {
     double footprint = 1.5;  // as of SplatOptions
     bool culling = true;
-    bool kernels = true;  // else only what the surface pass needs
+    bool kernels = true;                 // else only what the surface pass needs
+    const KernelWalls* walls = nullptr;  // of the surfels, with this footprint; nullptr: they are found
 };
 
 inline void store(float* to, const Vec3& from) {
     for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(from[axis]);
 }
+
+inline Vec3 stored(const float* at) { return {at[0], at[1], at[2]}; }
 
 // objects: of each surfel; light blends within one alone. Throws ArgumentError, naming `emitters`, for one that is no
 // rectangle.

@@ -42,6 +42,7 @@ from surflux.bench import (
     transfer,
 )
 
+FOLDER = "data/figures"  # of a checkout
 BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
 
@@ -57,7 +58,7 @@ class Table:
 
 def _alone(name):
     """The command for a table that `surflux bench` has no option for."""
-    return f"surflux bench --site data/figures --only {name}"
+    return f"surflux bench --site {FOLDER} --only {name}"
 
 
 def _shared_out(rows):
@@ -215,7 +216,7 @@ def _write_table(folder, name, now, busy, repeats, threads):
     rows = table.measure(repeats, threads)
     if not rows:
         return f"{name}: nothing could be measured here"
-    found = _found(table, now, rows)
+    found = _found(table, folder, now, rows)
     if table.timed and busy and path.exists():
         found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
     path.write_text(json.dumps(found, indent=1) + "\n")
@@ -229,7 +230,7 @@ def _write_plot(folder, name, now, busy, repeats, threads):
         return f"{name}: as it was"
     print(f"bench: plot {name}", file=sys.stderr)
     rows = what.measure(repeats, threads)
-    found = _found(what, now, _of(rows))
+    found = _found(what, folder, now, _of(rows))
     lines = ",\n".join(" " + json.dumps(row) for row in found["rows"])  # one each
     path.write_text(f"{json.dumps(found | {'rows': []}, indent=1)[:-3]}\n{lines}\n ]\n}}\n")
     for picture, draw in what.pictures.items():
@@ -237,9 +238,10 @@ def _write_plot(folder, name, now, busy, repeats, threads):
     return text(name, found)
 
 
-def _found(what, now, rows):
+def _found(what, folder, now, rows):
+    command = what.command.replace(FOLDER, str(folder))
     machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
-    return {"command": what.command, **now, "machine": machine, "rows": rows}
+    return {"command": command, **now, "machine": machine, "rows": rows}
 
 
 def with_seconds_of(old, found, timed):

@@ -58,7 +58,7 @@ class _Key:
     """All that the matrix of a picture depends on."""
 
     def __init__(self, solution, groups, view):
-        self._surfels, self._groups = drawn_surfels(solution), groups
+        self._surfels, self._groups, self._walls = drawn_surfels(solution), groups, solution._walls
         self._lamps = [(lamp.corner, lamp.edge_u, lamp.edge_v) for lamp in solution._lamps]
         self._view = (*(tuple(np.atleast_1d(v)) for v in view.camera), view.size, view.samples, view.culling)
 
@@ -75,7 +75,8 @@ class _Key:
         eye, target, up, (fov,), (height,) = camera
         lamps = [(*lamp, np.zeros(3)) for lamp in self._lamps]
         look = eye, target, up, fov, height
-        return _core.FlatImage(self._surfels, lamps, look, *size, FOOTPRINT, samples, culling, self._groups)
+        walls = self._walls.between(self._surfels)
+        return _core.FlatImage(self._surfels, lamps, look, *size, FOOTPRINT, samples, culling, self._groups, walls)
 
 
 def _look_alike(one, other):

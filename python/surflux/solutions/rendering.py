@@ -32,6 +32,19 @@ INSERTED_FOOTPRINT = 1.6
 INSERTED_OVERLAP = 1.002
 
 
+class Walls:
+    """Where walls stand between the surfels of solutions that have the same: found for the first picture, and kept."""
+
+    def __init__(self):
+        self._found = None
+
+    def between(self, drawn):
+        """_core.KernelWalls of what drawn_surfels gives of such a solution."""
+        if self._found is None:
+            self._found = _core.KernelWalls(drawn, FOOTPRINT)
+        return self._found
+
+
 class Options(TypedDict, total=False):
     """What Solution.render takes by name, whatever it returns."""
 
@@ -94,6 +107,7 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         """Layers (values, are lamps seen?) -> what _core.render_splats gives."""
         if flat is not None:
             return flat(layers)
+        rows["walls"] = solution._walls.between(drawn)
         return _core.render_splats(
             drawn, layers, lamps, view.camera, *size, FOOTPRINT, samples, view.culling, groups, progress, **rows
         )

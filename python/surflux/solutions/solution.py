@@ -130,6 +130,7 @@ class Solution:
         self._scene = scene
         self._known_field = field
         self._on_surface = None
+        self._walls = rendering.Walls()
         self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
 
     @property
@@ -145,18 +146,16 @@ class Solution:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Solution:
         twin = Solution.__new__(Solution)
-        # What is of the core never changes.
-        kept = {
-            name: value if name in ("_known_field", "_on_surface", "_mirrored") else copy.deepcopy(value, memo)
-            for name, value in vars(self).items()
-        }
+        of_core = ("_known_field", "_on_surface", "_walls", "_mirrored")  # which never changes
+        kept = {name: value if name in of_core else copy.deepcopy(value, memo) for name, value in vars(self).items()}
         twin.__dict__.update(kept)
         return twin
 
     def __getstate__(self) -> dict[str, Any]:
         """All that cannot be made again; a basis of solve_meshless as its functions."""
         basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
-        return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None, "_on_surface": None}
+        again = {"_on_surface": None, "_walls": rendering.Walls()}
+        return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None} | again
 
     __repr__, __str__, _repr_html_ = summaries.as_text, summaries.as_lines, summaries.as_table
 
@@ -256,7 +255,8 @@ class Solution:
         Drawn by OpenGL without a window (D04 step 4), in float32. One pass finds the surface that each subpixel sees:
         disks, bent along the surface, and the triangles of meshes. A second blends the surfels around that point with
         elliptical Gaussians, as wide as surfels lie apart or as a subpixel sees, whichever is more (object-space EWA:
-        Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, and not across creases.
+        Ren, Pfister and Zwicker 2002), within one object, of a mesh one material, not across creases, and of what
+        stands on the surface not beneath it: the floor on the other side of a wall lends nothing.
         A meshless solution that is not from a file is drawn from its basis, which every subpixel evaluates at what it
         sees (L07 section 6.2); what is not in the basis (see `indirect_only`) is blended from the surfels.
 

@@ -1,5 +1,7 @@
 """Which surfels blend in pictures: those of one object, and of a mesh those of one material."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -106,3 +108,22 @@ def test_what_is_dark_or_shines_is_by_itself():
     assert len(set(groups_of([wall()], dark))) == len(set(zip(dark, white, strict=True))) == 4
     shining = wall(WHITE).replace(emission=np.where(np.arange(144) < 20, 1.0, 0.0))
     np.testing.assert_array_equal(parts(groups_of([shining])) == parts(groups_of([shining]))[0], np.arange(144) < 20)
+
+
+def test_no_light_comes_through_beneath_a_wall():
+    """A wall stands on a floor, a bright lamp on one side and a dim one on the other."""
+    floor = sf.Surfels.from_mesh(([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2, 3]]), 0.01)
+    wall = sf.Surfels.from_mesh(
+        ([[0, -1, 0], [0, 1, 0], [0, 1, 0.5], [0, -1, 0.5]], [[0, 1, 2, 3]]), 0.01, two_sided=True
+    )
+    lamps = [sf.PointLight([0.5, 0, 0.2], 10.0), sf.PointLight([-0.5, 0, 0.2], 0.1)]
+    solution = sf.solve(sf.Scene([floor, wall], lamps))
+    camera = sf.Camera([-0.2, 0, 2], [-0.2, 0, 0], [0, 1, 0], fov=40)
+    picture = solution.render(camera, (120, 90), layers=["radiance", "index"])
+    of_dim_side = (solution.objects == 0) & (solution.surfels.points[:, 0] < 0)
+    brightest = solution.radiosity[of_dim_side].max() / np.pi
+    dim = (picture["index"] >= 0) & of_dim_side[picture["index"]]
+    assert dim.sum() > 1000
+    assert picture["radiance"][dim].max() <= 1.0001 * brightest < 0.1 * picture["radiance"].max()
+    again = pickle.loads(pickle.dumps(solution)).render(camera, (120, 90))
+    np.testing.assert_array_equal(again, picture["radiance"])

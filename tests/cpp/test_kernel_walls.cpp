@@ -1,0 +1,96 @@
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "splat_pictures.h"
+
+#include "surflux/core/sampling.h"
+#include "surflux/render/kernel_walls.h"
+
+namespace surflux {
+namespace {
+
+// A patch of a floor around the origin, and a wall of many faces at a distance from it, from one end to the other.
+struct Room {
+    Surfels surfels;
+    Frame axes;
+
+    Room(double angle, double distance, double from, double to, int faces) : axes(frame_around({0, 0, 1})) {
+        add_square(surfels, {-0.5, -0.5, 0}, {1, 0, 0}, {0, 1, 0}, 1);
+        const Vec3 out{std::cos(angle), std::sin(angle), 0}, along{-out.y, out.x, 0};
+        for (int k = 0; k < faces; ++k) {
+            const double step = (to - from) / faces;
+            add_square(surfels, distance * out + (from + k * step) * along, step * along, {0, 0, 0.5}, 1);
+        }
+    }
+    bool is_behind(const KernelWalls& walls, const Vec3& p) const {
+        const auto [begin, end] = walls.of(0);
+        return surflux::is_behind(begin, end, static_cast<float>(dot(p, axes.u)), static_cast<float>(dot(p, axes.v)));
+    }
+};
+
+// Does the way from the origin to p cross the wall?
+TEST(KernelWalls, HideWhatIsBehind) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> number(0.0, 1.0);
+    for (int k = 0; k < 60; ++k) {
+        const double angle = k % 8 < 4 ? 0.5 * pi * (k % 4) : 2.0 * pi * number(random);
+        const double distance = 0.02 + 0.9 * number(random);
+        const Room room(angle, distance, -5.0, 5.0, k % 3 == 0 ? 1 : 41);
+        const KernelWalls walls(room.surfels, 1.5);
+        for (int n = 0; n < 200; ++n) {
+            const Vec3 p{2.0 * number(random) - 1.0, 2.0 * number(random) - 1.0, 0.0};
+            const double beyond = p.x * std::cos(angle) + p.y * std::sin(angle) - distance;
+            if (std::abs(beyond) < 1e-3) continue;
+            ASSERT_EQ(room.is_behind(walls, p), beyond > 0.0) << k << " " << p.x << " " << p.y;
+        }
+    }
+}
+
+// Ends of walls are told to a half of a 64th of the circle.
+TEST(KernelWalls, EndWhereWallsEnd) {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> number(0.0, 1.0);
+    std::size_t hidden = 0;
+    for (int k = 0; k < 40; ++k) {
+        const double angle = 2.0 * pi * number(random), distance = 0.1 + 0.3 * number(random);
+        const Room room(angle, distance, -0.2, 0.3, 1 + k % 5);
+        const KernelWalls walls(room.surfels, 1.5);
+        for (int n = 0; n < 200; ++n) {
+            const Vec3 p{2.0 * number(random) - 1.0, 2.0 * number(random) - 1.0, 0.0};
+            const double out = p.x * std::cos(angle) + p.y * std::sin(angle);
+            const double turned = std::atan2(p.y * std::cos(angle) - p.x * std::sin(angle), out);
+            const double low = std::atan2(-0.2, distance), high = std::atan2(0.3, distance), half = pi / 64 + 2e-3;
+            if (std::abs(turned - low) < half || std::abs(turned - high) < half || std::abs(out - distance) < 1e-3)
+                continue;
+            const bool behind = out > distance && turned > low && turned < high;
+            ASSERT_EQ(room.is_behind(walls, p), behind) << k << " " << p.x << " " << p.y;
+            hidden += behind;
+        }
+    }
+    EXPECT_GT(hidden, 500u);
+}
+
+// What rises less steeply blends: the inside of a ball of patches has no walls, nor has its outside.
+TEST(KernelWalls, AreNotInABowl) {
+    for (const double side : {1.0, -1.0}) {
+        Surfels ball;
+        constexpr int rings = 16, sectors = 32;
+        const auto at = [&](int i, int j) {
+            const double t = pi * i / rings, phi = side * 2.0 * pi * j / sectors;
+            return Vec3{std::sin(t) * std::cos(phi), std::sin(t) * std::sin(phi), std::cos(t)};
+        };
+        for (int i = 1; i + 1 < rings; ++i)
+            for (int j = 0; j < sectors; ++j) {
+                const Vec3 corner = at(i, j);
+                add_square(ball, corner, at(i + 1, j) - corner, at(i, j + 1) - corner, 1);
+            }
+        EXPECT_EQ(KernelWalls(ball, 1.5).size(), 0u);
+    }
+}
+
+TEST(KernelWalls, OfNoSurfelsAreNone) { EXPECT_EQ(KernelWalls(Surfels{}, 1.5).size(), 0u); }
+
+}  // namespace
+}  // namespace surflux
