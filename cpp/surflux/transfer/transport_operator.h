@@ -42,6 +42,8 @@ struct OperatorOptions {
 // Plain data: it refers to nothing. Neither does it know reflectance: senders are given what they send.
 //   L07 links basis functions to basis functions. Here rays link receivers to groups of surfels, so that of senders
 // nothing is interpolated, whatever their number, and rays that meet far ones count for all of a group.
+//   It is applied once more for each reflection. T + T^2 + T^3 (L07 6.5), formed once, would be nearly dense between
+// groups: T^2 alone has 15 % of all entries in Sponza, 660 million, where T has 4.3 million links, and 97 % in statues.
 struct TransportOperator {
     using Row = ShotRows::Row;
     // What rays of a row met: a sender, by the upper 24 bits, and by the others how many rays.

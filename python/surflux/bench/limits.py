@@ -137,14 +137,16 @@ def small_plates(count=8, lamp=1.0, floor=2.0):
     return [np.sqrt(over_seeds(lambda seed, t=t: error(seed, t))) for t in ("rays", "pairs")]
 
 
-def noise_of_rays(example):
+def noise_of_rays(example, **options):
     """Standard deviation of the indirect light over seeds, RMS, as a share of its RMS."""
 
     def measure():
         scene = example()
 
         def spread(rays):
-            solutions = [sf.solve(scene, transport="rays", rays=rays, insert=False, seed=seed) for seed in range(4)]
+            solutions = [
+                sf.solve(scene, transport="rays", rays=rays, insert=False, seed=seed, **options) for seed in range(4)
+            ]
             light = np.array([solution.irradiance - solution.direct for solution in solutions])
             areas = solutions[0].surfels.areas[:, None]
             return np.sqrt((areas * light.var(axis=0, ddof=1)).sum() / (areas * light.mean(axis=0) ** 2).sum())
@@ -243,6 +245,10 @@ LIMITS = {
     ("shadows", "within .1 m of their borders, three spheres, nothing inserted"): ("as by default", shadow_borders),
     ("noise", "indirect light of three spheres, 256 rays"): ("1024 rays", noise_of_rays(sf.examples.three_spheres)),
     ("noise", "indirect light of a Cornell box, 256 rays"): ("1024 rays", noise_of_rays(sf.examples.cornell_box)),
+    ("noise", "three spheres, 256 rays of every surfel"): (
+        "1024 rays",
+        noise_of_rays(sf.examples.three_spheres, zeta=1e-9),
+    ),
     ("small receivers", "plates under a lamp as large as a quarter of the floor, by rays"): ("pairs", small_plates),
     ("up close", "a ball of .2 m on patches of .175 m, by pairs"): ("rays", ball_on_patches),
     ("walls of points", "two rooms .001 apart: light of one in the other, by rays"): ("pairs", rooms_of_clouds),

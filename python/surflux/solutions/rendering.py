@@ -38,10 +38,11 @@ class Walls:
     def __init__(self):
         self._found = None
 
-    def between(self, drawn):
-        """_core.KernelWalls of what drawn_surfels gives of such a solution."""
+    def between(self, drawn, progress=None):
+        """_core.KernelWalls of what drawn_surfels gives of such a solution; progress: of the picture."""
         if self._found is None:
-            self._found = _core.KernelWalls(drawn, FOOTPRINT)
+            going = None if progress is None else lambda done, total: progress(0, total)
+            self._found = _core.KernelWalls(drawn, FOOTPRINT, going)
         return self._found
 
 
@@ -107,7 +108,7 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         """Layers (values, are lamps seen?) -> what _core.render_splats gives."""
         if flat is not None:
             return flat(layers)
-        rows["walls"] = solution._walls.between(drawn)
+        rows["walls"] = solution._walls.between(drawn, progress)
         return _core.render_splats(
             drawn, layers, lamps, view.camera, *size, FOOTPRINT, samples, view.culling, groups, progress, **rows
         )
