@@ -72,10 +72,41 @@ TEST(KernelWalls, EndWhereWallsEnd) {
     EXPECT_GT(hidden, 500u);
 }
 
-// What rises less steeply blends: the inside of a ball of patches has no walls, nor has its outside.
+// Nothing is seen through a round tower, whose facets are finer than the patches of the floor around it.
+TEST(KernelWalls, HideWhatIsBehindATower) {
+    for (const int facets : {64, 256, 2048}) {
+        Surfels s;
+        add_square(s, {-0.5, -0.5, 0}, {1, 0, 0}, {0, 1, 0}, 1);
+        constexpr double distance = 0.3, radius = 6.0;
+        const Vec3 middle{distance + radius, 0, 0};
+        const auto corner = [&](int k) {
+            const double angle = 2.0 * pi * k / facets;
+            return middle + radius * Vec3{std::cos(angle), std::sin(angle), 0};
+        };
+        for (int k = 0; k < facets; ++k) add_square(s, corner(k), corner(k + 1) - corner(k), {0, 0, 1}, 1);
+        const KernelWalls walls(s, 1.5);
+        const auto [begin, end] = walls.of(0);
+        const Frame axes = frame_around({0, 0, 1});
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> number(-1.5, 1.5);
+        std::size_t inside = 0;
+        for (int n = 0; n < 5000; ++n) {
+            const Vec3 p{number(random), number(random), 0};
+            const double deep = radius - length(p - middle), on_way = p.x > 0.0 ? std::abs(p.y / p.x) : 2.0;
+            if (deep < 0.03 || on_way > 1.0) continue;
+            ASSERT_TRUE(is_behind(begin, end, static_cast<float>(dot(p, axes.u)), static_cast<float>(dot(p, axes.v))))
+                << facets << " " << p.x << " " << p.y;
+            ++inside;
+        }
+        EXPECT_GT(inside, 500u);
+    }
+}
+
+// What stands less steeply blends: the inside of a ball of patches has no walls, nor has its outside, nor have both
+// sides of a sheet.
 TEST(KernelWalls, AreNotInABowl) {
+    Surfels ball;
     for (const double side : {1.0, -1.0}) {
-        Surfels ball;
         constexpr int rings = 16, sectors = 32;
         const auto at = [&](int i, int j) {
             const double t = pi * i / rings, phi = side * 2.0 * pi * j / sectors;
@@ -86,7 +117,7 @@ TEST(KernelWalls, AreNotInABowl) {
                 const Vec3 corner = at(i, j);
                 add_square(ball, corner, at(i + 1, j) - corner, at(i, j + 1) - corner, 1);
             }
-        EXPECT_EQ(KernelWalls(ball, 1.5).size(), 0u);
+        EXPECT_EQ(KernelWalls(ball, 1.5).size(), 0u) << side;
     }
 }
 

@@ -156,48 +156,6 @@ TEST_P(Splat, NothingBleedsAcrossTheEdgesOfACube) {
     EXPECT_LE(wrong, 5u);
 }
 
-// A floor of two sides, one bright and one dark, on which a wall stands between them, to `end` along it.
-Picture beside_a_wall(gl::Api api, double end, const SplatOptions& given = {}) {
-    Surfels s;
-    add_square(s, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 10);
-    SplatOptions options = given;
-    options.objects.assign(s.size(), 0);
-    std::vector<Rgb> values;
-    for (const Vec3& p : s.positions) values.push_back(p.x > 0.0 ? Rgb{1, 1, 1} : Rgb{});
-    if (end > -1.0) {
-        add_square(s, {0, -1, 0}, {0, 0, 0.4}, {0, end + 1.0, 0}, 4);
-        add_square(s, {0, -1, 0}, {0, end + 1.0, 0}, {0, 0, 0.4}, 4);
-    }
-    options.objects.resize(s.size(), 1);
-    values.resize(s.size(), {0.5, 0.5, 0.5});
-    return picture(s, values, {}, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 30.0}, 100, 100, api, options);
-}
-
-// Of a row of it, pixels where the floor is blended.
-std::size_t blended(const Picture& image, std::size_t y) {
-    std::size_t count = 0;
-    for (std::size_t x = 0; x < image.width; ++x) {
-        const double value = pixel(image, x, y).x;
-        count += image.index[y * image.width + x] < 100 && value > 1e-6 && value < 1.0 - 1e-6;
-    }
-    return count;
-}
-
-TEST_P(Splat, NothingBleedsBeneathAWall) {
-    const Picture open = beside_a_wall(GetParam(), -1.0), walled = beside_a_wall(GetParam(), 1.0);
-    for (std::size_t y = 10; y < 91; ++y) {
-        ASSERT_GT(blended(open, y), 10u) << y;
-        ASSERT_EQ(blended(walled, y), 0u) << y;
-    }
-}
-
-// Around its end light gets as if there was none: from 1.5 patches on all is as in the open.
-TEST_P(Splat, LightBlendsRoundTheEndOfAWall) {
-    const Picture open = beside_a_wall(GetParam(), -1.0), walled = beside_a_wall(GetParam(), 0.0);
-    ASSERT_EQ(blended(walled, 80), 0u);  // y is -0.6
-    for (std::size_t x = 0; x < 100; ++x) ASSERT_NEAR(pixel(walled, x, 20).x, pixel(open, x, 20).x, 1e-6) << x;
-}
-
 TEST_P(Splat, FarFromTheOriginThePictureIsTheSame) {
     const Vec3 offset{5e6, -3e6, 4e6};
     Surfels s = sphere(400, {0.5, 0, 0}, 1.0);
@@ -241,7 +199,7 @@ TEST_P(Splat, ALinearRampIsSmooth) {
     }
 }
 
-// A triangle that lies beyond the kernel of its surfel gets no weight from it: its colour is taken as it is.
+// However far from its centre the triangles of a surfel lie, they have its colour.
 TEST_P(Splat, ATriangleFarFromItsSurfelHasItsColour) {
     Surfels s;
     add_disk(s, {0, 0, 0}, {0, -1, 0}, 0.01);
@@ -251,7 +209,7 @@ TEST_P(Splat, ATriangleFarFromItsSurfelHasItsColour) {
     EXPECT_GT(seen, 5);
     for (std::size_t p = 0; p < image.index.size(); ++p) {
         if (image.index[p] == 0) {
-            ASSERT_EQ(pixel(image, p % 200, p / 200), (Rgb{3, 2, 1}));
+            ASSERT_LT(largest_difference(pixel(image, p % 200, p / 200), {3, 2, 1}), 1e-5);
         }
     }
 }
@@ -357,6 +315,10 @@ TEST(SplatArguments, AreRefusedByName) {
     expect_argument_error(with(front, 8, rows, one, {}), "rows: wanted some of 8, got 2 from 8 on");
     expect_argument_error(with(front, 8, {1.5, 1, true, {0, 0}}, one, {}), "objects: wanted one for each of 1");
     expect_argument_error(with(front, 8, {0.9}, one, {}), "footprint: wanted 1 to 10");
+    const KernelWalls of_none(Surfels{}, 1.5);
+    SplatOptions walled;
+    walled.walls = &of_none;
+    expect_argument_error(with(front, 8, walled, one, {}), "walls: wanted those of 1 surfels");
     expect_argument_error(with(front, 8, {1.5, 0}, one, {}), "samples: wanted 1 to 16");
     expect_argument_error(with(front, 8, {}, {}, {}), "values: wanted one RGB value for each of 1 surfels, got 0");
     expect_argument_error(with(front, 8, {}, {{nan, 0, 0}}, {}), "values: wanted finite");

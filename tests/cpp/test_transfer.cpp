@@ -124,6 +124,7 @@ TEST(TransportOperator, RowsOfAClosedSphereAreComplete) {
     found.receive(coefficients, 1, received);
     for (const std::uint32_t leaf : found.senders.leaves) EXPECT_NEAR(received[leaf], 1.0f, 1e-4);
     EXPECT_GT(found.bytes(), 6 * found.links.size());
+    for (const float share : found.losses()) EXPECT_EQ(share, 0.0f);
 }
 
 TEST(TransportOperator, ReflectionsGoByWayOfTheFirstLevelsAndOwnRows) {

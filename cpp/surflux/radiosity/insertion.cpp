@@ -204,14 +204,16 @@ bool Insertion::split(const Leaves& leaves, const std::vector<std::uint32_t>& ch
                 SurfelTree::Child& child = families[k].children[c];
                 child.position = center + (reach * signs[c][0]) * u + (reach * signs[c][1]) * v;
                 child.normal = w;
+                if (!tree_.piece(leaf).empty()) {  // what is painted on a patch ends where it does
+                    child.position = kept_on_patch(leaf, child.position);
+                    child.reflectance = tree_.reflectance(leaf);
+                    continue;
+                }
                 leaves.sites->at(child.position, w, tree_.object(leaf), weights);
                 child.reflectance = {};
                 for (const Interpolation::Weight& other : weights)
                     child.reflectance += other.weight * tree_.reflectance(leaves.points[other.site]);
-                if (!tree_.piece(leaf).empty())
-                    child.position = kept_on_patch(leaf, child.position);
-                else
-                    child.normal = from.at(child.position, w, tree_.object(leaf));
+                child.normal = from.at(child.position, w, tree_.object(leaf));
             }
         }
     });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/render/reach.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double widest = 1.2;    // kernels, over their reach: the filter of the picture widens them
 constexpr double slit = 0.01;     // of the reach: how high over the plane walls are looked for
-constexpr double steepest = 0.5;  // cosine of normals from which on surfaces blend (kernel_fragment)
+constexpr double flattest = 0.5;  // cosine of normals from which on surfaces blend (kernel_fragment)
 
 std::vector<Box> boxes_of(const std::vector<Triangle>& triangles) {
     std::vector<Box> out(triangles.size());
@@ -84,7 +85,7 @@ public:
         while (start < directions && joins(start, start + 1)) ++start;
         for (int first = start + 1, next; first <= start + directions; first = next) {
             next = first + 1;
-            while (next <= start + directions && joins(next - 1, next)) ++next;
+            while (next <= start + directions && joins(first, next)) ++next;
             const Line& line = line_[at(first)];
             if (!(distance_[at(first)] < std::numeric_limits<double>::infinity())) continue;
             const auto [ax, ay] = line.end(first * step - overlap, -farthest * reach_);
@@ -138,7 +139,7 @@ void find_walls(const std::vector<Triangle>& triangles, const BoxTree& tree, con
         for (int c = 0; c < 3; ++c) over[c] = dot(normal, corners[c]) - height;
         if (std::max({over[0], over[1], over[2]}) <= 0.0 || std::min({over[0], over[1], over[2]}) > 0.0) return;
         const Vec3 span = cross_of(t);
-        if (dot(span, normal) >= steepest * length(span)) return;
+        if (std::abs(dot(span, normal)) >= flattest * length(span)) return;
         Vec3 ends[2];
         int found = 0;
         for (int c = 0; c < 3; ++c) {
@@ -170,10 +171,15 @@ KernelWalls::KernelWalls(const Surfels& surfels, double footprint, const Progres
         }
     };
     parallel_blocks(n, grain, find, progress);
+    std::size_t total = 0;
+    for (const std::vector<WallTrace>& of_block : found) total += of_block.size();
+    require(total <= std::numeric_limits<std::int32_t>::max(), "surfels: more than 2^31 walls between them");
+    walls_.reserve(total);
     for (std::size_t b = 0; b < found.size(); ++b) {
         const auto before = static_cast<std::uint32_t>(walls_.size());
         for (std::size_t i = b * grain; i < std::min((b + 1) * grain, n); ++i) begin_[i + 1] += before;
         walls_.insert(walls_.end(), found[b].begin(), found[b].end());
+        std::vector<WallTrace>().swap(found[b]);
     }
 }
 

@@ -16,6 +16,7 @@ constexpr double closing = 1.15;
 
 // Kernels of long faces, over the root of their area: those of slivers would lend light from far away along them.
 constexpr double longest = 1.5;
+constexpr double least = 0.4;      // over their length: by the usual footprint of 1.5 they reach beyond their ends
 constexpr double thinnest = 1e-3;  // over their length
 
 // Of the patch of some triangles.
@@ -33,7 +34,8 @@ Reach of_patch(const Vec3& center, const Vec3& normal, const Triangle* begin, co
     }
     // Moments are a twelfth of these: of a square of side 1 they are 1 / 12.
     const Ellipse e = ellipse_of(uu / area, uv / area, vv / area);
-    const double along = std::min(std::sqrt(e.along), longest * std::sqrt(area));
+    const double whole = std::sqrt(e.along),
+                 along = std::min(whole, std::max(least * whole, longest * std::sqrt(area)));
     return {0.0, e.x * frame.u + e.y * frame.v, along, std::max(std::sqrt(e.across), thinnest * along)};
 }
 

@@ -34,7 +34,7 @@ class Painter {
 public:
     Painter(const gl::Functions& gl, const DrawnGeometry& geometry, const std::vector<SplatLayer>& layers,
             const PixelGrid& grid)
-        : gl_(gl), geometry_(geometry), layers_(layers), grid_(grid) {}
+        : gl_(gl), geometry_(geometry), layers_(layers), grid_(grid), walls_(gl, geometry.walls) {}
 
     // Rows [top, top + rows) of subpixels.
     Raw draw(int top, int rows) const {
@@ -68,8 +68,7 @@ private:
                                   ("#version 430\n" + defined + splat_shaders::kernel_fragment).c_str());
         const float zero[4] = {0, 0, 0, 0};
         blended.bind();
-        const gl::Buffer walls(gl_, geometry_.walls);
-        walls.bind(2);
+        walls_.bind(2);
         for (std::size_t layer = 0; layer < count; ++layer)
             gl_.ClearBufferfv(GL_COLOR, static_cast<GLint>(layer), zero);
         visibility.surface.bind(0);
@@ -104,6 +103,7 @@ private:
     const DrawnGeometry& geometry_;
     const std::vector<SplatLayer>& layers_;
     const PixelGrid& grid_;
+    const gl::Buffer walls_;  // of all kernels
 };
 
 // Normalizes every subpixel and averages those of a pixel.

@@ -195,11 +195,12 @@ struct Drawing {
     void add_walls(DrawnGeometry& geometry, const KernelWalls& walls) const {
         for (DrawnKernel& kernel : geometry.kernels) {
             kernel.walls[0] = kernel.walls[1] = static_cast<std::int32_t>(geometry.walls.size());
-            if (kernel.agreement < filling || kernel.group % 2 == 1) continue;
+            if (kernel.agreement < filling) continue;
             const auto i = static_cast<std::size_t>(kernel.index);
             const auto [begin, end] = walls.of(i);
             if (begin == end) continue;
-            const Vec3 along = frame.turn_back(stored(kernel.direction)), across = cross(surfels.normals[i], along);
+            const Vec3 along = frame.turn_back(stored(kernel.direction));
+            const Vec3 across = cross(frame.turn_back(stored(kernel.normal)), along);  // of backs, too
             const Frame own = frame_around(surfels.normals[i]);
             const auto turned = [&](float x, float y, const Vec3& axis) {
                 return static_cast<float>(x * dot(own.u, axis) + y * dot(own.v, axis));

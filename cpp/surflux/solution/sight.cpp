@@ -70,7 +70,8 @@ bool Sight::free(const Vec3& from, const Vec3& to, const Vec3& normal_p, const V
 
 bool Sight::joined(const Place& p, const Place& q) const {
     const double distance = length(q.position - p.position);
-    if (!(distance > 0.0)) return true;
+    // No ray is so short; of two that face apart there they are the sides of a sheet.
+    if (!(distance > 4.0 * tracer_.contact(p.position))) return dot(p.normal, q.normal) > 0.0;
     for (const double height : heights) {
         const auto above = [&](const Place& place) {
             return place.position + std::min(height * distance, under_cover * place.headroom) * place.normal;
@@ -82,7 +83,7 @@ bool Sight::joined(const Place& p, const Place& q) const {
 
 bool Sight::overlooks(const Vec3& p, const Vec3& normal, const Place& q) const {
     const double distance = length(q.position - p);
-    if (!(distance > 0.0)) return true;
+    if (!(distance > 4.0 * tracer_.contact(p))) return dot(normal, q.normal) > 0.0;
     const Vec3 from = p + 4.0 * tracer_.contact(p) * normal,
                way = q.position + std::min(heights[0] * distance, under_cover * q.headroom) * q.normal - from;
     const double far = length(way);

@@ -47,6 +47,9 @@ void require_receivers(const TransportOperator& of, std::size_t surfels) {
     for (const TransportOperator::Row& row : of.rows)
         require(row.begin <= row.end && row.end <= of.links.size() && all_finite(row.per_ray, row.u, row.v),
                 "rows: wanted rows of links and finite numbers");
+    for (const TransportOperator::Row& row : of.rows)  // each may be rounded up
+        require(static_cast<float>(row.escape + row.into_backs) <= ShotRows::share_scale + 1.0f,
+                "rows: wanted shares that escape and that backs absorb of at most 1 together");
     for (const TransportOperator::Link link : of.links)
         require(TransportOperator::sender(link) < of.senders.size(), "links: wanted senders below ", of.senders.size());
     require(of.slopes.size() == of.links.size(), "slopes: wanted those of ", of.links.size(), " links");

@@ -49,9 +49,10 @@ class Solution:
             bounces. Never less than what its rays can tell; NaN where no light arrives at all, so that there is
             nothing to be relative to, and where it was not estimated.
         timings: dict, seconds per stage.
-        history: list of dicts, the figures of each iteration: surfels, cut (nodes that light was solved for), refined
-            (nodes that gave way to get there), inserted (all that ever were, split ones included), left_out (surfels
-            that max_surfels kept from being split), of solve_meshless level (the finest of the basis), points (its
+        history: list of dicts, the figures of each iteration (of relit scenes once, surfels and powers alone): surfels,
+            cut (nodes that light was solved for), refined (nodes that gave way to get there), inserted (all that ever
+            were, split ones included), left_out (surfels that max_surfels kept from being split), of solve_meshless
+            level (the finest of the basis), points (its
             functions) and surfels_gathered (surfels finer than the basis, with rays of their own), links (pairs of a
             node and what it gathers from, or of surfels; with solve_meshless one for each ray), rays, channels (1 where
             all is grey), applications of the operator, residual, imbalance (of what neighbourhoods send and what all
@@ -146,7 +147,7 @@ class Solution:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Solution:
         twin = Solution.__new__(Solution)
-        of_core = ("_known_field", "_on_surface", "_walls", "_mirrored")  # which never changes
+        of_core = ("_known_field", "_on_surface", "_walls", "_mirrored")  # which solutions share
         kept = {name: value if name in of_core else copy.deepcopy(value, memo) for name, value in vars(self).items()}
         twin.__dict__.update(kept)
         return twin

@@ -55,7 +55,8 @@ class SkyTransfer(Transfer):
             threads: at most this many; None for all.
 
         Returns:
-            Solution at the scene's own surfels, what emissive ones bring in it. Its `error` is NaN, not estimated.
+            Solution at the scene's own surfels, what emissive ones bring in it. Its `error` is NaN, not estimated. Its
+            history tells where the power goes, as that of lamps does.
 
         Raises:
             ValueError: an argument, by name.

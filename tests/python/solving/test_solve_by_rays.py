@@ -342,3 +342,20 @@ def test_irradiance_anywhere_does_not_pass_a_wall():
     found = solution.irradiance_at(at, np.tile([0.0, 0.0, 1.0], (9, 1)))
     lit = solution.irradiance[(solution.surfels.points[:, 0] > 1.01) & (solution.surfels.normals[:, 2] > 0.9)]
     assert found.max() <= 1.2 * lit.max()
+
+
+def test_what_is_inserted_into_patches_has_their_reflectance():
+    """A floor of red and blue tiles under a ball, which throws a shadow over their borders."""
+    red, blue = [0.8, 0.2, 0.1], [0.1, 0.2, 0.8]
+    x = np.linspace(0, 1, 9)
+    grid = np.stack([*np.meshgrid(x, x, [0.0], indexing="ij")], -1).reshape(-1, 3)
+    corner = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()[:, None]
+    faces = corner + np.array([0, 9, 10, 1])
+    tiles = np.where((np.add.outer(np.arange(8), np.arange(8)).ravel() % 2 == 0)[:, None], red, blue)
+    floor = sf.Surfels.from_mesh((grid, faces), patch_area=1.0, reflectance=tiles)
+    ball = surfels_of(0.15 * shapes.sphere(300).points + [0.5, 0.5, 0.3], shapes.sphere(300).normals, 0.5)
+    solution = sf.solve(sf.Scene([floor, ball], [sf.PointLight([0.6, 0.4, 1.5], 5.0)]), transport="rays")
+    of_floor = solution.objects == 0
+    assert of_floor.sum() > len(floor) + 20
+    parents = floor.reflectance[solution.parents[of_floor]]
+    np.testing.assert_array_equal(solution.surfels.reflectance[of_floor], parents)

@@ -199,7 +199,10 @@ def test_files_of_another_version(saved):
     whole = bytearray(saved.read_bytes())
     whole[16] = FILE_VERSION + 1
     saved.write_bytes(whole)
-    with pytest.raises(sf.FileError, match=r"holds a transfer of version \d, and this surflux reads version \d"):
+    with pytest.raises(
+        sf.FileError,
+        match=f"holds a transfer of version {FILE_VERSION + 1}, and this surflux reads version {FILE_VERSION}",
+    ):
         sf.load_transfer(saved)
 
 

@@ -154,3 +154,30 @@ def test_functions_in_sight_keep_the_light_of_a_closed_room(radius):
     # sum A (H - D) (1 - rho) = rho sum A D
     found = np.average(solution.irradiance[lit, 0] - solution.direct[lit, 0], weights=areas)
     assert found == pytest.approx(0.7 / 0.3 * direct, rel=0.01)
+
+
+ROOM = [  # 4 x 4 x 2, and a wall across it
+    [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]],
+    [[0, 0, 2], [0, 4, 2], [4, 4, 2], [4, 0, 2]],
+    [[0, 0, 0], [0, 4, 0], [0, 4, 2], [0, 0, 2]],
+    [[4, 0, 0], [4, 0, 2], [4, 4, 2], [4, 4, 0]],
+    [[0, 4, 0], [4, 4, 0], [4, 4, 2], [0, 4, 2]],
+    [[0, 0, 0], [0, 0, 2], [4, 0, 2], [4, 0, 0]],
+    [[2, 0, 0], [2, 4, 0], [2, 4, 2], [2, 0, 2]],
+]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("sides", ["faces", "sheets", True])
+def test_both_sides_of_a_wall_in_one_mesh_share_no_light(sides, seed):
+    """Patches of its sides lie at the very same places: a bright lamp on one side, a dim one on the other."""
+    faces = np.array([*ROOM, ROOM[-1][::-1]] if sides == "faces" else ROOM, float)
+    mesh = faces.reshape(-1, 3), np.arange(4 * len(faces)).reshape(-1, 4)
+    room = sf.Surfels.from_mesh(mesh, 0.02, reflectance=0.6, two_sided=False if sides == "faces" else sides)
+    lamps = [sf.PointLight([0.7, 2.5, 1.2], 6), sf.PointLight([3.4, 1.0, 1.2], [0.3, 0.3, 0.6])]
+    solution = sf.solve(sf.Scene([room], lamps), seed=seed)
+    on_dim_side = (np.abs(solution.surfels.points[:, 0] - 2) < 1e-6) & (solution.surfels.normals[:, 0] > 0.9)
+    indirect = (solution.irradiance - solution.direct)[on_dim_side, 0]
+    assert on_dim_side.sum() > 300
+    assert indirect.max() < 2.0 * np.median(indirect)  # it was 15 to 20 times that
+    assert abs(solution.history[-1]["power_lost"]) < 1e-3 * solution.history[-1]["power_in"]
