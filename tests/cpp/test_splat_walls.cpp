@@ -1,7 +1,8 @@
-// Kernels of patches: where walls end them, and how they reach along long ones.
+// Pictures of patches: where walls end their kernels, how these reach along long ones, and that no pixel stays open.
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -79,6 +80,21 @@ TEST_P(SplatWalls, LightBlendsRoundTheEndOfAWall) {
     const Picture open = beside_a_wall(GetParam(), -1.0), walled = beside_a_wall(GetParam(), 0.0);
     ASSERT_EQ(blended(walled, 80), 0u);  // y is -0.6
     for (std::size_t x = 0; x < 100; ++x) ASSERT_NEAR(pixel(walled, x, 20).x, pixel(open, x, 20).x, 1e-6) << x;
+}
+
+// Two halves of a sheet, cut into other numbers of patches: corners of the one lie within edges of the other.
+TEST_P(SplatWalls, NothingIsSeenBetweenPatchesThatAreCut) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> number(-0.3, 0.3);
+    for (int k = 0; k < 20; ++k) {
+        const Vec3 along{0.1 + number(random), 2.0, number(random)}, corner{number(random), -1, number(random)};
+        Surfels s;
+        add_square(s, corner - Vec3{4, 0, 0}, {4, 0, 0}, along, 7);
+        add_square(s, corner, {4, 0, 0}, along, 11);
+        const Picture image =
+            picture(s, constant(s, {1, 1, 1}), {}, {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 20.0}, 400, 400, GetParam());
+        EXPECT_EQ(std::count(image.index.begin(), image.index.end(), -1), 0) << k;
+    }
 }
 
 }  // namespace

@@ -27,6 +27,8 @@ constexpr double grazing = 0.02;
 // Disks that are smaller than this, in subpixels, are drawn flat: nobody could tell.
 constexpr double bent_from = 2.0;
 
+constexpr double crack = 0.008;  // subpixels: two of the places that corners are drawn at
+
 // Of the width of a kernel on the picture, the least share that is not the picture's filter for which walls are found.
 constexpr double filling = 0.2;
 
@@ -214,12 +216,24 @@ struct Drawing {
         }
     }
 
+    // Where a corner of one patch lies on an edge of another, as where meshes are cut, pixels between them would stay
+    // open: corners are drawn at places of a grid in each pixel. Each edge is moved outwards by a hair.
+    void close_cracks(Triangle& t) const {
+        const Vec3 ab = t.b - t.a, bc = t.c - t.b, ca = t.a - t.c;
+        const double sides[3] = {length(ab), length(bc), length(ca)};
+        if (!(sides[0] > 0.0 && sides[1] > 0.0 && sides[2] > 0.0)) return;
+        const Vec3 u = ab / sides[0], v = bc / sides[1], w = ca / sides[2];
+        const auto hair = [&](const Vec3& corner) { return crack * subpixel(std::max(corner.z, 0.0)); };
+        t.a += hair(t.a) * (w - u), t.b += hair(t.b) * (u - v), t.c += hair(t.c) * (v - w);
+    }
+
     void add_triangle(DrawnGeometry& geometry, const Triangle& world, const Vec3& normal, int index, int object) const {
         Triangle t{frame.to_camera(world.a), frame.to_camera(world.b), frame.to_camera(world.c), 0};
         const double farthest = std::max({t.a.z, t.b.z, t.c.z});
         if (farthest <= 0.0) return;
         const bool away = dot(cross_of(t), way_to(t.a)) >= 0.0, back = away && !options.culling && index >= 0;
         if (away && !back) return;
+        if (index >= 0) close_cracks(t);
         FlatTriangle& flat = geometry.triangles.emplace_back();
         store(flat.corners[0], t.a);
         store(flat.corners[1], t.b);
