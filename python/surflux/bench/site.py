@@ -14,7 +14,6 @@ import contextlib
 import datetime
 import json
 import os
-import shlex
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
@@ -240,7 +239,7 @@ def _write_plot(folder, name, now, busy, repeats, threads):
 
 
 def _found(what, folder, now, rows):
-    command = what.command.replace(FOLDER, shlex.quote(str(folder)))
+    command = what.command.replace(FOLDER, str(folder))
     machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
     return {"command": command, **now, "machine": machine, "rows": rows}
 

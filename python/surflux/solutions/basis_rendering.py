@@ -7,13 +7,12 @@ from surflux._base.passes import report
 SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take 0.3 GB
 
 
-def basis_layers(field, surfels, levels, lamps, view, names, splat, progress):
+def basis_layers(field, surfels, lamps, view, names, splat, progress):
     """The layers of Solution.render, with the basis evaluated at every subpixel, band by band.
 
     Args:
         field: BasisField.
         surfels: Surfels of the solution.
-        levels: (n,) of these, as the solution has them.
         lamps: as _core.render_splats takes them.
         view: rendering.View.
         names: of the layers that are wanted.
@@ -26,12 +25,12 @@ def basis_layers(field, surfels, levels, lamps, view, names, splat, progress):
     for top in range(0, height, rows):
         report(progress, top, height)
         count = min(rows, height - top)
-        bands.append(_band(field, surfels, levels, lamps, view, names, splat, top, count))
+        bands.append(_band(field, surfels, lamps, view, names, splat, top, count))
     report(progress, height, height)
     return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}
 
 
-def _band(field, surfels, levels, lamps, view, names, splat, top, count):
+def _band(field, surfels, lamps, view, names, splat, top, count):
     """The layers of rows [top, top + count)."""
     (width, height), samples = view.size, view.samples
     fine = samples * width, samples * height
@@ -43,8 +42,6 @@ def _band(field, surfels, levels, lamps, view, names, splat, top, count):
     if field.emitted.any():
         layers.append((surfels.reflectance * field.emitted / np.pi, False))
     seen = field.basis.image(lamps, view.camera, *fine, **part, culling=view.culling)
-    there = seen["index"] >= 0
-    seen["hidden"][there] |= field.is_off(seen["index"][there], levels)
     if seen["hidden"].any():
         _fill_hidden(field, seen)
     drawn = splat(layers, fine, 1, None, **part)
@@ -76,7 +73,7 @@ def _band(field, surfels, levels, lamps, view, names, splat, top, count):
 
 
 def _fill_hidden(field, seen):
-    """Where no function speaks, or not as rays do, surfels do, less what the layers bring of them."""
+    """Where no function speaks, surfels do, less what the layers bring of them."""
     hidden = seen["hidden"] != 0
     normals = seen["normal"][hidden].astype(np.float64)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)

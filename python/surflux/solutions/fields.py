@@ -7,8 +7,6 @@ from surflux._base.check import counted
 from surflux._base.warn import warn
 
 RAYS = 256  # to the sky, of direct light that is traced
-# Of the light of a surfel that has rays of its own: where the basis is off by more, it is not what is drawn.
-MUCH_OFF = 0.25
 
 
 def warn_of_mid_air(on_surface):
@@ -67,7 +65,7 @@ class BasisField:
         self.basis, self.emitted, self.lit = basis, emitted, lit
         self._scene, self._at = scene, (surfels, objects)
         self._light = others, direct
-        self._surfels = self._rest = self._off = None
+        self._surfels = self._rest = None
 
     def pickled(self):
         """What `basis_field` makes it from again, with the solution that it belongs to."""
@@ -86,24 +84,6 @@ class BasisField:
         """From values at surfels, for places that see no function: (all but direct light, direct light)."""
         self._surfels = self._surfels or self._make_surfels(callback)
         return self._surfels.others(points, normals, callback), self._surfels.direct(points, normals, callback)
-
-    def is_off(self, asked, levels, callback=None):
-        """(k,) where the basis is far from what the rays of a surfel found, as in fine relief, of surfels `asked` (k,).
-
-        levels: (n,) of the solution: surfels with rays of their own are beyond those of the basis. What is found is
-            kept.
-        """
-        surfels, _ = self._at
-        if self._off is None:
-            finest = self.basis.functions()["levels"].astype(np.int64).max(initial=-1)
-            self._off = np.where(levels > finest, -1, 0).astype(np.int8)
-        unknown = np.unique(asked[self._off[asked] < 0])
-        if len(unknown):
-            others, direct = self._light
-            wanted = (others + direct - self.emitted - self.lit)[unknown].sum(axis=1)
-            found = self.basis.at(surfels.points[unknown], surfels.normals[unknown], callback)[0].sum(axis=1)
-            self._off[unknown] = np.abs(found - wanted) > MUCH_OFF * np.maximum(found, wanted)
-        return self._off[asked] > 0
 
     def irradiance(self, points, normals, direct, rays, seed, callback):
         in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)

@@ -114,7 +114,7 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         )
 
     if isinstance(solution._field, BasisField):
-        found = basis_layers(solution._field, surfels, solution.levels, lamps, view, names, splat, progress)
+        found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
     else:
         found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
