@@ -102,6 +102,21 @@ TEST(KernelWalls, HideWhatIsBehindATower) {
     }
 }
 
+// Within a tent the light of the ground outside is hidden, whether its cloth has one side or two.
+TEST(KernelWalls, HideWhatIsOutsideOfATent) {
+    for (const double slope : {35.0, 50.0, 70.0})
+        for (const bool both : {false, true}) {
+            Surfels s;
+            add_square(s, {-0.5, -0.5, 0}, {1, 0, 0}, {0, 1, 0}, 1);
+            const double angle = slope * pi / 180.0;
+            const Vec3 foot{0.6, -3, 0}, up{-2 * std::cos(angle), 0, 2 * std::sin(angle)}, along{0, 6, 0};
+            add_square(s, foot, up, along, 1);  // its normal points down and inwards
+            if (both) add_square(s, foot, along, up, 1);
+            const KernelWalls walls(s, 1.5);
+            EXPECT_EQ(walls.of(0).second - walls.of(0).first, 1) << slope << both;
+        }
+}
+
 // What stands less steeply blends: the inside of a ball of patches has no walls, nor has its outside, nor have both
 // sides of a sheet.
 TEST(KernelWalls, AreNotInABowl) {

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double widest = 1.2;    // kernels, over their reach: the filter of the picture widens them
 constexpr double slit = 0.01;     // of the reach: how high over the plane walls are looked for
-constexpr double flattest = 0.5;  // cosine of normals from which on surfaces blend (kernel_fragment)
+constexpr double blending = 0.5;  // cosine of normals from which on surfaces blend (kernel_fragment)
+constexpr double turned = 0.87;   // and of those that face away: the other sides of a bowl's faces, not of a tent's
 
 std::vector<Box> boxes_of(const std::vector<Triangle>& triangles) {
     std::vector<Box> out(triangles.size());
@@ -139,7 +140,8 @@ void find_walls(const std::vector<Triangle>& triangles, const BoxTree& tree, con
         for (int c = 0; c < 3; ++c) over[c] = dot(normal, corners[c]) - height;
         if (std::max({over[0], over[1], over[2]}) <= 0.0 || std::min({over[0], over[1], over[2]}) > 0.0) return;
         const Vec3 span = cross_of(t);
-        if (std::abs(dot(span, normal)) >= flattest * length(span)) return;
+        const double cosine = dot(span, normal) / length(span);
+        if (!(cosine < blending && cosine > -turned)) return;
         Vec3 ends[2];
         int found = 0;
         for (int c = 0; c < 3; ++c) {

@@ -18,8 +18,8 @@ struct WallTrace {
 
 // A kernel blends where its centre sees along the surface, not behind a wall that stands on it: a floor goes on beneath
 // a wall, and its light does not. What no centre sees, as between the folds of a curtain, is blended of all (weights of
-// 1e-6 are left behind walls). Walls are triangles, of whichever side, that stand by 60 degrees or more on the plane of
-// the kernel: with what is flatter, as in a bowl, the light blends.
+// 1e-6 are left behind walls). Walls are triangles that stand by 60 degrees or more on the plane of the kernel, or
+// by 30 and face away from it, as the inside of a tent: with what is flatter, as in a bowl, the light blends.
 class KernelWalls {
 public:
     // Of kernels of `footprint` times what surfels reach (reach.h).

@@ -217,7 +217,8 @@ struct Drawing {
     }
 
     // Where a corner of one patch lies on an edge of another, as where meshes are cut, pixels between them would stay
-    // open: corners are drawn at places of a grid in each pixel. Each edge is moved outwards by a hair.
+    // open: corners are drawn at places of a grid in each pixel. They are moved outwards by a hair, and edges with
+    // them, but for those of slivers.
     void close_cracks(Triangle& t) const {
         const Vec3 ab = t.b - t.a, bc = t.c - t.b, ca = t.a - t.c;
         const double sides[3] = {length(ab), length(bc), length(ca)};

@@ -14,6 +14,7 @@ import contextlib
 import datetime
 import json
 import os
+import shlex
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
@@ -239,7 +240,7 @@ def _write_plot(folder, name, now, busy, repeats, threads):
 
 
 def _found(what, folder, now, rows):
-    command = what.command.replace(FOLDER, str(folder))
+    command = what.command.replace(FOLDER, shlex.quote(str(folder)))
     machine = {key: sf.info()[key] for key in ("threads", "instruction set", "Embree", "GL")}
     return {"command": command, **now, "machine": machine, "rows": rows}
 
