@@ -1,8 +1,9 @@
 """`surflux bench --site FOLDER`: tables that the README and the guide quote, each as FOLDER/NAME.json and NAME.md, and
 plots that they show, as NAME.json and a PNG for each picture. --only measures some of them.
 
-On two cores all take some two hours: speed_error and transfer half of one each, estimates, estimates_large, many_surfels,
-dim_room, asked, growth and cluster five to ten minutes each, the others less. Each is written when it is done.
+On two cores all take some two hours: speed_error and transfer half of one each, estimates, estimates_large,
+many_surfels, dim_room, asked, growth and cluster five to ten minutes each, the others less. Each is written when it is
+done.
 
 Beside the rows stand the command that gives them alone, the day, the commit and the machine. While other programs keep
 the machine busy, seconds of a table that is there stay, with their day and commit, and all else is measured; plots stay
