@@ -5,6 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/neighbors/point_index.h"
+#include "surflux/render/principal_axes.h"
 
 namespace surflux {
 
@@ -47,13 +48,12 @@ Bend fit(const Surfels& s, const std::vector<std::int32_t>& objects, std::uint32
     const double b = (xx * (uy_vx * yy - xy * vy) - ux * xy * yy) / det;
     const double c = (xx * (sum * vy - xy * uy_vx) - xy * (xy * vy) + ux * xy * xy) / det;
     const double explained = std::clamp((a * ux + b * uy_vx + c * vy) / square, 0.0, 1.0);
-    // Principal directions of [a b; b c].
-    const double angle = 0.5 * std::atan2(2.0 * b, a - c), mean = 0.5 * (a + c), half = std::hypot(0.5 * (a - c), b);
+    const PrincipalAxes axes = principal_axes(a, b, c);
     const double largest = most / s.radii[i];
     Bend bend = flat;
-    bend.direction = std::cos(angle) * frame.u + std::sin(angle) * frame.v;
-    bend.along = std::clamp(explained * (mean + half), -largest, largest);
-    bend.across = std::clamp(explained * (mean - half), -largest, largest);
+    bend.direction = axes.x * frame.u + axes.y * frame.v;
+    bend.along = std::clamp(explained * axes.along, -largest, largest);
+    bend.across = std::clamp(explained * axes.across, -largest, largest);
     return bend;
 }
 

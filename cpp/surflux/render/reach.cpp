@@ -5,7 +5,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/render/ellipse.h"
+#include "surflux/render/principal_axes.h"
 
 namespace surflux {
 
@@ -19,24 +19,23 @@ constexpr double longest = 1.5;
 constexpr double least = 0.4;      // over their length: by the usual footprint of 1.5 they reach beyond their ends
 constexpr double thinnest = 1e-3;  // over their length
 
-// Of the patch of some triangles.
-Reach of_patch(const Vec3& center, const Vec3& normal, const Triangle* begin, const Triangle* end) {
+// Of the patch of some triangles, of that area together.
+Reach of_patch(const Vec3& center, const Vec3& normal, const Triangle* begin, const Triangle* end, double area) {
     const Frame frame = frame_around(normal);
-    double uu = 0.0, uv = 0.0, vv = 0.0, area = 0.0;
+    double uu = 0.0, uv = 0.0, vv = 0.0;
     for (const Triangle* t = begin; t != end; ++t) {
         const Vec3 a = t->a - center, b = t->b - center, c = t->c - center, sum = a + b + c;
         const double weight = area_of(*t);
-        area += weight;
         for (const Vec3& p : {a, b, c, sum}) {
             const double u = dot(p, frame.u), v = dot(p, frame.v);
             uu += weight * u * u, uv += weight * u * v, vv += weight * v * v;
         }
     }
     // Moments are a twelfth of these: of a square of side 1 they are 1 / 12.
-    const Ellipse e = ellipse_of(uu / area, uv / area, vv / area);
+    const PrincipalAxes e = principal_axes(uu / area, uv / area, vv / area);
     const double whole = std::sqrt(e.along),
                  along = std::min(whole, std::max(least * whole, longest * std::sqrt(area)));
-    return {0.0, e.x * frame.u + e.y * frame.v, along, std::max(std::sqrt(e.across), thinnest * along)};
+    return {0.0, e.x * frame.u + e.y * frame.v, along, std::max(std::sqrt(std::max(e.across, 0.0)), thinnest * along)};
 }
 
 }  // namespace
@@ -50,7 +49,7 @@ std::vector<Reach> reaches(const Surfels& surfels) {
         double area = 0.0;
         for (const Triangle* t = begin; t != end; ++t) area += area_of(*t);
         if (area > 0.0) {
-            out[i] = of_patch(surfels.positions[i], surfels.normals[i], begin, end);
+            out[i] = of_patch(surfels.positions[i], surfels.normals[i], begin, end, area);
             return;
         }
         double disk = surfels.radii[i], kernel = disk;

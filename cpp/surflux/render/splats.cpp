@@ -6,7 +6,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/render/bends.h"
 #include "surflux/render/creases.h"
-#include "surflux/render/ellipse.h"
+#include "surflux/render/principal_axes.h"
 #include "surflux/render/reach.h"
 
 namespace surflux {
@@ -143,8 +143,8 @@ struct Drawing {
         const Vec3 x = length(tilt) > 1e-6 ? normalized(tilt) : frame_around(s.normal).u, y = cross(s.normal, x);
         const Vec3 own = frame.turn(reach.direction);
         const double c = dot(own, x), d = dot(own, y), more = along * along - across * across;
-        const Ellipse seen_as = ellipse_of(across * across + more * c * c + pixel * pixel / (cosine * cosine),
-                                           more * c * d, across * across + more * d * d + pixel * pixel);
+        const PrincipalAxes seen_as = principal_axes(across * across + more * c * c + pixel * pixel / (cosine * cosine),
+                                                     more * c * d, across * across + more * d * d + pixel * pixel);
         const Vec3 direction = seen_as.x * x + seen_as.y * y;
         const double squares[3] = {seen_as.along, seen_as.across,
                                    thickness * thickness * (along * across + pixel * pixel)};

@@ -30,8 +30,8 @@ private:
 template <class LightUp>
 void light_all(const Team& team, const std::vector<std::uint32_t>& leaves, Lamps& lamps, std::uint64_t digest,
                const LightUp& light_up) {
-    const auto own = [&](std::size_t l, std::size_t) { light_up(l); };
-    if (!team.shares()) return for_own_blocks({}, lamps.size(), 1, own);
+    const auto make = [&] { for_own_blocks(team, lamps.size(), 1, [&](std::size_t l, std::size_t) { light_up(l); }); };
+    if (!team.shares()) return make();
     std::vector<float> column(leaves.size());
     const auto pack = [&](std::size_t l, std::size_t, Packed& to) {
         for (std::size_t k = 0; k < leaves.size(); ++k) column[k] = lamps.sent[leaves[k] * lamps.size() + l];
@@ -41,7 +41,6 @@ void light_all(const Team& team, const std::vector<std::uint32_t>& leaves, Lamps
         from.take(column.data(), column.size());
         for (std::size_t k = 0; k < leaves.size(); ++k) lamps.sent[leaves[k] * lamps.size() + l] = column[k];
     };
-    const auto make = [&] { for_own_blocks(team, lamps.size(), 1, own); };
     exchange_blocks(team, "test lights", digest, lamps.size(), 1, make, pack, unpack);
 }
 
