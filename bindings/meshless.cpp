@@ -152,9 +152,9 @@ public:
         return out;
     }
 
-    // By function: positions, normals, radii of the supports, objects, levels, coefficients (of all and of direct
-    // light), and whether light was gathered there; and the planes that end supports, by function. That is the whole
-    // field: field_of() makes it again.
+    // By function: positions, normals, radii of the supports, objects, levels, coefficients and values (of all and of
+    // direct light), and whether light was gathered there; and the planes that end supports, by function. That is the
+    // whole field: field_of() makes it again.
     py::dict functions() const {
         const MultilevelBasis& basis = field_->basis;
         std::vector<Vec3> positions, normals;
@@ -175,6 +175,11 @@ public:
         out["levels"] = to_array(levels);
         out["coefficients"] = to_array(field_->coefficients);
         out["direct"] = to_array(field_->direct);
+        std::vector<Rgb> values, direct_values;
+        for (const MeshlessField::At& value : field_->values)
+            values.push_back(value.all), direct_values.push_back(value.direct);
+        out["values"] = to_array(values);
+        out["direct_values"] = to_array(direct_values);
         out["gathered"] = to_array(std::vector<std::uint8_t>(field_->gathered.begin(), field_->gathered.end()));
         std::vector<std::uint32_t> cut;
         std::vector<Vec3> cut_normals;
@@ -237,10 +242,14 @@ std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
     auto out = std::make_shared<MeshlessField>();
     out->coefficients = to_vec3s(doubles("coefficients"), "coefficients");
     out->direct = to_vec3s(doubles("direct"), "direct");
+    const std::vector<Vec3> values = to_vec3s(doubles("values"), "values"),
+                            direct_values = to_vec3s(doubles("direct_values"), "direct_values");
+    for (std::size_t j = 0; j < values.size(); ++j) out->values.push_back({values[j], direct_values.at(j)});
     for (const std::uint32_t one : indices("gathered")) out->gathered.push_back(static_cast<char>(one));
     const std::size_t count = positions.size();
-    for (const std::size_t size : {normals.size(), radii.size(), objects.size(), levels.size(),
-                                   out->coefficients.size(), out->direct.size(), out->gathered.size()})
+    for (const std::size_t size :
+         {normals.size(), radii.size(), objects.size(), levels.size(), out->coefficients.size(), out->direct.size(),
+          out->gathered.size(), values.size(), direct_values.size()})
         require(size == count, "functions: wanted ", count, " of each array, got ", size);
     require(cut_normals.size() == cut.size() && offsets.size() == cut.size(),
             "functions: wanted one plane for each cut");

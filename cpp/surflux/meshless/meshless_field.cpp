@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "surflux/meshless/level_light.h"
+
 namespace surflux {
 
 void MeshlessField::At::clamp() {
@@ -12,13 +14,14 @@ void MeshlessField::At::clamp() {
 }
 
 MeshlessField::At MeshlessField::at(const Vec3& point, const Vec3& normal, std::uint32_t object) const {
-    At sum;
-    basis.for_functions(point, normal, object, [&](const BasisWeight& w) {
-        sum.all += w.weight * coefficients[w.function];
-        sum.direct += w.weight * direct[w.function];
-    });
-    sum.clamp();
-    return sum;
+    thread_local std::vector<BasisWeight> weights;
+    At out;
+    for (std::size_t level = 0; level < basis.levels(); ++level) {
+        basis.at_level(level, point, normal, object, weights);
+        LevelLight(*this, weights).add_to(out);
+    }
+    out.clamp();
+    return out;
 }
 
 bool MeshlessField::at(const Vec3& point, const Vec3& normal, std::uint32_t object, const BasisSight& sight,
@@ -28,10 +31,7 @@ bool MeshlessField::at(const Vec3& point, const Vec3& normal, std::uint32_t obje
     for (std::size_t level = 0; level < basis.levels(); ++level) {
         sight.at_level(level, point, normal, object, Hit::none, weights);
         if (weights.empty() && basis.is_coarsest(level, object)) return false;
-        for (const BasisWeight& w : weights) {
-            out.all += w.weight * coefficients[w.function];
-            out.direct += w.weight * direct[w.function];
-        }
+        LevelLight(*this, weights).add_to(out);
     }
     out.clamp();
     return true;

@@ -11,15 +11,18 @@ namespace surflux {
 // Irradiance on surfaces as a sum of basis functions (L07 eq. 9): a multilevel basis and a coefficient for each
 // function.
 struct MeshlessField {
-    MultilevelBasis basis;
-    std::vector<Rgb> coefficients;  // of all that the basis holds
-    std::vector<Rgb> direct;        // of the part that lights and Environments bring directly
-    std::vector<char> gathered;     // of each function: does it have a coefficient?
-
     struct At {
         Rgb all, direct;
         void clamp();  // light is never negative, which sums of coefficients may be by a little
     };
+
+    MultilevelBasis basis;
+    std::vector<Rgb> coefficients;  // of all that the basis holds
+    std::vector<Rgb> direct;        // of the part that lights and Environments bring directly
+    std::vector<char> gathered;     // of each function: does it have a coefficient?
+    std::vector<At> values;         // what was gathered at the point of each that does
+
+    // Level by level, each as LevelLight limits it.
     At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
     // The same from functions that the place sees. False where it sees none of the coarsest.
     bool at(const Vec3& point, const Vec3& normal, std::uint32_t object, const BasisSight& sight, At& out) const;

@@ -166,7 +166,12 @@ private:
         }
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
-        for (std::uint32_t j : from(0)) field_->gathered[j] = receivers_.has(j);
+        field_->values.resize(field_->basis.size());
+        for (std::uint32_t j : from(0)) {
+            if (!receivers_.has(j)) continue;
+            field_->gathered[j] = true;
+            field_->values[j] = {system_.rows().values[receivers_.row(j)], system_.rows().direct[receivers_.row(j)]};
+        }
         write();
         watch_.lap("evaluation");
         check_solution(scene_, tracer_, options_.seed, stage("self-check"), out_, options_.team);

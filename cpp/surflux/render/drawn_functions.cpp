@@ -60,6 +60,7 @@ DrawnFunctions::DrawnFunctions(const MeshlessField& field) {
             if (basis.radius(j) > 0.0 && (covers || near[j - begin])) drawn.push_back(j);
         }
     }
+    for (const MeshlessField::At& value : field.values) largest = std::max(largest, luminance(value.all));
     direct = !std::all_of(field.direct.begin(), field.direct.end(), is_zero);
 }
 

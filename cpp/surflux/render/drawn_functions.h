@@ -16,6 +16,7 @@ struct DrawnFunctions {
     std::vector<std::vector<std::uint32_t>> levels;
     std::vector<std::int32_t> coarsest;  // level of each object; -1 where it has none
     bool direct = false;                 // is any direct light in the basis?
+    double largest = 0.0;                // luminance of any value
 };
 
 }  // namespace surflux

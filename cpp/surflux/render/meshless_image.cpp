@@ -1,13 +1,16 @@
 #include "surflux/render/meshless_image.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "surflux/core/parallel.h"
+#include "surflux/meshless/level_light.h"
 #include "surflux/render/meshless_shaders.h"
 #include "surflux/render/seen_tiles.h"
 #include "surflux/render/surface_pass.h"
@@ -22,6 +25,8 @@ struct Function {
     float normal[3], object;
     float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
     float direct[3], unused;
+    float value[3], gathered;  // MeshlessField::values, 0 and 0 of those without
+    float direct_value[3], unused_too;
     float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
     float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
 };
@@ -92,6 +97,11 @@ std::vector<Function> in_view(const MeshlessField& field, const std::vector<std:
         f.shrink = std::min(1.0f / square, std::numeric_limits<float>::max());
         store(f.all, field.coefficients[j]);
         store(f.direct, field.direct[j]);
+        if (field.gathered[j]) {
+            store(f.value, field.values[j].all);
+            store(f.direct_value, field.values[j].direct);
+            f.gathered = 1.0f;
+        }
         f.nearest = static_cast<float>(std::clamp((center.z - reach) / far - 1e-6, 0.0, 1.0));
         const auto width = static_cast<float>(view.width), height = static_cast<float>(view.rows);
         for (float (&cut)[4] : f.cuts) cut[0] = cut[1] = cut[2] = 0.0f, cut[3] = -1.0f;
@@ -135,51 +145,87 @@ struct Passes {
         gl.Uniform4f(program.uniform("origin"), static_cast<float>(origin.x), static_cast<float>(origin.y),
                      static_cast<float>(origin.z), 0.0f);
     }
+    gl::Texture texture() const { return {gl, GL_RGBA32F, view.width, view.rows}; }
     // Where no direct light is told apart a single pixel stands for it, which nothing draws and nothing reads.
     gl::Texture direct_texture() const {
         return {gl, GL_RGBA32F, functions.direct ? view.width : 1, functions.direct ? view.rows : 1};
     }
-    gl::Framebuffer target(const gl::Texture& all, const gl::Texture& direct,
-                           const gl::Texture* depth = nullptr) const {
-        std::vector<const gl::Texture*> colors{&all};
-        if (functions.direct) colors.push_back(&direct);
-        return {gl, colors, depth};
+    void clear() const {
+        const float zero[4] = {0, 0, 0, 0};
+        for (GLint attachment = 0; attachment < (functions.direct ? 5 : 3); ++attachment)
+            gl.ClearBufferfv(GL_COLOR, attachment, zero);
     }
     void whole_image() const { gl.DrawArrays(GL_TRIANGLES, 0, 3); }
 
-    void add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
-                    const SeenTiles& tiles, const gl::Framebuffer& image) const {
-        const gl::Texture sum(gl, GL_RGBA32F, view.width, view.rows), direct_sum = direct_texture();
-        const gl::Framebuffer sums = target(sum, direct_sum, &visibility.depth);
+    // Light in the basis, and its direct part.
+    struct Image {
+        explicit Image(const Passes& passes) : all(passes.texture()), direct(passes.direct_texture()) {
+            std::vector<const gl::Texture*> colors{&all};
+            if (passes.functions.direct) colors.push_back(&direct);
+            target.emplace(passes.gl, colors);
+            target->bind();
+            const float zero[4] = {0, 0, 0, 0};
+            for (std::size_t k = 0; k < colors.size(); ++k)
+                passes.gl.ClearBufferfv(GL_COLOR, static_cast<GLint>(k), zero);
+        }
+        gl::Texture all, direct;
+        std::optional<gl::Framebuffer> target;
+    };
+
+    // Level by level, each from one image into the other. Returns the one that has all.
+    const Image& add_levels(const SurfacePass& visibility, const gl::Texture& place, const gl::Texture& facing,
+                            const SeenTiles& tiles, const std::array<Image, 2>& images) const {
+        const gl::Texture sum = texture(), values = texture(), squares(gl, GL_R32F, view.width, view.rows);
+        const gl::Texture direct_sum = direct_texture(), direct_values = direct_texture();
+        std::vector<const gl::Texture*> colors{&sum, &values, &squares};
+        if (functions.direct) colors.insert(colors.end(), {&direct_sum, &direct_values});
+        const gl::Framebuffer sums(gl, colors, &visibility.depth);
         const gl::Program function_program =
             program(meshless_shaders::function_vertex, meshless_shaders::function_fragment);
         const gl::Program level_program = program(meshless_shaders::screen_vertex, meshless_shaders::level_fragment);
         std::vector<std::int32_t> coarsest = functions.coarsest;
         coarsest.resize(std::max<std::size_t>(coarsest.size(), 1), -1);
         const gl::Buffer coarsest_buffer(gl, coarsest);
-        const float zero[4] = {0, 0, 0, 0};
+        // In units of the largest value, so that squares are floats.
+        const auto use_luminance = [&](const gl::Program& program) {
+            const double unit = functions.largest > 0.0 ? 1.0 / functions.largest : 1.0;
+            const auto weight = [&](const Rgb& color) { return static_cast<float>(unit * luminance(color)); };
+            gl.Uniform4f(program.uniform("luminance"), weight({1, 0, 0}), weight({0, 1, 0}), weight({0, 0, 1}),
+                         static_cast<float>(unit));
+        };
+        std::size_t done = 0;
         for (std::size_t level = 0; level < functions.levels.size(); ++level) {
             const std::vector<Function> seen = in_view(field, functions.levels[level], frame, origin, view, tiles);
             if (seen.empty()) continue;
             const DrawBatches<Function> batches(gl, seen);
             sums.bind();
-            gl.ClearBufferfv(GL_COLOR, 0, zero);
-            if (functions.direct) gl.ClearBufferfv(GL_COLOR, 1, zero);
+            clear();
             gl.Enable(GL_DEPTH_TEST);
+            gl.Enable(GL_BLEND);
+            gl.BlendFunc(GL_ONE, GL_ONE);
             place.bind(0);
             facing.bind(1);
             use(function_program);
+            use_luminance(function_program);
             batches.draw(6);
 
-            image.bind();
+            const Image& before = images[done % 2];
+            images[++done % 2].target->bind();
             gl.Disable(GL_DEPTH_TEST);
-            sum.bind(1);
-            direct_sum.bind(2);
+            gl.Disable(GL_BLEND);
+            GLuint unit = 1;
+            for (const gl::Texture* from :
+                 {&sum, &values, &squares, &before.all, &direct_sum, &direct_values, &before.direct})
+                from->bind(unit++);
             coarsest_buffer.bind(1);
             use(level_program);
+            use_luminance(level_program);
             gl.Uniform1f(level_program.uniform("level"), static_cast<float>(level));
+            gl.Uniform4f(level_program.uniform("limits"), static_cast<float>(LevelLight::largest_deviation),
+                         static_cast<float>(LevelLight::largest_part), 0.0f, 0.0f);
             whole_image();
         }
+        return images[done % 2];
     }
 };
 
@@ -215,19 +261,12 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     raw.normal = read(seen, 1);
     const SeenTiles tiles(raw.place, raw.normal, width, height);
 
-    const gl::Texture all(gl, GL_RGBA32F, width, height), direct = passes.direct_texture();
-    const gl::Framebuffer image = passes.target(all, direct);
-    const float zero[4] = {0, 0, 0, 0};
-    image.bind();
-    gl.ClearBufferfv(GL_COLOR, 0, zero);
-    if (functions.direct) gl.ClearBufferfv(GL_COLOR, 1, zero);
-    gl.Enable(GL_BLEND);
-    gl.BlendFunc(GL_ONE, GL_ONE);
     gl.DepthMask(GL_FALSE);
-    passes.add_levels(visibility, place, facing, tiles, image);
+    const std::array<Passes::Image, 2> images{Passes::Image(passes), Passes::Image(passes)};
+    const Passes::Image& image = passes.add_levels(visibility, place, facing, tiles, images);
     raw.surface = read(visibility.target, 0);
-    raw.all = read(image, 0);
-    if (functions.direct) raw.direct = read(image, 1);
+    raw.all = read(*image.target, 0);
+    if (functions.direct) raw.direct = read(*image.target, 1);
     raw.seen.resize(2 * pixels);
     visibility.target.read(1, width, height, GL_RG_INTEGER, GL_INT, raw.seen.data());
     return raw;
@@ -281,13 +320,9 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
                 image.hidden[p] = 1;  // the nearest function may be behind a wall
                 return;
             }
-            thread_local std::vector<BasisWeight> weights;
-            field.basis.at_level(static_cast<std::size_t>(functions.coarsest[object]), image.position[p], normal,
-                                 object, weights);
-            for (const BasisWeight& w : weights) {
-                all += w.weight * field.coefficients[w.function];
-                direct += w.weight * field.direct[w.function];
-            }
+            const MeshlessField::At found = field.at(image.position[p], normal, object);
+            all = found.all;
+            direct = found.direct;
         }
         // As MeshlessField::at has it.
         for (int c = 0; c < 3; ++c) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "surflux/core/parallel.h"
+#include "surflux/meshless/level_light.h"
 
 namespace surflux {
 
@@ -106,10 +107,7 @@ bool PartedSurfels::at(std::uint32_t i, const Vec3& point, const Vec3& normal, M
             weights.erase(std::remove_if(weights.begin(), weights.end(), is_unseen), weights.end());
         if (weights.empty() && basis.is_coarsest(level, object)) return false;
         basis.to_shares(level, object, weights);
-        for (const BasisWeight& w : weights) {
-            out.all += w.weight * field_.coefficients[w.function];
-            out.direct += w.weight * field_.direct[w.function];
-        }
+        LevelLight(field_, weights).add_to(out);
     }
     out.clamp();
     return true;
