@@ -219,6 +219,24 @@ TEST_P(MeshlessPicture, WhereNothingReachesTheNearestSpeaks) {
     EXPECT_EQ(drawn(random_field(2), scene, front, GetParam()).fallbacks, 0u);
 }
 
+// Depths are floats, and of GPUs off by more: what rays begin on is where the patch is.
+TEST_P(MeshlessPicture, PlacesOnPatchesAreInTheirPlanes) {
+    const Vec3 offset{3e4, -2e4, 1e4};
+    Surfels surfels;
+    shapes::add_rectangle(surfels, offset + Vec3{-2, -2, -0.5}, {4, 0.3, 0.7}, {-0.2, 4, 0.9}, 6, 6);
+    shapes::finish(surfels, 0.5, 0.0);
+    const Camera camera{front.eye + offset, front.target + offset, front.up, front.fov};
+    const MeshlessImage image = drawn(random_field(1, offset), shapes::scene_of({surfels}), camera, GetParam());
+    EXPECT_GT(pixels_of(image), 1000u);
+    double off = 0.0;
+    for (std::size_t p = 0; p < image.index.size(); ++p) {
+        if (image.index[p] < 0) continue;
+        const auto i = static_cast<std::size_t>(image.index[p]);
+        off = std::max(off, std::abs(dot(surfels.normals[i], image.position[p] - surfels.positions[i])));
+    }
+    EXPECT_LT(off, 1e-10);
+}
+
 TEST_P(MeshlessPicture, KnowsWhatItSees) {
     const Scene scene = ball_and_square();
     const MeshlessField field = random_field(1);

@@ -276,6 +276,24 @@ Vec3 vec3_of(const float* from) {
     return {static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2])};
 }
 
+// A place that OpenGL found on a patch, put into its plane: depths of GPUs are off by more than what touches a surface,
+// so that rays from there would begin beneath it.
+Vec3 onto_patch(const std::vector<Triangle>& triangles, std::uint32_t begin, std::uint32_t end, const Vec3& place) {
+    Vec3 off;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::uint32_t k = begin; k < end; ++k) {
+        const Triangle& t = triangles[k];
+        const Vec3 across = cross(t.b - t.a, t.c - t.a);
+        const double twice = length(across);
+        if (!(twice > 0.0)) continue;
+        const double distance = dot(across, place - t.a) / twice;
+        if (std::abs(distance) >= nearest) continue;
+        nearest = std::abs(distance);
+        off = (distance / twice) * across;
+    }
+    return place - off;
+}
+
 MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFunctions& functions,
                       const PartedSurfels* parted, const Scene& scene, const CameraFrame& frame, const Vec3& origin,
                       std::size_t width, std::size_t height) {
@@ -291,15 +309,18 @@ MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFun
     image.index.resize(pixels);
     image.parted.resize(pixels, 0);
     image.hidden.resize(pixels, 0);
+    const std::vector<std::uint32_t> triangles = triangle_ranges(scene.surfels);
     std::atomic<std::size_t> fallbacks{0};
     parallel_for(pixels, 4096, [&](std::size_t p) {
         const std::int32_t seen = image.index[p] = raw.seen[2 * p];
         if (seen == -1) return;
         image.depth[p] = raw.surface[4 * p];
         if (seen < 0) return;
-        const Vec3 local = origin + vec3_of(&raw.place[4 * p]);
-        image.position[p] = frame.eye + local.x * frame.right + local.y * frame.down + local.z * frame.forward;
         const auto surfel = static_cast<std::size_t>(seen);
+        const Vec3 local = origin + vec3_of(&raw.place[4 * p]);
+        image.position[p] =
+            onto_patch(scene.surfels.triangles, triangles[surfel], triangles[surfel + 1],
+                       frame.eye + local.x * frame.right + local.y * frame.down + local.z * frame.forward);
         const Vec3 turned = vec3_of(&raw.normal[4 * p]);
         const Vec3 normal = normalized(turned.x * frame.right + turned.y * frame.down + turned.z * frame.forward);
         store(&image.normal[3 * p], normal);

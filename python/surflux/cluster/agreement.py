@@ -15,13 +15,12 @@ def machine_facts():
 
 
 def call_facts(program, scene, arguments):
-    """The same of a call: what is to be computed, the options by name, and a digest of the scene."""
+    """The same of a call: what is to be computed, the options, the scene's lights and arrays, each by its name."""
     about, arrays = scene_arrays(scene)
-    own = hashlib.blake2b(digest_size=16)
-    _add(own, about["lights"])
-    _add(own, arrays)
     options = {f"option {name}": _plain(value) for name, value in arguments.items()}
-    return {"solver": program.__module__.rpartition(".")[2], **options, "scene": own.hexdigest()}
+    lights = {f"scene's light {k}": _exact(values) for k, values in enumerate(about["lights"])}
+    of_scene = {f"scene's {name}": _plain(values) for name, values in arrays.items()}
+    return {"solver": program.__module__.rpartition(".")[2], **options, **lights, **of_scene}
 
 
 def difference(ours, theirs):
@@ -32,26 +31,15 @@ def difference(ours, theirs):
     return None
 
 
+def _exact(values):
+    """A light as text, with all digits: numpy's own has eight."""
+    return repr({name: of.tolist() if isinstance(of, np.ndarray) else of for name, of in values.items()})
+
+
 def _plain(value):
-    """An option as text; arrays as a digest."""
-    if isinstance(value, np.ndarray):
-        own = hashlib.blake2b(digest_size=16)
-        _add(own, value)
-        return own.hexdigest()
-    return repr(value)
-
-
-def _add(digest, value):
-    if isinstance(value, dict):
-        for name in sorted(value):
-            digest.update(name.encode())
-            _add(digest, value[name])
-    elif isinstance(value, (list, tuple)):
-        digest.update(f"{len(value)}".encode())
-        for entry in value:
-            _add(digest, entry)
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype.str}{value.shape}".encode())
-        digest.update(np.ascontiguousarray(value).reshape(-1).view(np.uint8).data)
-    else:
-        digest.update(repr(value).encode())
+    """What is compared, as text; of arrays their shape and a digest."""
+    if not isinstance(value, np.ndarray):
+        return repr(value)
+    digest = hashlib.blake2b(f"{value.dtype.str}{value.shape}".encode(), digest_size=16)
+    digest.update(np.ascontiguousarray(value).reshape(-1).view(np.uint8).data)
+    return f"array of {' x '.join(map(str, value.shape))}, digest {digest.hexdigest()}"

@@ -99,6 +99,7 @@ class LampRenderer:
         self.shadow_cell = check.count("shadow_cell", shadow_cell, 1, 64)
         self.frame_timings: dict[str, float] = {}
         self.frame_rays = 0
+        transfer._warn_of_backs()
         scene = transfer.scene
         self.camera = own_or_framing(scene.camera, scene.surfels, self.size) if camera is None else camera
         with thread_limit(threads), progress_callback(progress, "corners") as callback:

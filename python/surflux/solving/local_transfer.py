@@ -44,6 +44,7 @@ class LocalTransfer(Transfer):
 
         Returns:
             (n, 3), by the rows of `scene.surfels`, in the unit of the lights (W/m2): what surfaces reflect and emit.
+            Of lamps in bodies and light on backs of surfels `relight` warns, this does not.
 
         Raises:
             ValueError: an argument, by name.
