@@ -4,6 +4,7 @@
 #include "convert.h"
 #include "rooms.h"
 
+#include "surflux/lights/direct_at.h"
 #include "surflux/lights/free_directions.h"
 #include "surflux/lights/patch_rays.h"
 #include "surflux/lights/sky_patches.h"
@@ -51,6 +52,18 @@ py::tuple direction_sums(const Doubles& normals, const Bytes& bits, const Double
     return py::make_tuple(to_array(sums.arrived), to_array(sums.unoccluded));
 }
 
+// (m, 3): irradiance from lights and Environments, traced anew from places on surfaces.
+py::array direct_at_places(const CompiledScene& scene, const Doubles& points, const Doubles& normals, int rays,
+                           std::uint64_t seed, const py::object& progress) {
+    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+    require(facing.size() == places.size(), "normals: wanted one for each point");
+    const Progress report = to_progress(progress);
+    return to_array(without_gil([&] {
+        scene.tracer(report).require_near(places);
+        return direct_at(scene.scene(), scene.tracer(report), places, facing, rays, seed, report);
+    }));
+}
+
 }  // namespace
 
 void bind_lights(py::module_& module) {
@@ -85,6 +98,8 @@ void bind_lights(py::module_& module) {
             py::arg("normals"), py::arg("bits"));
     module.def("free_directions", &free_directions, py::arg("scene"), py::arg("directions"),
                py::arg("progress") = py::none(), py::arg("surfels") = py::none());
+    module.def("direct_at", &direct_at_places, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("rays"),
+               py::arg("seed"), py::arg("progress"));
     module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
                py::arg("cosine"));
 }

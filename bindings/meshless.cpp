@@ -5,7 +5,6 @@
 #include "rooms.h"
 #include "solution_dict.h"
 #include "surflux/core/parallel.h"
-#include "surflux/lights/direct_at.h"
 #include "surflux/meshless/inside.h"
 #include "surflux/meshless/meshless_solve.h"
 #include "surflux/meshless/point_placement.h"
@@ -81,15 +80,6 @@ public:
             return 0;
         });
         return py::make_tuple(to_array(all), to_array(direct), to_array(hidden));
-    }
-
-    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
-                                  const py::object& progress) const {
-        const auto given = checked(points, normals);
-        const std::vector<Vec3>&places = given.first, &facing = given.second;
-        const Progress report = to_progress(progress);
-        return to_array(
-            without_gil([&] { return surflux::direct_at(scene_, tracer_, places, facing, rays, seed, report); }));
     }
 
     // The same as `at`, of surfaces that are known, and not inside of any geometry: by surfel.
@@ -314,8 +304,6 @@ void bind_meshless(py::module_& module) {
              }),
              py::arg("functions"), py::arg("scene"))
         .def("at", &FieldOnScene::at, py::arg("points"), py::arg("normals"), py::arg("progress"))
-        .def("direct_at", &FieldOnScene::direct_at, py::arg("points"), py::arg("normals"), py::arg("rays"),
-             py::arg("seed"), py::arg("progress"))
         .def("at_surfels", &FieldOnScene::at_surfels, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("levels_at", &FieldOnScene::levels_at, py::arg("points"), py::arg("normals"), py::arg("surfels"))
         .def("image", &FieldOnScene::image, py::arg("emitters"), py::arg("camera"), py::arg("width"), py::arg("height"),

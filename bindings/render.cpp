@@ -5,6 +5,7 @@
 #include "surflux/gl/context.h"
 #include "surflux/render/environment_image.h"
 #include "surflux/render/flat_image.h"
+#include "surflux/render/seen_places.h"
 #include "surflux/render/splat.h"
 
 namespace surflux::bindings {
@@ -35,6 +36,18 @@ py::dict render_splats(const Surfels& surfels, const std::vector<Layer>& layers,
     out["normal"] = to_pixels(image.normal, image.height, width, 3);
     out["index"] = to_pixels(image.index, image.height, width, 1);
     return out;
+}
+
+// (h, w, 3): what pixels see, of the rows that depths and indices have.
+py::array seen_places_of(const Surfels& surfels, const CameraArrays& camera, std::size_t width, std::size_t height,
+                         std::size_t top, const Floats& depths,
+                         const py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>& indices) {
+    const std::vector<float> far(depths.data(), depths.data() + depths.size());
+    const std::vector<std::int32_t> seen(indices.data(), indices.data() + indices.size());
+    const Camera view = to_camera(camera);
+    const std::vector<Vec3> places =
+        without_gil([&] { return seen_places(surfels, view, width, height, top, far, seen); });
+    return to_array(places).attr("reshape")(far.size() / width, width, 3);
 }
 
 FlatImage make_flat_image(const Surfels& surfels, const std::vector<EmitterArrays>& emitters,
@@ -92,6 +105,8 @@ void bind_render(py::module_& module) {
                py::arg("culling") = true, py::arg("objects") = py::array_t<std::int32_t>(0),
                py::arg("progress") = py::none(), py::arg("top") = 0, py::arg("rows") = static_cast<std::size_t>(-1),
                py::arg("walls") = py::none());
+    module.def("seen_places", &seen_places_of, py::arg("surfels"), py::arg("camera"), py::arg("width"),
+               py::arg("height"), py::arg("top"), py::arg("depths"), py::arg("indices"));
     py::class_<FlatImage>(module, "FlatImage")
         .def(py::init(&make_flat_image), py::arg("surfels"), py::arg("emitters"), py::arg("camera"), py::arg("width"),
              py::arg("height"), py::arg("footprint"), py::arg("samples"), py::arg("culling") = true,

@@ -85,17 +85,6 @@ struct Field {
         return surflux::direct_at(*scene, *tracer, {from.position}, {from.normal}, own_rays, 0)[0];
     }
 
-    // Light from lights and Environments, traced anew.
-    py::array_t<double> direct_at(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
-                                  const py::object& progress) const {
-        require(scene, "scene: wanted one to trace rays in");
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-        require(facing.size() == places.size(), "normals: wanted one for each point");
-        const Progress report = to_progress(progress);
-        return to_array(
-            without_gil([&] { return surflux::direct_at(*scene, *tracer, places, facing, rays, seed, report); }));
-    }
-
     static NodalField nodes_at(const Surfels& surfels, std::vector<std::uint32_t> objects) {
         return without_gil([&] { return NodalField(surfels.positions, surfels.normals, std::move(objects)); });
     }
@@ -118,9 +107,7 @@ void bind_solution(py::module_& module) {
                       const py::object&, std::optional<bool>>(),
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
              py::arg("reflects") = py::none())
-        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
-        .def("direct_at", &Field::direct_at, py::arg("points"), py::arg("normals"), py::arg("rays"), py::arg("seed"),
-             py::arg("progress"));
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

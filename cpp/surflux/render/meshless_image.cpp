@@ -12,6 +12,7 @@
 #include "surflux/core/parallel.h"
 #include "surflux/meshless/level_light.h"
 #include "surflux/render/meshless_shaders.h"
+#include "surflux/render/seen_places.h"
 #include "surflux/render/seen_tiles.h"
 #include "surflux/render/surface_pass.h"
 
@@ -274,24 +275,6 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
 
 Vec3 vec3_of(const float* from) {
     return {static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2])};
-}
-
-// A place that OpenGL found on a patch, put into its plane: depths of GPUs are off by more than what touches a surface,
-// so that rays from there would begin beneath it.
-Vec3 onto_patch(const std::vector<Triangle>& triangles, std::uint32_t begin, std::uint32_t end, const Vec3& place) {
-    Vec3 off;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::uint32_t k = begin; k < end; ++k) {
-        const Triangle& t = triangles[k];
-        const Vec3 across = cross(t.b - t.a, t.c - t.a);
-        const double twice = length(across);
-        if (!(twice > 0.0)) continue;
-        const double distance = dot(across, place - t.a) / twice;
-        if (std::abs(distance) >= nearest) continue;
-        nearest = std::abs(distance);
-        off = (distance / twice) * across;
-    }
-    return place - off;
 }
 
 MeshlessImage resolve(const Raw& raw, const MeshlessField& field, const DrawnFunctions& functions,

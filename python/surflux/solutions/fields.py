@@ -32,6 +32,7 @@ class SurfelField:
             groups = 2 * objects + (((others + direct) == 0).all(axis=1) & bool(np.any(others != 0)))
         groups = np.asarray(groups, dtype=np.uint32)
         self._field = _core.Field(surfels._core, groups, [others, direct], scene, callback, reflects)
+        self._scene = scene
 
     def others(self, points, normals, callback):
         """All but direct light."""
@@ -44,7 +45,7 @@ class SurfelField:
         others = self.others(points, normals, callback)
         if direct == "interpolated":
             return others + self.direct(points, normals, callback)
-        return others + self._field.direct_at(points, normals, rays, seed, callback)
+        return others + _core.direct_at(self._scene, points, normals, rays, seed, callback)
 
 
 def light_between(solution, points, normals, callback):
@@ -63,7 +64,7 @@ class BasisField:
         """scene: compiled. others, direct (n, 3): light at surfels, for places that see no function. emitted, lit
         (n, 3): what of them the basis leaves out."""
         self.basis, self.emitted, self.lit = basis, emitted, lit
-        self._scene, self._at = scene, (surfels, objects)
+        self.scene, self._at = scene, (surfels, objects)
         self._light = others, direct
         self._surfels = self._rest = None
 
@@ -72,7 +73,7 @@ class BasisField:
         return {"functions": self.basis.functions(), "emitted": self.emitted, "lit": self.lit}
 
     def _make_surfels(self, callback):
-        return SurfelField(*self._at, *self._light, True, self._scene, callback)
+        return SurfelField(*self._at, *self._light, True, self.scene, callback)
 
     def receivers(self):
         """(points, normals) where light was gathered."""
@@ -101,13 +102,13 @@ class BasisField:
         if direct == "interpolated":
             rest = self._rest_of(callback)
             return rest.irradiance(points, normals, direct, rays, seed, callback) if rest else 0.0
-        traced = self.basis.direct_at(points, normals, rays, seed, callback) - direct_in_basis
+        traced = _core.direct_at(self.scene, points, normals, rays, seed, callback) - direct_in_basis
         rest = self._rest_of(callback) if np.any(self.emitted) else None
         return traced + (rest.others(points, normals, callback) if rest else 0.0)
 
     def _rest_of(self, callback):
         if self._rest is None and (np.any(self.emitted) or np.any(self.lit)):
-            self._rest = SurfelField(*self._at, self.emitted, self.lit, False, self._scene, callback)
+            self._rest = SurfelField(*self._at, self.emitted, self.lit, False, self.scene, callback)
         return self._rest
 
 

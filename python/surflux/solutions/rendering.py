@@ -19,6 +19,7 @@ from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.blending import blended_groups
 from surflux.solutions.fields import BasisField
 from surflux.solutions.leaves import inserted_among
+from surflux.solutions.subpixels import in_bands
 from surflux.solutions.towards import glossy, towards_eye
 
 # Of a picture.
@@ -83,9 +84,8 @@ class View:
         self.culling = check.flag("culling", culling)
         self.rays = check.count("rays", rays, 1, 1 << 16)
         self.direct = check.choice("direct", direct, ("interpolated", "traced"))
-        if direct == "traced" and not isinstance(solution._field, BasisField):
-            only = "only what is drawn from a meshless basis can be traced"
-            raise ValueError(f'direct: wanted "interpolated", for {only}')
+        if direct == "traced" and solution._scene is None:
+            raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
 
 
 def layer_names(layers, known=LAYERS):
@@ -115,6 +115,8 @@ def picture(solution, view, names, progress, groups=None, flat=None):
 
     if isinstance(solution._field, BasisField):
         found = basis_layers(solution._field, surfels, lamps, view, names, splat, progress)
+    elif view.direct == "traced":
+        found = _traced(solution, view, splat, progress)
     else:
         found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
@@ -143,6 +145,25 @@ def _splatted(solution, view, names, splat):
     blended = {name: layer for name, layer in everything.items() if name in names}
     found = splat(list(blended.values()))
     return found | {"alpha": found["coverage"]} | dict(zip(blended, found["layers"], strict=True))
+
+
+def _traced(solution, view, splat, progress):
+    """All layers but "level", with direct light by rays from what every subpixel sees."""
+    surfels, rho = solution.surfels, solution.surfels.reflectance
+    gloss = glossy(solution, towards_eye(surfels.points, view.through))
+    indirect = rho * (solution.irradiance - solution.direct) / np.pi + gloss
+    blended = [(surfels.emission / np.pi, True), (rho, False), (indirect, False)]  # values, and are lamps seen?
+
+    def layers(band):
+        drawn = splat(blended, band.fine, 1, None, **band.part)
+        direct, albedo, indirect = drawn["layers"]
+        direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn)
+        out = {name: drawn[name][band.middle] for name in ("depth", "normal", "index")}
+        out["alpha"] = band.mean(drawn["coverage"])
+        out |= {"direct": band.mean(direct), "indirect": band.mean(indirect), "albedo": band.mean(albedo)}
+        return out | {"radiance": out["direct"] + out["indirect"]}
+
+    return in_bands(view, layers, progress)
 
 
 def drawn_surfels(solution):

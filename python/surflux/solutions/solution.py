@@ -274,8 +274,8 @@ class Solution:
                 the view axis and infinite where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and
                 -2 - k where the scene's area light number k is; and "level" (h, w), the entry of `levels` there (of a
                 meshless basis at the very place), or NaN.
-            direct: "traced": direct light by rays from what every subpixel sees, slower and sharp; only where the
-                basis is drawn.
+            direct: "interpolated" between surfels, or "traced": by rays from what every subpixel sees, slower, with
+                sharp shadows whatever the surfels.
             rays: of what is traced, from each subpixel to the sky; see irradiance_at.
             culling: False shows surfaces from behind, too, in the colours of their fronts.
             threads: at most this many, where OpenGL does not draw; None for all.
@@ -285,7 +285,7 @@ class Solution:
             (h, w, 3) float32, linear radiance, row 0 on top; or the dict.
 
         Raises:
-            ValueError: an argument out of range, by name.
+            ValueError: an argument out of range, by name; "traced" of a solution from a file.
             DeviceError: there is no OpenGL; says what was tried.
             Cancelled: the callback returned False.
 

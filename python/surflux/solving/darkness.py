@@ -138,5 +138,4 @@ def _light_on_backs(surfels, asked, lights, blocked):
     else:  # one surfel that is no obstacle to any other
         turned = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])
     scene = _core.Scene([turned], [light._to_core() for light in lights])
-    field = _core.Field(turned, np.zeros(len(turned), np.uint32), [], scene, None)
-    return field.direct_at(points, normals, RAYS, 0, None).sum(axis=1).mean()
+    return _core.direct_at(scene, points, normals, RAYS, 0, None).sum(axis=1).mean()

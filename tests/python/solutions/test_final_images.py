@@ -205,11 +205,11 @@ def test_ctrl_c_stops_a_picture(solution):
 
 
 def test_a_meshless_picture_is_drawn_in_bands(solution, monkeypatch):
-    from surflux.solutions import basis_rendering
+    from surflux.solutions import subpixels
 
     meshless = sf.solve_meshless(solution._scene, levels=3, rays=64)
     whole = meshless.render(size=(48, 36), layers=True)
-    monkeypatch.setattr(basis_rendering, "SUBPIXELS_AT_ONCE", 48 * 4 * 10)
+    monkeypatch.setattr(subpixels, "SUBPIXELS_AT_ONCE", 48 * 4 * 10)
     seen = []
     bands = meshless.render(size=(48, 36), layers=True, progress=lambda done, total: seen.append((done, total)) or True)
     assert seen == [(0, 36), (10, 36), (20, 36), (30, 36), (36, 36)]

@@ -156,14 +156,12 @@ def test_shapes_and_refusals(solved):
         solved.irradiance_at(*good, threads=0)
 
 
-def test_a_field_without_a_scene_traces_nothing():
+def test_a_field_without_a_scene_is_interpolated():
     floor = patch([0, 0, 0], [1, 0, 0], [0, 1, 0], 0.0, 0.0, 0.01)
     objects = np.zeros(len(floor), dtype=np.uint32)
     field = sf._core.Field(floor._core, objects, [np.ones((len(floor), 3))], None, None)
     at, normals = np.array([[0.5, 0.5, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     np.testing.assert_allclose(field.at(0, at, normals, None), 1.0)
-    with pytest.raises(ValueError, match=r"^scene: "):
-        field.direct_at(at, normals, 1, 0, None)
     with pytest.raises(ValueError, match=r"^field: there are 1"):
         field.at(1, at, normals, None)
 

@@ -203,8 +203,6 @@ def test_a_loaded_solution_is_drawn_from_its_surfels(solution, tmp_path):
     back = sf.load_solution(tmp_path / "room.ply")
     one, other = solution.render(size=(80, 60)), back.render(size=(80, 60))
     assert np.abs(one - other).mean() < 0.05 * one.mean()
-    with pytest.raises(ValueError, match=r'^direct: wanted "interpolated", for only what is drawn from'):
-        back.render(direct="traced")
 
 
 def test_refusals(solution):

@@ -1,0 +1,52 @@
+"""Pictures that are put together at every subpixel, and averaged over pixels then, band by band of rows."""
+
+import numpy as np
+
+from surflux import _core
+from surflux._base.passes import report
+
+SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take 0.3 GB
+
+
+class Band:
+    """Rows [top, top + count) of a picture, each pixel of samples x samples subpixels."""
+
+    def __init__(self, view, top, count):
+        self._view = view
+        samples, (width, height) = view.samples, view.size
+        self.samples = samples
+        self.fine = samples * width, samples * height  # size of the whole picture in subpixels
+        self.part = {"top": samples * top, "rows": samples * count}  # of it, as what draws takes it
+        self.middle = (slice(samples // 2, None, samples),) * 2  # subpixel of each pixel
+
+    def mean(self, values):
+        """Over the subpixels of each pixel; numpy's own, of two short axes, takes six times as long."""
+        n = self.samples
+        parts = (values[y::n, x::n] for y in range(n) for x in range(n))
+        return sum(parts) / np.float32(n * n)
+
+    def traced(self, scene, surfels, drawn, callback=None):
+        """(h, w, 3) irradiance that lights bring directly to what subpixels see, by rays; scene, surfels: compiled.
+
+        drawn: "depth", "normal" and "index" of each subpixel.
+        """
+        index = drawn["index"]
+        there = index >= 0
+        places = _core.seen_places(surfels, self._view.camera, *self.fine, self.part["top"], drawn["depth"], index)
+        normals = drawn["normal"][there].astype(np.float64)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        out = np.zeros((*index.shape, 3), np.float32)
+        out[there] = _core.direct_at(scene, places[there], normals, self._view.rays, 0, callback)
+        return out
+
+
+def in_bands(view, draw, progress):
+    """Layers of a whole picture, from draw(Band) of as many rows as fit; progress: a callback (done, total) or None."""
+    (width, height), samples = view.size, view.samples
+    rows = max(1, SUBPIXELS_AT_ONCE // (width * samples * samples))
+    bands = []
+    for top in range(0, height, rows):
+        report(progress, top, height)
+        bands.append(draw(Band(view, top, min(rows, height - top))))
+    report(progress, height, height)
+    return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}
