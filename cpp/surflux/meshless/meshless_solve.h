@@ -45,7 +45,7 @@ struct MeshlessSolution {
 //   - where it is off on its last level, surfels have light of their own (surfel_refinement.h);
 //   - finer receivers have fewer rays, and may be off by more: they speak for less of the surface (oracle.h);
 //   - supports end at walls (wall_cuts.h) and weigh normals more sharply (shepard_level.h); levels fade out at their
-//   rims;
+//   rims, and the slope of coarser ones counts as far as values around bear it out (level_light.h);
 //   - clouds have points at the centres of their disks alone; those as dense as the disks come twice more, as levels
 //   of residuals (placed_basis.h) with the rows that they have;
 //   - energy that the weights lose is given back where they lose it (meshless_exchange.h), unless the number of bounces
