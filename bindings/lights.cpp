@@ -58,10 +58,8 @@ py::array direct_at_places(const CompiledScene& scene, const Doubles& points, co
     const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
     require(facing.size() == places.size(), "normals: wanted one for each point");
     const Progress report = to_progress(progress);
-    return to_array(without_gil([&] {
-        scene.tracer(report).require_near(places);
-        return direct_at(scene.scene(), scene.tracer(report), places, facing, rays, seed, report);
-    }));
+    return to_array(without_gil(
+        [&] { return direct_at(scene.scene(), scene.tracer(report), places, facing, rays, seed, report); }));
 }
 
 }  // namespace

@@ -234,13 +234,13 @@ std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
     out->direct = to_vec3s(doubles("direct"), "direct");
     const std::vector<Vec3> values = to_vec3s(doubles("values"), "values"),
                             direct_values = to_vec3s(doubles("direct_values"), "direct_values");
-    for (std::size_t j = 0; j < values.size(); ++j) out->values.push_back({values[j], direct_values.at(j)});
     for (const std::uint32_t one : indices("gathered")) out->gathered.push_back(static_cast<char>(one));
     const std::size_t count = positions.size();
     for (const std::size_t size :
          {normals.size(), radii.size(), objects.size(), levels.size(), out->coefficients.size(), out->direct.size(),
           out->gathered.size(), values.size(), direct_values.size()})
         require(size == count, "functions: wanted ", count, " of each array, got ", size);
+    for (std::size_t j = 0; j < count; ++j) out->values.push_back({values[j], direct_values[j]});
     require(cut_normals.size() == cut.size() && offsets.size() == cut.size(),
             "functions: wanted one plane for each cut");
     without_gil([&] {

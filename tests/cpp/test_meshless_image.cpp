@@ -237,6 +237,20 @@ TEST_P(MeshlessPicture, PlacesOnPatchesAreInTheirPlanes) {
     EXPECT_LT(off, 1e-10);
 }
 
+// Squares of values are no floats then.
+TEST_P(MeshlessPicture, LightMayBeVeryBrightOrDim) {
+    const Scene scene = ball_and_square();
+    for (const double scale : {1e25, 1e-25}) {
+        MeshlessField field = random_field(3);
+        for (std::uint32_t j = 0; j < field.basis.size(); ++j) {
+            field.coefficients[j] = scale * field.coefficients[j];
+            field.direct[j] = scale * field.direct[j];
+            field.values[j] = {scale * field.values[j].all, scale * field.values[j].direct};
+        }
+        EXPECT_GT(decibels(drawn(field, scene, front, GetParam()), field, scene), 95.0) << scale;
+    }
+}
+
 TEST_P(MeshlessPicture, KnowsWhatItSees) {
     const Scene scene = ball_and_square();
     const MeshlessField field = random_field(1);

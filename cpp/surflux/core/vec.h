@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace surflux {
@@ -37,6 +38,8 @@ inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinit
 
 // Of linear Rec. 709.
 inline double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+inline double largest_channel(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
 struct Frame {
     Vec3 u, v, n;

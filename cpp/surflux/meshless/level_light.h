@@ -16,7 +16,8 @@ namespace surflux {
 // the values, blended, and the slope of the coarser levels. Near walls a place sees other functions of f than points
 // beside it: f jumps, and what is left of the jump is no slope. So the second term is limited, as gradients are in
 // finite volumes (Barth and Jespersen 1989): to half of the standard deviation of the values around it, and a tenth of
-// their mean, in luminance. In rooms that lets all of it pass; in fine relief it is what kept the field off.
+// their mean, of the largest channel each. In rooms that lets all of it pass; in fine relief it is what kept the field
+// off.
 class LevelLight {
 public:
     // shares: of the functions that speak at the place. Those without a coefficient add nothing.
@@ -28,7 +29,7 @@ public:
     void add_to(MeshlessField::At& light) const {
         if (!(share_ > 0.0)) return;
         const MeshlessField::At mean{values_.all / share_, values_.direct / share_};
-        const double middle = luminance(mean.all);
+        const double middle = largest_channel(mean.all);
         const double deviation = std::sqrt(std::max(0.0, squares_ / share_ - middle * middle));
         const double most = largest_deviation * deviation + largest_part * middle;
         light.all += share_ * (mean.all + limited(light.all + change_.all / share_ - mean.all, most) - light.all);
@@ -41,7 +42,7 @@ public:
 private:
     void add(double share, const MeshlessField& field, std::uint32_t function) {
         const MeshlessField::At& value = field.values[function];
-        const double of_value = luminance(value.all);
+        const double of_value = largest_channel(value.all);
         share_ += share;
         change_.all += share * field.coefficients[function];
         change_.direct += share * field.direct[function];

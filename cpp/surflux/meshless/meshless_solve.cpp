@@ -167,7 +167,7 @@ private:
         solve(options_.tolerance, 0);
         field_->gathered.resize(field_->basis.size());
         field_->values.resize(field_->basis.size());
-        for (std::uint32_t j : from(0)) {
+        for (std::uint32_t j = 0; j < field_->basis.size(); ++j) {
             if (!receivers_.has(j)) continue;
             field_->gathered[j] = true;
             field_->values[j] = {system_.rows().values[receivers_.row(j)], system_.rows().direct[receivers_.row(j)]};

@@ -11,15 +11,15 @@ namespace {
 
 bool is_zero(const Rgb& c) { return c == Rgb{}; }
 
-// Those of [begin, end) whose support may meet that of one with a coefficient.
-std::vector<char> near_coefficients(const MeshlessField& field, std::uint32_t begin, std::uint32_t end) {
+// Those of [begin, end) whose support may meet that of one at whose point light was gathered.
+std::vector<char> near_gathered(const MeshlessField& field, std::uint32_t begin, std::uint32_t end) {
     const MultilevelBasis& basis = field.basis;
     std::vector<char> needed(end - begin, 0);
     std::vector<Vec3> places;
     std::vector<std::uint32_t> functions;
     double largest = 0.0;
     for (std::uint32_t j = begin; j < end; ++j) {
-        if (is_zero(field.coefficients[j]) && is_zero(field.direct[j])) continue;
+        if (!field.gathered[j]) continue;
         needed[j - begin] = 1;
         places.push_back(basis.position(j));
         functions.push_back(j);
@@ -53,14 +53,14 @@ DrawnFunctions::DrawnFunctions(const MeshlessField& field) {
             if (basis.object(j) >= coarsest.size()) coarsest.resize(basis.object(j) + std::size_t{1}, -1);
             if (coarsest[basis.object(j)] < 0) coarsest[basis.object(j)] = static_cast<std::int32_t>(level);
         }
-        const std::vector<char> near = near_coefficients(field, begin, end);
+        const std::vector<char> near = near_gathered(field, begin, end);
         std::vector<std::uint32_t>& drawn = levels.emplace_back();
         for (std::uint32_t j = begin; j < end; ++j) {
             const bool covers = coarsest[basis.object(j)] == static_cast<std::int32_t>(level);
             if (basis.radius(j) > 0.0 && (covers || near[j - begin])) drawn.push_back(j);
         }
     }
-    for (const MeshlessField::At& value : field.values) largest = std::max(largest, luminance(value.all));
+    for (const MeshlessField::At& value : field.values) largest = std::max(largest, largest_channel(value.all));
     direct = !std::all_of(field.direct.begin(), field.direct.end(), is_zero);
 }
 

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -25,9 +24,9 @@ struct Function {
     float center[3], shrink;  // 1 / r^2
     float normal[3], object;
     float all[3], nearest;  // depth of the support's nearest point, over the view's far depth
-    float direct[3], unused;
+    float direct[3], filler;
     float value[3], gathered;  // MeshlessField::values, 0 and 0 of those without
-    float direct_value[3], unused_too;
+    float direct_value[3], another_filler;
     float corners[4];  // of the rectangle that it is drawn in: left, top, right, bottom, from -1 to 1
     float cuts[2][4];  // planes that end it: normal and offset; 0 0 0 -1 for none
 };
@@ -151,26 +150,24 @@ struct Passes {
     gl::Texture direct_texture() const {
         return {gl, GL_RGBA32F, functions.direct ? view.width : 1, functions.direct ? view.rows : 1};
     }
-    void clear() const {
+    void clear(std::size_t attachments) const {
         const float zero[4] = {0, 0, 0, 0};
-        for (GLint attachment = 0; attachment < (functions.direct ? 5 : 3); ++attachment)
-            gl.ClearBufferfv(GL_COLOR, attachment, zero);
+        for (std::size_t k = 0; k < attachments; ++k) gl.ClearBufferfv(GL_COLOR, static_cast<GLint>(k), zero);
     }
     void whole_image() const { gl.DrawArrays(GL_TRIANGLES, 0, 3); }
 
     // Light in the basis, and its direct part.
     struct Image {
-        explicit Image(const Passes& passes) : all(passes.texture()), direct(passes.direct_texture()) {
-            std::vector<const gl::Texture*> colors{&all};
-            if (passes.functions.direct) colors.push_back(&direct);
-            target.emplace(passes.gl, colors);
-            target->bind();
-            const float zero[4] = {0, 0, 0, 0};
-            for (std::size_t k = 0; k < colors.size(); ++k)
-                passes.gl.ClearBufferfv(GL_COLOR, static_cast<GLint>(k), zero);
+        explicit Image(const Passes& passes)
+            : all(passes.texture()), direct(passes.direct_texture()), target(passes.gl, colors(passes)) {
+            target.bind();
+            passes.clear(colors(passes).size());
+        }
+        std::vector<const gl::Texture*> colors(const Passes& passes) const {
+            return passes.functions.direct ? std::vector{&all, &direct} : std::vector{&all};
         }
         gl::Texture all, direct;
-        std::optional<gl::Framebuffer> target;
+        gl::Framebuffer target;
     };
 
     // Level by level, each from one image into the other. Returns the one that has all.
@@ -187,12 +184,10 @@ struct Passes {
         std::vector<std::int32_t> coarsest = functions.coarsest;
         coarsest.resize(std::max<std::size_t>(coarsest.size(), 1), -1);
         const gl::Buffer coarsest_buffer(gl, coarsest);
-        // In units of the largest value, so that squares are floats.
-        const auto use_luminance = [&](const gl::Program& program) {
+        // The largest value, so that squares are floats.
+        const auto use_unit = [&](const gl::Program& program) {
             const double unit = functions.largest > 0.0 ? 1.0 / functions.largest : 1.0;
-            const auto weight = [&](const Rgb& color) { return static_cast<float>(unit * luminance(color)); };
-            gl.Uniform4f(program.uniform("luminance"), weight({1, 0, 0}), weight({0, 1, 0}), weight({0, 0, 1}),
-                         static_cast<float>(unit));
+            gl.Uniform1f(program.uniform("unit"), static_cast<float>(unit));
         };
         std::size_t done = 0;
         for (std::size_t level = 0; level < functions.levels.size(); ++level) {
@@ -200,18 +195,18 @@ struct Passes {
             if (seen.empty()) continue;
             const DrawBatches<Function> batches(gl, seen);
             sums.bind();
-            clear();
+            clear(colors.size());
             gl.Enable(GL_DEPTH_TEST);
             gl.Enable(GL_BLEND);
             gl.BlendFunc(GL_ONE, GL_ONE);
             place.bind(0);
             facing.bind(1);
             use(function_program);
-            use_luminance(function_program);
+            use_unit(function_program);
             batches.draw(6);
 
             const Image& before = images[done % 2];
-            images[++done % 2].target->bind();
+            images[++done % 2].target.bind();
             gl.Disable(GL_DEPTH_TEST);
             gl.Disable(GL_BLEND);
             GLuint unit = 1;
@@ -220,7 +215,7 @@ struct Passes {
                 from->bind(unit++);
             coarsest_buffer.bind(1);
             use(level_program);
-            use_luminance(level_program);
+            use_unit(level_program);
             gl.Uniform1f(level_program.uniform("level"), static_cast<float>(level));
             gl.Uniform4f(level_program.uniform("limits"), static_cast<float>(LevelLight::largest_deviation),
                          static_cast<float>(LevelLight::largest_part), 0.0f, 0.0f);
@@ -266,8 +261,8 @@ Raw draw(const gl::Functions& gl, const MeshlessField& field, const DrawnFunctio
     const std::array<Passes::Image, 2> images{Passes::Image(passes), Passes::Image(passes)};
     const Passes::Image& image = passes.add_levels(visibility, place, facing, tiles, images);
     raw.surface = read(visibility.target, 0);
-    raw.all = read(*image.target, 0);
-    if (functions.direct) raw.direct = read(*image.target, 1);
+    raw.all = read(image.target, 0);
+    if (functions.direct) raw.direct = read(image.target, 1);
     raw.seen.resize(2 * pixels);
     visibility.target.read(1, width, height, GL_RG_INTEGER, GL_INT, raw.seen.data());
     return raw;

@@ -68,13 +68,13 @@ void main() {
 }
 )";
 
-// L07 eqs. 12 and 13, without the loss of digits near t = 1; values, and the squares of their luminance, of functions
-// that have a coefficient.
+// L07 eqs. 12 and 13, without the loss of digits near t = 1; values, and the squares of their largest channels in the
+// unit, of functions at whose points light was gathered.
 constexpr const char* function_fragment = R"(
 layout(early_fragment_tests) in;
 layout(binding = 0) uniform sampler2D places;
 layout(binding = 1) uniform sampler2D facings;
-uniform vec4 luminance;
+uniform float unit;
 flat in vec4 center_shrink;
 flat in vec4 normal_object;
 flat in vec3 all;
@@ -101,7 +101,7 @@ void main() {
     if (dot(place.xyz, first_cut.xyz) < first_cut.w || dot(place.xyz, second_cut.xyz) < second_cut.w) discard;
     float t = sqrt(squared);
     float weight = (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t) * (cosine * cosine) * (cosine * cosine);
-    float of_value = dot(luminance.xyz, value_gathered.xyz);
+    float of_value = unit * max(value_gathered.x, max(value_gathered.y, value_gathered.z));
     sum = vec4(weight * all, weight);
     values = weight * value_gathered;
     squares = weight * of_value * of_value;
@@ -125,7 +125,7 @@ layout(binding = 6) uniform sampler2D direct_value_sums;
 layout(binding = 7) uniform sampler2D direct_before;
 layout(std430, binding = 1) readonly buffer Coarsest { int coarsest[]; };
 uniform float level;
-uniform vec4 luminance;
+uniform float unit;
 uniform vec4 limits;
 layout(location = 0) out vec4 all;
 #ifdef DIRECT
@@ -154,9 +154,9 @@ void main() {
     float fade = is_coarsest ? 1.0 : smoothstep(0.0, 1.0, sum.w);
     float share = fade * min(1.0, values.w / sum.w);
     vec3 mean = values.xyz / values.w;
-    float middle = dot(luminance.xyz, mean);
+    float middle = unit * max(mean.x, max(mean.y, mean.z));
     float deviation = sqrt(max(0.0, texelFetch(square_sums, pixel, 0).x / values.w - middle * middle));
-    float most = (limits.x * deviation + limits.y * middle) / luminance.w;
+    float most = (limits.x * deviation + limits.y * middle) / unit;
     all.xyz += share * (mean + limited(all.xyz + sum.xyz / values.w - mean, most) - all.xyz);
 #ifdef DIRECT
     mean = texelFetch(direct_value_sums, pixel, 0).xyz / values.w;

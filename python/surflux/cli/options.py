@@ -125,7 +125,7 @@ def command_line(runs, cloud_limit):
     text = (
         "of the picture: direct light interpolated between surfels (default), or traced to every pixel: sharp shadows"
     )
-    solve.add_argument("--direct", choices=("interpolated", "traced"), default="interpolated", help=text)
+    solve.add_argument("--direct", choices=("interpolated", "traced"), help=text)
     _background_option(solve, "dark grey behind a cloud in studio light, else the sky")
     solve.add_argument("--no-image", action="store_true", help="draw no picture")
     _common_options(solve)

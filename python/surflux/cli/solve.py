@@ -97,7 +97,9 @@ def run(options):
         cloud.save(output, solution, options.albedo, options.up)
     if options.solution:
         solution.save(options.solution)
-    undrawn = draw_if_possible(solution, camera, options, images, background=behind, direct=options.direct)
+    undrawn = draw_if_possible(
+        solution, camera, options, images, background=behind, direct=options.direct or "interpolated"
+    )
     if undrawn is not None:
         images = []
     result = {

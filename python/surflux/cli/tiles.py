@@ -21,7 +21,7 @@ _REFUSED = {
     "mesh": "; tiles hold points",
     **dict.fromkeys(("mpi", "cluster"), "; tiles are solved by one process"),
     "checkpoint": "; a run that was stopped goes on with the tile that it had not finished",
-    "background": "; --image is a map, black where no point is",
+    **dict.fromkeys(("background", "direct"), "; --image is a map, black where no point is"),
     **dict.fromkeys(("size", "eye", "target", "up", "fov"), "; --image is a map from above, of all tiles"),
 }
 _FLAGS = {"folder": "-o", "paths": "tiles", "viewpoint": "--viewpoint"}  # of arguments that only solve_tiles can check

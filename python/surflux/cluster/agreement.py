@@ -18,8 +18,8 @@ def call_facts(program, scene, arguments):
     """The same of a call: what is to be computed, the options, the scene's lights and arrays, each by its name."""
     about, arrays = scene_arrays(scene)
     options = {f"option {name}": _plain(value) for name, value in arguments.items()}
-    lights = {f"scene's light {k}": _exact(values) for k, values in enumerate(about["lights"])}
-    of_scene = {f"scene's {name}": _plain(values) for name, values in arrays.items()}
+    lights = {f"scene's light {k}": _plain(values) for k, values in enumerate(about["lights"])}
+    of_scene = {f"scene's array {name}": _plain(values) for name, values in arrays.items()}
     return {"solver": program.__module__.rpartition(".")[2], **options, **lights, **of_scene}
 
 
@@ -29,11 +29,6 @@ def difference(ours, theirs):
         if ours.get(name) != theirs.get(name):
             return name, ours.get(name), theirs.get(name)
     return None
-
-
-def _exact(values):
-    """A light as text, with all digits: numpy's own has eight."""
-    return repr({name: of.tolist() if isinstance(of, np.ndarray) else of for name, of in values.items()})
 
 
 def _plain(value):

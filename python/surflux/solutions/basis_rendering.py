@@ -39,16 +39,12 @@ def _layers(field, surfels, lamps, view, names, splat, band):
     indirect = albedo / np.pi * (seen["all"] - seen["direct"])
     if rest:
         indirect += rest[0]
-    middle = band.middle
-    out = {name: drawn[name][middle] for name in ("depth", "normal", "index")}
-    out["alpha"] = band.mean(drawn["coverage"])
-    out |= {"direct": band.mean(found), "indirect": band.mean(indirect), "albedo": band.mean(albedo)}
-    out["radiance"] = out["direct"] + out["indirect"]
+    out = band.layers(drawn, found, indirect, albedo)
     if "level" in names:
         index = out["index"]
         there = index >= 0
         out["level"] = np.full(index.shape, np.nan, np.float32)
-        places = seen["position"][middle][there], seen["normal"][middle][there].astype(np.float64)
+        places = seen["position"][band.middle][there], seen["normal"][band.middle][there].astype(np.float64)
         out["level"][there] = field.basis.levels_at(*places, index[there])
     return out
 

@@ -25,17 +25,18 @@ class Painter:
     def __init__(self, dark=None):
         self._dark, self._key, self._matrix = dark, None, None
 
-    def layers(self, solution, camera, size, *, layers, background=0.0, samples=2, culling=True, direct="interpolated"):
-        """A dict of the layers named, as Solution.render gives it."""
+    def layers(self, solution, camera, size, *, layers, background=0.0, samples=2, culling=True, **traced):
+        """A dict of the layers named, as Solution.render gives it; traced: its `direct` and `rays`."""
         names = layer_names(layers)
-        view = View(solution, camera, size, background, samples, culling, direct)
+        view = View(solution, camera, size, background, samples, culling, **traced)
         groups = blended_groups(solution, self._dark)
         return picture(solution, view, names, None, groups, self._flat(solution, groups, view, names))
 
     def _flat(self, solution, groups, view, names):
         """What blends layers, (values, are lamps seen?) each, as splats do; None where it would not pay."""
         width, height = view.size
-        if isinstance(solution._field, BasisField) or set(names) - _FLAT_LAYERS or width * height > _MOST_PIXELS:
+        anew = isinstance(solution._field, BasisField) or view.direct == "traced"
+        if anew or set(names) - _FLAT_LAYERS or width * height > _MOST_PIXELS:
             return None
         key = _Key(solution, groups, view)
         first, stays = self._key is None, key.is_like(self._key)

@@ -69,7 +69,7 @@ def picture_size(size):
 class View:
     """What a picture is drawn from and how, checked."""
 
-    def __init__(self, solution, camera, size, background, samples, culling, direct, rays=64):
+    def __init__(self, solution, camera, size, background, samples, culling, direct="interpolated", rays=64):
         self.size = picture_size(size)
         if camera is None:
             camera = own_or_framing(solution.camera, solution.surfels, size)
@@ -158,10 +158,7 @@ def _traced(solution, view, splat, progress):
         drawn = splat(blended, band.fine, 1, None, **band.part)
         direct, albedo, indirect = drawn["layers"]
         direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn)
-        out = {name: drawn[name][band.middle] for name in ("depth", "normal", "index")}
-        out["alpha"] = band.mean(drawn["coverage"])
-        out |= {"direct": band.mean(direct), "indirect": band.mean(indirect), "albedo": band.mean(albedo)}
-        return out | {"radiance": out["direct"] + out["indirect"]}
+        return band.layers(drawn, direct, indirect, albedo)
 
     return in_bands(view, layers, progress)
 

@@ -11,13 +11,21 @@ SUBPIXELS_AT_ONCE = 1 << 20  # that a band of rows holds: all of its layers take
 class Band:
     """Rows [top, top + count) of a picture, each pixel of samples x samples subpixels."""
 
-    def __init__(self, view, top, count):
+    def __init__(self, view, top, count, callback):
         self._view = view
+        self.callback = callback  # (done, total) of whatever is done for the band, by which it can be cancelled
         samples, (width, height) = view.samples, view.size
         self.samples = samples
         self.fine = samples * width, samples * height  # size of the whole picture in subpixels
         self.part = {"top": samples * top, "rows": samples * count}  # of it, as what draws takes it
         self.middle = (slice(samples // 2, None, samples),) * 2  # subpixel of each pixel
+
+    def layers(self, drawn, direct, indirect, albedo):
+        """Those of the pixels of a picture; drawn: what render_splats gives of the subpixels."""
+        out = {name: drawn[name][self.middle] for name in ("depth", "normal", "index")}
+        out["alpha"] = self.mean(drawn["coverage"])
+        out |= {"direct": self.mean(direct), "indirect": self.mean(indirect), "albedo": self.mean(albedo)}
+        return out | {"radiance": out["direct"] + out["indirect"]}
 
     def mean(self, values):
         """Over the subpixels of each pixel; numpy's own, of two short axes, takes six times as long."""
@@ -25,18 +33,19 @@ class Band:
         parts = (values[y::n, x::n] for y in range(n) for x in range(n))
         return sum(parts) / np.float32(n * n)
 
-    def traced(self, scene, surfels, drawn, callback=None):
+    def traced(self, scene, surfels, drawn):
         """(h, w, 3) irradiance that lights bring directly to what subpixels see, by rays; scene, surfels: compiled.
 
-        drawn: "depth", "normal" and "index" of each subpixel.
+        drawn: "depth", "normal" and "index" of each subpixel. Backs have the light of their fronts.
         """
         index = drawn["index"]
         there = index >= 0
         places = _core.seen_places(surfels, self._view.camera, *self.fine, self.part["top"], drawn["depth"], index)
         normals = drawn["normal"][there].astype(np.float64)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals[np.einsum("ij,ij->i", normals, surfels.normals[index[there]]) < 0.0] *= -1.0
         out = np.zeros((*index.shape, 3), np.float32)
-        out[there] = _core.direct_at(scene, places[there], normals, self._view.rays, 0, callback)
+        out[there] = _core.direct_at(scene, places[there], normals, self._view.rays, 0, self.callback)
         return out
 
 
@@ -47,6 +56,7 @@ def in_bands(view, draw, progress):
     bands = []
     for top in range(0, height, rows):
         report(progress, top, height)
-        bands.append(draw(Band(view, top, min(rows, height - top))))
+        callback = None if progress is None else lambda done, total, top=top: progress(top, height)
+        bands.append(draw(Band(view, top, min(rows, height - top), callback)))
     report(progress, height, height)
     return {name: np.concatenate([band[name] for band in bands]) for name in bands[0]}

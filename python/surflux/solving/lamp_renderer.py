@@ -99,7 +99,6 @@ class LampRenderer:
         self.shadow_cell = check.count("shadow_cell", shadow_cell, 1, 64)
         self.frame_timings: dict[str, float] = {}
         self.frame_rays = 0
-        transfer._warn_of_backs()
         scene = transfer.scene
         self.camera = own_or_framing(scene.camera, scene.surfels, self.size) if camera is None else camera
         with thread_limit(threads), progress_callback(progress, "corners") as callback:
@@ -173,7 +172,8 @@ class LampRenderer:
                 has them. The albedo of a patch is its own, and does not blend.
             background: radiance where nothing is, scalar or RGB, or an Environment. True, which is those of the lights,
                 is black here, for there is none among these.
-            reflectance, bounces, shadow_rays, seed: see LocalTransfer.relight.
+            reflectance, bounces, shadow_rays, seed: see LocalTransfer.relight, which warns of lamps in bodies and of
+                light on backs of surfels; this does not.
             penumbra_rays: of a pixel that sees an area light in part, stratified over it.
             threads: at most this many; None for all.
 

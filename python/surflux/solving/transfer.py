@@ -159,7 +159,9 @@ class Transfer:
         sent = areas * solution.radiosity.sum(axis=1)
         entered = areas @ (surfels.emission + solution.direct).sum(axis=1)
         absorbed = areas @ ((1.0 - surfels.reflectance) * solution.irradiance).sum(axis=1)
-        escaped, into_backs = self._lost_of(sent)
+        if self._losses is None:
+            self._losses = np.asarray(self._core.losses(), dtype=float)
+        escaped, into_backs = sent @ self._losses
         figures = {
             "surfels": len(surfels),
             "power_in": float(entered),
@@ -171,18 +173,6 @@ class Transfer:
         solution.history = [figures]
         warn_of_power_into_backs(figures)
         return solution
-
-    def _lost_of(self, sent: Floats) -> Floats:
-        """(of the power that surfels send what leaves the scene, what backs absorb)."""
-        if self._losses is None:
-            self._losses = np.asarray(self._core.losses(), dtype=float)
-        return sent @ self._losses
-
-    def _warn_of_backs(self) -> None:
-        """Of what backs absorb where all surfaces are lit alike: before there are lamps."""
-        reflected = np.asarray(self._core.areas) * self.scene.surfels.reflectance.sum(axis=1)
-        into_backs = self._lost_of(reflected)[1]
-        warn_of_power_into_backs({"power_in": float(reflected.sum()), "power_into_backs": float(into_backs)})
 
     def _solution(self, reflectance: Floats | None, irradiance: Floats, direct: Floats, **rest: Any) -> Solution:
         """At the scene's own surfels, which reflect `reflectance`, or what they have."""

@@ -84,6 +84,7 @@ def test_options_reach_the_solver(tiles, run, monkeypatch):
     [
         ("--tiles --thin 100", "--thin: does not go with --tiles; --points thins all tiles alike"),
         ("--tiles --solution a.ply", "--solution: does not go with --tiles"),
+        ("--tiles --direct traced", "--direct: does not go with --tiles; --image is a map"),
         ("--tiles --ground", "--ground: does not go with --tiles"),
         ("--tiles --mesh", "--mesh: does not go with --tiles; tiles hold points"),
         ("--tiles --background 1", "--background: does not go with --tiles"),

@@ -101,7 +101,7 @@ def test_files_in_another_order_are_refused(copy):
     [
         ({"zeta": 0.2}, "option zeta is 0.1, wanted 0.2"),
         ({"seed": 4}, "option seed"),
-        ({"reflectance": 0.6}, r"scene's reflectance is array of \d+ x 3, digest \w+, wanted array of "),
+        ({"reflectance": 0.6}, r"scene's array reflectance is array of \d+ x 3, digest \w+, wanted array of "),
     ],
 )
 def test_the_folder_of_another_call_is_refused(copy, given, name):

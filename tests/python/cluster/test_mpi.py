@@ -30,7 +30,7 @@ def require_faults(told):
     assert told.pop("after all that") == ["nothing", "nothing"]
     same = {
         "option": "ValueError: cluster: process 1 of 2 has another option zeta (0.06000000",
-        "scene": "ValueError: cluster: process 1 of 2 has another scene's positions (array of ",
+        "scene": "ValueError: cluster: process 1 of 2 has another scene's array positions (array of ",
         "seconds": "ValueError: seconds: does not go with cluster or checkpoint",
         "seconds of a scene": "ValueError: seconds: does not go with cluster or checkpoint",
         "elsewhere": "ValueError: cluster: process 1 of 2 has another solver (reference) than process 0 (radiosity)",

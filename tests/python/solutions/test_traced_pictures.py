@@ -92,3 +92,51 @@ def test_it_tells_how_far_it_is_and_can_be_cancelled():
     assert told[-1] == (30, 30)
     with pytest.raises(sf.Cancelled):
         solution.render(size=(40, 30), direct="traced", progress=lambda done, total: False)
+
+
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_backs_are_seen_in_the_light_of_their_fronts(solver):
+    from_below = sf.Camera([0.6, 0.3, -1.5], [0.6, 0.3, 0.0], up=(0, 1, 0), fov=30)
+    solution = solver(floor_and_shelf())
+    one, other = (
+        solution.render(from_below, (60, 60), layers=["direct"], culling=False, direct=how)["direct"]
+        for how in ("interpolated", "traced")
+    )
+    assert one.mean() > 0.1
+    assert other.mean() == pytest.approx(one.mean(), rel=0.03)
+
+
+def test_frames_of_a_film_are_traced(tmp_path):
+    transfer = sf.precompute_transfer(sf.Scene(floor_and_shelf().objects, camera=CAMERA), "distant")
+    sky, size, means = sf.Environment(1.0), (40, 30), []
+    for how in ({}, {"direct": "traced", "rays": 16}):
+        paths = sf.animate_environment(transfer, sky, tmp_path / "sky%02d.exr", size, frames=2, **how)
+        means.append(sf.read_image(paths[1]).mean())
+    assert means[1] == pytest.approx(means[0], rel=0.05)
+
+
+def test_a_band_can_be_cancelled():
+    solution = sf.solve(floor_and_shelf([sf.Environment(1.0)]))
+    told = []
+
+    def stop_soon(done, total):
+        told.append(done)
+        return len(told) < 4
+
+    with pytest.raises(sf.Cancelled):
+        solution.render(size=(100, 80), samples=1, direct="traced", rays=256, progress=stop_soon)
+    assert set(told) == {0}  # of the first of one band
+
+
+def test_places_on_patches_are_in_their_planes_whatever_depths_are_off_by():
+    """By as much as those of a GPU, which is more than what touches a surface."""
+    surfels, size = floor_and_shelf().objects[0], (60, 40)
+    drawn = sf.solve(floor_and_shelf()).render(CAMERA, size, samples=1, layers=["depth", "index"])
+    index = np.where(drawn["index"] < len(surfels), drawn["index"], -1)
+    off = 1e-5 * np.random.default_rng(0).uniform(-1, 1, index.shape)
+    depth = np.where(index >= 0, drawn["depth"] + off, np.inf).astype(np.float32)
+    places = sf._core.seen_places(surfels._core, CAMERA._to_core(), *size, 0, depth, index)
+    assert (index >= 0).sum() > 500
+    assert np.abs(places[index >= 0][:, 2]).max() < 1e-12
+    assert np.abs(unproject(CAMERA, depth, size)[index >= 0][:, 2]).max() > 1e-6
+    assert np.all(places[index < 0] == 0)

@@ -251,12 +251,3 @@ def test_a_camera_that_is_none_is_refused(renderer):
     with pytest.raises(ValueError, match="camera: wanted a Camera, got NoneType"):
         renderer.camera = None
     renderer.frame(POINT)
-
-
-def test_light_that_ends_on_backs_is_said_before_there_are_lamps():
-    """The ceiling of a hall faces up."""
-    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-    hall = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3], [4, 5, 6, 7]]), patch_area=0.1)
-    transfer = sf.precompute_transfer(sf.Scene([hall]))
-    with pytest.warns(UserWarning, match=r"^backs of surfaces absorb \d+% of the light: some face the wrong way"):
-        sf.LampRenderer(transfer, CAMERA, SIZE)
