@@ -136,7 +136,7 @@ def test_places_on_patches_are_in_their_planes_whatever_depths_are_off_by():
     off = 1e-5 * np.random.default_rng(0).uniform(-1, 1, index.shape)
     depth = np.where(index >= 0, drawn["depth"] + off, np.inf).astype(np.float32)
     places = sf._core.seen_places(surfels._core, CAMERA._to_core(), *size, 0, depth, index)
-    assert (index >= 0).sum() > 500
+    assert (index >= 0).sum() > 300
     assert np.abs(places[index >= 0][:, 2]).max() < 1e-12
     assert np.abs(unproject(CAMERA, depth, size)[index >= 0][:, 2]).max() > 1e-6
     assert np.all(places[index < 0] == 0)
