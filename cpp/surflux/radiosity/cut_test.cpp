@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
@@ -11,7 +12,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::size_t neighbors = 9;  // the node itself among them
+constexpr std::size_t neighbors = 9;                   // the node itself among them
+constexpr std::size_t drawn_leaves = 64, corners = 4;  // of a group that is probed
 constexpr std::uint32_t fewest_aimed = 6;
 constexpr int most_at_once = 4;  // times the rays that a node has: then it is asked again
 
@@ -49,24 +51,53 @@ double CutTest::standard_error(std::uint32_t row, const GatheredSystem& system, 
     return 0.5 * std::abs(difference(system, gathering_, row, sent, mean));
 }
 
-// Rays from a surfel below each group that has not had any, drawn by area.
+// A leaf below a node, drawn by area.
+std::uint32_t CutTest::leaf_below(std::uint32_t node, Random& random) const {
+    while (!tree_.is_leaf(node)) {
+        double rest = random.uniform() * tree_.area(node);
+        std::uint32_t next = node;
+        tree_.for_members(node, [&](std::uint32_t member) {
+            if (rest >= 0.0) next = member;
+            rest -= tree_.area(member);
+        });
+        node = next;
+    }
+    return node;
+}
+
+// Surfels below a group that tell whether it is like them: one drawn by area and, of some more, those that are farthest
+// from its place and from each other (Gonzalez 1985), its corners: there it ends at other surfaces.
+std::vector<std::uint32_t> CutTest::telling_leaves(std::uint32_t node) const {
+    Random random(seed_, node);
+    std::vector<std::uint32_t> drawn;
+    for (std::size_t k = 0; k < drawn_leaves; ++k) drawn.push_back(leaf_below(node, random));
+    std::vector<std::uint32_t> out{drawn.front()};
+    std::vector<double> distance(drawn.size(), std::numeric_limits<double>::infinity());
+    Vec3 from = tree_.position(tree_.representative(node));
+    for (std::size_t corner = 0; corner < corners; ++corner) {
+        for (std::size_t k = 0; k < drawn.size(); ++k)
+            distance[k] = std::min(distance[k], length(tree_.position(drawn[k]) - from));
+        const auto farthest = std::max_element(distance.begin(), distance.end());
+        if (!(*farthest > 0.0)) break;
+        const std::uint32_t leaf = drawn[static_cast<std::size_t>(farthest - distance.begin())];
+        from = tree_.position(leaf);
+        if (leaf != out.front()) out.push_back(leaf);
+    }
+    return out;
+}
+
+// Rays from surfels below each group that has not had any.
 void CutTest::probe(const Cut& cut, const Progress& progress) {
+    std::vector<std::uint32_t> groups;
+    for (const std::uint32_t node : cut.nodes)
+        if (!tree_.is_leaf(node) && !probes_of_.count(node)) groups.push_back(node);
+    std::vector<std::vector<std::uint32_t>> leaves(groups.size());
+    parallel_for(groups.size(), 64, [&](std::size_t k) { leaves[k] = telling_leaves(groups[k]); });
     std::vector<Place> fresh;
-    for (const std::uint32_t node : cut.nodes) {
-        if (tree_.is_leaf(node) || probe_of_.count(node)) continue;
-        Random random(seed_, node);
-        std::uint32_t p = node;
-        while (!tree_.is_leaf(p)) {
-            double rest = random.uniform() * tree_.area(p);
-            std::uint32_t next = p;
-            tree_.for_members(p, [&](std::uint32_t member) {
-                if (rest >= 0.0) next = member;
-                rest -= tree_.area(member);
-            });
-            p = next;
-        }
-        probe_of_[node] = static_cast<std::uint32_t>(probes_.size() + fresh.size());
-        fresh.push_back(LitPoints::place(tree_, p));
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+        probes_of_[groups[k]] = {static_cast<std::uint32_t>(probes_.size() + fresh.size()),
+                                 static_cast<std::uint32_t>(leaves[k].size())};
+        for (const std::uint32_t p : leaves[k]) fresh.push_back(LitPoints::place(tree_, p));
     }
     probes_.add(fresh, std::vector<int>(fresh.size(), static_cast<int>(tuning_.probe_rays)), progress);
 }
@@ -124,37 +155,50 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
     const NodePlaces at(tree_, cut);
     const std::size_t count = cut.nodes.size();
     const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
-    std::vector<double> value(count);
-    for (std::size_t k = 0; k < count; ++k) value[k] = luminance(system.value(values, k) + system.found(k));
+    // All light, and the part of it that is the sky's: in corners one rises as the other falls, and both are written.
+    std::vector<double> value(count), sky(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        sky[k] = luminance(system.found(k));
+        value[k] = luminance(system.value(values, k)) + sky[k];
+    }
+    const bool has_sky = gathering_.has_sky();
 
     const Noise noise = rays_wanted(cut, system, sent, allowed, usual_area, most_rays, progress);
 
     // What the nodes around say at the place of one.
-    const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
+    const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near, double& of_sky) {
         sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
         double said = 0.0, sum = 0.0;
+        of_sky = 0.0;
         for (const Interpolation::Weight& other : near) {
             const double h = near.back().weight;
             if (other.site == k || !(other.weight > 0.0) || other.weight >= h) continue;
             const double root = (h - other.weight) / (h * other.weight);
             said += root * root * value[other.site];
+            of_sky += root * root * sky[other.site];
             sum += root * root;
         }
+        if (sum > 0.0) of_sky /= sum;
         return sum > 0.0 ? said / sum : 0.0;
     };
     // By how much all are off at the probe of a node, as far as it can tell.
-    const auto off_at_probe = [&](std::size_t k, double spread, std::vector<Interpolation::Weight>& near) {
-        const std::uint32_t row = probe_of_.at(cut.nodes[k]);
+    const auto off_at_probe = [&](std::size_t k, std::uint32_t row, double spread,
+                                  std::vector<Interpolation::Weight>& near) {
         const Place& place = probes_.place(row);
         sites.at(place.position, place.normal, at.objects[k], near);
-        double said = 0.0, seen = 0.0;
-        for (const Interpolation::Weight& w : near) said += w.weight * value[w.site];
+        double said = 0.0, seen = 0.0, of_sky = 0.0;
+        for (const Interpolation::Weight& w : near) said += w.weight * value[w.site], of_sky += w.weight * sky[w.site];
         const double halves = difference(system, probes_, row, sent, seen);
-        seen += luminance(probes_.sky()[row].value);
+        const double seen_sky = luminance(probes_.sky()[row].value);
         const double fewer = gathering_.row(cut.rows[k]).rays / tuning_.probe_rays;
-        return std::abs(seen - said) -
-               tuning_.significance *
-                   std::max({0.5 * std::abs(halves), tuning_.probe_error * seen, std::sqrt(fewer) * spread});
+        const auto beyond_chance = [&](double off, double of, double chance) {
+            return std::abs(off) - tuning_.significance * std::max(chance, tuning_.probe_error * of);
+        };
+        const double chance = std::max(0.5 * std::abs(halves), std::sqrt(fewer) * spread);
+        const double all = beyond_chance(seen + seen_sky - said, seen + seen_sky, chance);
+        if (!has_sky) return all;
+        return std::max({all, beyond_chance(seen - (said - of_sky), seen, chance),
+                         beyond_chance(seen_sky - of_sky, seen_sky, 0.0)});
     };
 
     Result out;
@@ -171,12 +215,16 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 const double spread = noise.standard_error[k];
                 double interpolation_error = 0.0;
                 if (!tree_.is_leaf(node)) {
-                    const double around = said_by_others(k, near);
+                    double sky_around = 0.0;
+                    const double around = said_by_others(k, near, sky_around);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
                     const double close_by = tuning_.closeness_weight *
                                             gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
-                    const double off = std::max(std::abs(value[k] - around), off_at_probe(k, spread, near)) -
-                                       tuning_.significance * spread;
+                    double off = std::max(std::abs(value[k] - around), has_sky ? std::abs(sky[k] - sky_around) : 0.0);
+                    const auto [first, probes] = probes_of_.at(node);
+                    for (std::uint32_t row = first; row < first + probes; ++row)
+                        off = std::max(off, off_at_probe(k, row, spread, near));
+                    off -= tuning_.significance * spread;
                     out.refine[k] =
                         std::max(close_by, off) > allowed.error[k] * smallness(usual_area, tree_.area(node));
                     const double most = std::min(std::max(close_by, off), value[k] + around);

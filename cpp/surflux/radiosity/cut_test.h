@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/random.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/gathered_system.h"
 #include "surflux/radiosity/gathering.h"
@@ -16,8 +17,9 @@ namespace surflux {
 // neighbours differ; as fields are interpolated to first order, what is asked here is
 //   - how close by surfaces are that do not all send the same: they change the field within their distance (Ward and
 // others 1988), to first order by its square;
-//   - what the nodes around would say at the node, and all of them at another surfel below it, drawn at random, at
-// which a few rays know better. So groups are found out that a surfel stands for which is not like the rest.
+//   - what the nodes around would say at the node, and all of them at other surfels below it, one drawn at random and
+// some at its corners, at which a few rays know better. So groups are found out that a surfel stands for which is not
+// like the rest, or that have light of the sky there in place of what surfaces reflect.
 class CutTest {
 public:
     // What each node may be off by, in luminance, if it is of the usual area; smaller ones may more, as area^-1/4.
@@ -31,7 +33,7 @@ public:
         double error = 0.0;        // estimated, of the whole field: relative RMS
     };
 
-    // `probes` takes the rays to surfels drawn at random.
+    // `probes` takes the rays to surfels below groups.
     CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& probes, std::uint64_t seed,
             const RefinementTuning& tuning = {});
 
@@ -50,6 +52,8 @@ public:
     double standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const;
 
 private:
+    std::uint32_t leaf_below(std::uint32_t node, Random& random) const;
+    std::vector<std::uint32_t> telling_leaves(std::uint32_t node) const;
     void probe(const Cut& cut, const Progress& progress);
 
     const SurfelTree& tree_;
@@ -57,7 +61,10 @@ private:
     Gathering& probes_;
     std::uint64_t seed_;
     RefinementTuning tuning_;
-    std::unordered_map<std::uint32_t, std::uint32_t> probe_of_;  // of groups, their rows
+    struct Probes {
+        std::uint32_t first, count;  // rows
+    };
+    std::unordered_map<std::uint32_t, Probes> probes_of_;  // of groups
     std::vector<float> passed_;  // of each node of the tree that has passed, its squared error; else negative
 };
 

@@ -9,8 +9,8 @@ struct RefinementTuning {
     double surfels_per_first_node = 500.0;
     // A node is refined where what is close by differs: closeness times deviation of what rays bring, weighed by this.
     double closeness_weight = 1.5;
-    // Rays from a surfel drawn from each group, which tell what nodes around do not know of it, and what share of what
-    // they find is taken to be chance at least: more rays see smaller things, less chance refines more.
+    // Rays from each of some surfels below a group, which tell what nodes around do not know of it, and what share of
+    // what they find is taken to be chance at least: more rays see smaller things, less chance refines more.
     double probe_rays = 32.0;
     double probe_error = 0.08;
     // Areas of nodes beside each other, above which the larger is refined: interpolation between unlike nodes is poor.

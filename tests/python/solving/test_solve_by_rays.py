@@ -1,5 +1,7 @@
 """solve(transport="rays"): what holds for every scene that light is gathered in by rays."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -359,3 +361,14 @@ def test_what_is_inserted_into_patches_has_their_reflectance():
     assert of_floor.sum() > len(floor) + 20
     parents = floor.reflectance[solution.parents[of_floor]]
     np.testing.assert_array_equal(solution.surfels.reflectance[of_floor], parents)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_beneath_a_roof_reflected_light_takes_the_place_of_the_sky(seed):
+    """At the tops of columns, in whose middle it is the other way round: there it was a fifth of what it is."""
+    scene = sf.load_scene(Path(__file__).parents[3] / "data" / "colonnade.toml")
+    tops = np.array([[x, 0, 3.95] for x in (0.2, 2.2, 4.2, 6.2, 7.8)])
+    normals = np.tile([0.0, -1.0, 0.0], (5, 1))
+    exact, _ = sf.reference_irradiance(scene, tops + 1e-5 * normals, normals, samples=2048)
+    found = sf.solve(scene, seed=seed).irradiance_at(tops, normals, direct="traced")
+    np.testing.assert_allclose(found[:, 0], exact[:, 0], rtol=0.2)
