@@ -8,8 +8,8 @@
 
 namespace surflux {
 
-// Irradiance on surfaces as a sum of basis functions (L07 eq. 9): a multilevel basis and a coefficient for each
-// function.
+// Irradiance on surfaces as a sum of basis functions (L07 eq. 9), whose finer levels LevelLight limits where it is asked
+// for at a place: a multilevel basis and a coefficient for each function.
 struct MeshlessField {
     struct At {
         Rgb all, direct;
@@ -22,7 +22,6 @@ struct MeshlessField {
     std::vector<char> gathered;     // of each function: does it have a coefficient?
     std::vector<At> values;         // what was gathered at the point of each that does
 
-    // Level by level, each as LevelLight limits it.
     At at(const Vec3& point, const Vec3& normal, std::uint32_t object) const;
     // The same from functions that the place sees. False where it sees none of the coarsest.
     bool at(const Vec3& point, const Vec3& normal, std::uint32_t object, const BasisSight& sight, At& out) const;

@@ -29,8 +29,8 @@ struct MeshlessImage {
 };
 
 // A field in its basis, as the camera sees it (L07 6.2): surfaces first (surface_pass.h), then level by level a
-// rectangle around each function that may be in view, weights and weighted coefficients added up, and the quotients
-// added to the image. Where none covers the coarsest level the nearest function speaks, as in
+// rectangle around each function that may be in view, weights and weighted coefficients and values added up, and what
+// LevelLight makes of them added to the image. Where none covers the coarsest level the nearest function speaks, as in
 // MultilevelBasis::at_level: those few pixels are evaluated on the CPU, as are those on surfels that walls part from
 // some functions (nullptr: from none). Throws ArgumentError, and DeviceError where there is no GL. The image has the
 // height of the rows drawn. culling: else surfaces are seen from behind, too, in the light of their fronts.

@@ -15,12 +15,12 @@ def machine_facts():
 
 
 def call_facts(program, scene, arguments):
-    """The same of a call: what is to be computed, the options, the scene's lights and arrays, each by its name."""
+    """The same of a call: what is to be computed, the scene's arrays and lights, the options, each by its name."""
     about, arrays = scene_arrays(scene)
     options = {f"option {name}": _plain(value) for name, value in arguments.items()}
     lights = {f"scene's light {k}": _plain(values) for k, values in enumerate(about["lights"])}
     of_scene = {f"scene's array {name}": _plain(values) for name, values in arrays.items()}
-    return {"solver": program.__module__.rpartition(".")[2], **options, **lights, **of_scene}
+    return {"solver": program.__module__.rpartition(".")[2], **of_scene, **lights, **options}
 
 
 def difference(ours, theirs):

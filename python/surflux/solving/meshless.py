@@ -44,7 +44,8 @@ def solve_meshless(
     """Radiosity of a scene by meshless finite elements (L07 section 6.3), on patches and disks alike.
 
     Irradiance is a sum of basis functions that scattered points on the surfaces induce: Shepard's weights on several
-    levels, each of half the spacing, where finer levels correct what coarser ones leave (L07 section 4). Light is
+    levels, each of half the spacing, where finer levels correct what coarser ones leave (L07 section 4), at a place as
+    far as what was gathered around bears out: near walls it may see other functions than the points there. Light is
     gathered by rays at the points of the coarsest level, then at finer ones around where neighbours differ, or where
     the correction is large. So the field is smooth, and where light changes little its points are few, however finely
     the surfaces are modelled. Surfels send by the field's means over them. Where the last corrections on a surfel are
