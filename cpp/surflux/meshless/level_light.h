@@ -16,8 +16,8 @@ namespace surflux {
 // the values, blended, and the slope of the coarser levels. Near walls a place sees other functions of f than points
 // beside it: f jumps, and what is left of the jump is no slope. So the second term is limited, as gradients are in
 // finite volumes (Barth and Jespersen 1989): to half of the standard deviation of the values around it, and a tenth of
-// their mean, of the largest channel each. In rooms that lets nearly all of it pass; in fine relief it is what kept it
-// far off.
+// their mean, of the largest channel each. In rooms that lets nearly all of it pass; in fine relief it was what the
+// field was off by.
 class LevelLight {
 public:
     // shares: of the functions that speak at the place. Those without a coefficient add nothing.
