@@ -8,8 +8,8 @@
 
 namespace surflux {
 
-// Irradiance on surfaces as a sum of basis functions (L07 eq. 9), whose finer levels LevelLight limits where it is asked
-// for at a place: a multilevel basis and a coefficient for each function.
+// Irradiance on surfaces as a sum of basis functions (L07 eq. 9), whose finer levels LevelLight limits where it is
+// asked for at a place: a multilevel basis and a coefficient for each function.
 struct MeshlessField {
     struct At {
         Rgb all, direct;

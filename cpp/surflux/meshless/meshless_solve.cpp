@@ -1,6 +1,7 @@
 #include "surflux/meshless/meshless_solve.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
@@ -59,7 +60,7 @@ public:
     void run() {
         placed_.add_first(stage("placement"));
         placed();
-        gather(from(0));
+        gather(all_functions());
         solve(rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
             const std::vector<std::uint32_t> refined =
@@ -139,10 +140,9 @@ private:
                                 {"seconds", total_seconds(out_.timings)}});
     }
 
-    // All functions from one on.
-    std::vector<std::uint32_t> from(std::uint32_t first) const {
-        std::vector<std::uint32_t> out;
-        for (std::uint32_t j = first; j < field_->basis.size(); ++j) out.push_back(j);
+    std::vector<std::uint32_t> all_functions() const {
+        std::vector<std::uint32_t> out(field_->basis.size());
+        std::iota(out.begin(), out.end(), 0u);
         return out;
     }
 

@@ -33,7 +33,7 @@ def _layers(field, surfels, lamps, view, names, splat, band):
     drawn = splat(layers, band.fine, 1, None, **band.part)
     found, albedo, *rest = drawn["layers"]
     if view.direct == "traced":
-        found += albedo / np.pi * band.traced(field.scene, surfels._core, seen)
+        found += albedo / np.pi * band.traced(field.scene, surfels._core, seen, seen["position"])
     else:  # what the basis holds of it: all, or the light of the sky
         found += albedo / np.pi * seen["direct"]
     indirect = albedo / np.pi * (seen["all"] - seen["direct"])

@@ -3,17 +3,25 @@
 import numpy as np
 
 from surflux import _core
-from surflux._base.check import counted
+from surflux._base import check
 from surflux._base.warn import warn
 
 RAYS = 256  # to the sky, of direct light that is traced
+
+
+def checked_direct(direct, scene):
+    """How direct light of a solution is found, checked; scene: of the solution, or None."""
+    check.choice("direct", direct, ("interpolated", "traced"))
+    if direct == "traced" and scene is None:
+        raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
+    return direct
 
 
 def warn_of_mid_air(on_surface):
     """Of points in mid-air, whose irradiance is not what is asked for; on_surface: (m,) booleans."""
     off = np.count_nonzero(~on_surface)
     if off:
-        where = f"{off} of {counted(len(on_surface), 'point')} {'is' if off == 1 else 'are'}"
+        where = f"{off} of {check.counted(len(on_surface), 'point')} {'is' if off == 1 else 'are'}"
         warn(
             f"points: {where} on no surface that faces the way of the normal: irradiance there is that of the nearest "
             "surfels, which is not that of mid-air; reference_irradiance() finds that"

@@ -17,7 +17,7 @@ from surflux.scenes.lights import Environment
 from surflux.solutions.background import add_background, environments_behind
 from surflux.solutions.basis_rendering import basis_layers
 from surflux.solutions.blending import blended_groups
-from surflux.solutions.fields import BasisField
+from surflux.solutions.fields import BasisField, checked_direct
 from surflux.solutions.leaves import inserted_among
 from surflux.solutions.subpixels import in_bands
 from surflux.solutions.towards import glossy, towards_eye
@@ -83,9 +83,7 @@ class View:
         self.samples = check.count("samples", samples, 1, 8)
         self.culling = check.flag("culling", culling)
         self.rays = check.count("rays", rays, 1, 1 << 16)
-        self.direct = check.choice("direct", direct, ("interpolated", "traced"))
-        if direct == "traced" and solution._scene is None:
-            raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
+        self.direct = checked_direct(direct, solution._scene)
 
 
 def layer_names(layers, known=LAYERS):
@@ -157,7 +155,8 @@ def _traced(solution, view, splat, progress):
     def layers(band):
         drawn = splat(blended, band.fine, 1, None, **band.part)
         direct, albedo, indirect = drawn["layers"]
-        direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn)
+        places = band.places(surfels._core, drawn)
+        direct += albedo / np.pi * band.traced(solution._scene._to_core(), surfels._core, drawn, places)
         return band.layers(drawn, direct, indirect, albedo)
 
     return in_bands(view, layers, progress)

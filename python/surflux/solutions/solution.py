@@ -22,7 +22,7 @@ from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
 from surflux.solutions.about import about_solution, pixels_of
-from surflux.solutions.fields import RAYS, BasisField, SurfelField, basis_field, warn_of_mid_air
+from surflux.solutions.fields import RAYS, BasisField, SurfelField, basis_field, checked_direct, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
 
@@ -205,9 +205,7 @@ class Solution:
         """
         points = check.finite_array("points", points, (None, 3))
         normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
-        check.choice("direct", direct, ("interpolated", "traced"))
-        if direct == "traced" and self._scene is None:
-            raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
+        checked_direct(direct, self._scene)
         rays, seed = check.count("rays", rays, 1, 1 << 16), check.seed("seed", seed)
         with watched(threads, progress):
             callback = stage("irradiance")

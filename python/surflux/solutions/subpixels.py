@@ -33,14 +33,18 @@ class Band:
         parts = (values[y::n, x::n] for y in range(n) for x in range(n))
         return sum(parts) / np.float32(n * n)
 
-    def traced(self, scene, surfels, drawn):
+    def places(self, surfels, drawn):
+        """(h, w, 3) what subpixels see; drawn: their "depth" and "index"."""
+        depth, index = drawn["depth"], drawn["index"]
+        return _core.seen_places(surfels, self._view.camera, *self.fine, self.part["top"], depth, index)
+
+    def traced(self, scene, surfels, drawn, places):
         """(h, w, 3) irradiance that lights bring directly to what subpixels see, by rays; scene, surfels: compiled.
 
-        drawn: "depth", "normal" and "index" of each subpixel. Backs have the light of their fronts.
+        drawn: "normal" and "index" of each subpixel, of which `places` are (h, w, 3). Backs have the light of fronts.
         """
         index = drawn["index"]
         there = index >= 0
-        places = _core.seen_places(surfels, self._view.camera, *self.fine, self.part["top"], drawn["depth"], index)
         normals = drawn["normal"][there].astype(np.float64)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         normals[np.einsum("ij,ij->i", normals, surfels.normals[index[there]]) < 0.0] *= -1.0

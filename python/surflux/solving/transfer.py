@@ -155,12 +155,12 @@ class Transfer:
 
         What leaves the scene and what ends on backs is counted by the rays of receivers around each surfel.
         """
+        if self._losses is None:
+            self._losses = np.asarray(self._core.losses(), dtype=float)
         areas, surfels = np.asarray(self._core.areas), solution.surfels
         sent = areas * solution.radiosity.sum(axis=1)
         entered = areas @ (surfels.emission + solution.direct).sum(axis=1)
         absorbed = areas @ ((1.0 - surfels.reflectance) * solution.irradiance).sum(axis=1)
-        if self._losses is None:
-            self._losses = np.asarray(self._core.losses(), dtype=float)
         escaped, into_backs = sent @ self._losses
         figures = {
             "surfels": len(surfels),
