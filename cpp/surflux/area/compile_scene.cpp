@@ -4,6 +4,7 @@
 
 #include "surflux/area/disk_ends.h"
 #include "surflux/area/neighborhood.h"
+#include "surflux/core/available_memory.h"
 #include "surflux/core/sampling.h"
 
 namespace surflux {
@@ -49,6 +50,7 @@ void add_areas_and_ends(Surfels& all, std::uint32_t first, const Surfels& object
 
 Scene compile_scene(const std::vector<const Surfels*>& objects, std::vector<Light> lights, Coincidence& coincidence,
                     const Progress& progress) {
+    give_back_memory();  // of reading or sampling the objects
     Scene scene;
     reserve(scene.surfels, objects);
     for (const Surfels* object : objects) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/available_memory.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 #include "surflux/radiosity/cut.h"
@@ -265,6 +266,7 @@ private:
             sources_.drop_errors();
             test_.reset();
             rays_->end();
+            give_back_memory();
         }
         // What is buried, as the floor below a plinth is, stays apart: it is no neighbour of what is lit beside it.
         NodePlaces nodes(tree_, cut_);
@@ -389,6 +391,7 @@ void solve_by_gathering(const Scene& scene, const Tracer& tracer, const Refineme
                     leaves_allowed(scene, options.insert, options.max_surfels), of_tree);
     watch.lap("hierarchy");
     GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();
+    give_back_memory();
     write_leaves(tree, tree.all_leaves(), out, progress ? progress("interpolation") : Progress{});
     watch.lap("interpolation");
 }
