@@ -32,10 +32,20 @@ class _Parser(argparse.ArgumentParser):
         options, left = self.parse_known_args(args, namespace)
         if left:
             parser = self._commands.choices.get(getattr(options, "command", None), self) if self._commands else self
-            known = [name for action in parser._actions for name in action.option_strings]
-            near = difflib.get_close_matches(left[0].split("=")[0], known, 1)
-            parser.error(f"unrecognized arguments: {' '.join(left)}{f'; did you mean {near[0]}?' if near else ''}")
+            parser.error(f"unrecognized arguments: {' '.join(left)}{self._meant(left[0].split('=')[0], parser)}")
         return options
+
+    def _meant(self, option, parser):
+        """Which commands have an option that `parser` does not have, or which of its own is spelled alike."""
+        of_others = [
+            name
+            for name, other in (self._commands.choices if self._commands else {}).items()
+            if option in other._option_string_actions
+        ]
+        if of_others:
+            return f"; {option} is an option of {' and '.join(f'surflux {name}' for name in of_others)}"
+        near = difflib.get_close_matches(option, parser._option_string_actions, 1)
+        return f"; did you mean {near[0]}?" if near else ""
 
     def add_subparsers(self, **given):
         self._commands = super().add_subparsers(**given)

@@ -304,6 +304,7 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
     [
         ([], "the following arguments are required: COMMAND, of solve, area, check, doctor, "),
         (["solve", "room.toml", "--ligth=sun"], "unrecognized arguments: --ligth=sun; did you mean --light?"),
+        (["render", "a.ply", "--direct", "traced"], "; --direct is an option of surflux solve and surflux relight ("),
         (["paint"], "invalid choice: 'paint'"),
         (["solve"], "the following arguments are required: SCENE|CLOUD"),
         (["solve", "a.toml", "--size", "800"], "wanted WIDTHxHEIGHT, such as 800x600, got '800'"),
