@@ -91,7 +91,13 @@ void bind_neighbors(py::module_& module) {
         py::arg("points"), py::arg("count"), py::arg("area"), py::arg("seed"), py::arg("progress") = py::none());
     py::class_<OnSurface>(module, "OnSurface")
         .def(py::init([](const Surfels& s) {
-                 return without_gil([&] { return std::make_unique<OnSurface>(s.positions, s.normals, s.radii); });
+                 return without_gil([&] {
+                     std::vector<double> extents(s.size(), 0.0);
+                     for (const Triangle& t : s.triangles)
+                         for (const Vec3& corner : {t.a, t.b, t.c})
+                             extents[t.surfel] = std::max(extents[t.surfel], length(corner - s.positions[t.surfel]));
+                     return std::make_unique<OnSurface>(s.positions, s.normals, s.radii, extents);
+                 });
              }),
              py::arg("surfels"))
         .def(

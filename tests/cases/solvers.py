@@ -59,7 +59,7 @@ def by_rays(scene, rays):
     found = at_surfels(solution, scene)
     disks = np.setdiff1d(np.arange(len(surfels)), surfels.triangle_surfel)
     if len(disks):
-        found[disks] = solution.irradiance_at(surfels.points[disks], surfels.normals[disks])
+        found[disks] = solution.irradiance_at(surfels.points[disks], surfels.normals[disks], "interpolated")
     return found
 
 

@@ -38,6 +38,20 @@ TEST(OnSurface, ReachesAsFarAsDisksOfTheirOwnSize) {
     EXPECT_FALSE(plate.on({7.3, 9.1, 10.0}, up));
 }
 
+TEST(OnSurface, ReachesTheCornersOfLongPatches) {
+    const std::vector<Vec3> centers{{0, 0, 0}}, up{{0, 0, 1}};
+    const std::vector<double> radii{1.0};
+    const auto on = [&](const OnSurface& surface, const Vec3& point) { return surface({point}, up)[0] != 0; };
+    const OnSurface disk(centers, up, radii), patch(centers, up, radii, {5.0});
+    EXPECT_FALSE(on(disk, {4, 3, 0}));
+    EXPECT_TRUE(on(patch, {4, 3, 0}));
+    EXPECT_TRUE(on(patch, {4, 2.9, 0.99}));
+    EXPECT_FALSE(on(patch, {4, 3.1, 0}));
+    EXPECT_FALSE(on(patch, {4, 2.9, 1.01}));
+    // What is nearer to a centre than corners are does not make a disk smaller.
+    EXPECT_TRUE(on(OnSurface(centers, up, radii, {0.5}), {1.9, 0, 0}));
+}
+
 TEST(OnSurface, HasAFront) {
     const Plate plate;
     EXPECT_TRUE(plate.on({7.3, 9.1, 0.0}, {std::sqrt(0.75), 0, 0.5}));

@@ -10,17 +10,19 @@ namespace surflux {
 // Whether points lie on the surface that disks stand for. Disks leave no gap, so that every point of the surface is
 // within the radius R of one that faces about its way. Here 2 R along the disk and R off its plane are near enough: on
 // curved or noisy surfaces points lie beside the planes of disks, and the quarters of a disk that insertion makes
-// leave gaps. A solution knows nothing finer than that.
+// leave gaps; of a patch all is near that is as near to its centre as its corners. A solution knows nothing finer.
 class OnSurface {
 public:
-    OnSurface(std::vector<Vec3> centers, std::vector<Vec3> normals, std::vector<double> radii);
+    // `extents`: how far from its centre what each stands for goes at least, as the corners of a patch; empty: R.
+    OnSurface(std::vector<Vec3> centers, std::vector<Vec3> normals, std::vector<double> radii,
+              const std::vector<double>& extents = {});
     // 1 or 0 for each point; `facing` are unit normals.
     std::vector<char> operator()(const std::vector<Vec3>& points, const std::vector<Vec3>& facing) const;
 
 private:
     std::vector<Vec3> centers_, normals_;
-    std::vector<double> radii_;
-    DiskIndex disks_;
+    std::vector<double> radii_, along_;
+    DiskIndex disks_;  // of the points that have both at most
 };
 
 }  // namespace surflux

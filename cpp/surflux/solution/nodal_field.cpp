@@ -14,6 +14,7 @@ constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
 constexpr double most_sloped = 2.0;                  // of a value by weights alone, with slopes and turns
 constexpr double spare_share = 0.25;                 // overshoot that slopes may make, over the range of values around
+constexpr double least_share = 0.25;                 // of the least value around that they leave
 
 double brightness(const NodalField::Values& field, std::size_t k) {
     const Rgb& c = field.values[k].value;
@@ -98,10 +99,10 @@ Rgb NodalField::at(const Values& field, const Vec3& point, const Vec3& normal,
             most[c] = std::max(most[c], level[c]);
         }
     }
-    // Slopes may carry on a little beyond what the nodes around have, and not to below nothing.
+    // Slopes may carry on a little beyond what the nodes around have. Where all are lit, no place is dark.
     for (int c = 0; c < 3; ++c) {
         const double spare = spare_share * (most[c] - least[c]);
-        sum[c] = std::clamp(sum[c], std::max(0.0, least[c] - spare), most[c] + spare);
+        sum[c] = std::clamp(sum[c], std::max(least_share * least[c], least[c] - spare), most[c] + spare);
     }
     return sum;
 }

@@ -290,7 +290,7 @@ Rgb Gathered::Lamps::sum() const {
 
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
                          const Rgb& balance, double dimmest) {
-    const ErrorEstimate unsure{1.0, 1.0, 1.0, 1.0, 0.0};
+    const ErrorEstimate unsure = ErrorEstimate::unsure();
     if (!std::isfinite(balance.x + balance.y + balance.z)) return unsure;  // some surfel, perhaps not drawn
     for (const Residual& r : residuals) {
         const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance +

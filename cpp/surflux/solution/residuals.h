@@ -49,6 +49,8 @@ struct Residual {
 };
 
 struct ErrorEstimate {
+    static ErrorEstimate unsure() { return {1.0, 1.0, 1.0, 1.0, 0.0}; }
+
     double error = 0.0;        // relative RMS; never less than what its rays can tell; NaN where H is 0 all over
     double uncertainty = 0.0;  // standard error of `error`
     // By local light: the median and the 90th percentile, over the surfels, of the relative RMS error of their region.

@@ -20,6 +20,8 @@ constexpr std::size_t checks_per_region = 32;
 constexpr double enough = 0.125;
 constexpr double enough_locally = 0.5;  // of what rays can tell over the local error
 constexpr std::size_t least_rays = 1 << 20;
+constexpr std::size_t most_surfels = 16;  // times as many where so few of the drawn ones are lit
+constexpr double least_seen = 0.5;        // of the mean square of H, by those drawn
 constexpr double most_share = 0.25;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec;
 
@@ -51,6 +53,26 @@ std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, st
     return out;
 }
 
+// Of a small part of the surface that has most of the light, as of a spot on a wide floor, some should be among them.
+struct Drawn {
+    std::vector<std::uint32_t> surfels;
+    bool see_light = true;  // any, if there is some
+
+    Drawn(const Solution& solution, const SelfCheckOptions& options) {
+        const Surfels& s = solution.surfels;
+        const auto squared = [&](std::size_t i) { return dot(solution.irradiance[i], solution.irradiance[i]); };
+        double sum = 0.0, area = 0.0;
+        for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * squared(i), area += s.areas[i];
+        for (std::size_t count = options.surfels; count <= most_surfels * options.surfels; count *= 2) {
+            surfels = drawn_by_area(s, count, options.seed);
+            double found = 0.0;
+            for (const std::uint32_t i : surfels) found += squared(i);
+            see_light = found > 0.0 || !(sum > 0.0);
+            if (found / static_cast<double>(count) >= least_seen * sum / area) break;
+        }
+    }
+};
+
 }  // namespace
 
 SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Solution& solution,
@@ -58,9 +80,11 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     const Surfels& leaves = solution.surfels;
     const Progress starting = standing_at(0, 1, progress);
     report(starting, 0, 1);
-    const std::vector<std::uint32_t> drawn = drawn_by_area(leaves, options.surfels, options.seed);
+    const Drawn by_area(solution, options);
+    const std::vector<std::uint32_t>& drawn = by_area.surfels;
     if (drawn.empty()) return {};
-    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region), starting);
+    if (!by_area.see_light) return {ErrorEstimate::unsure(), 0};
+    const Regions regions(scene.surfels, std::max<std::size_t>(1, options.surfels / checks_per_region), starting);
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution, starting);
     const SurfelPoints points(leaves);
     report(starting, 0, 1);

@@ -21,6 +21,6 @@ again, eye = sf.load_gaussians("knot.glb"), [1.7, -4.6, 2.6]
 print(again)
 plotter = pyvista.Plotter(off_screen=True, window_size=(640, 480))
 colors = again.colors_towards(eye - again.positions).clip(0, 1)
-plotter.add_points(again.positions, scalars=colors, rgb=True, point_size=7)
+plotter.add_points(again.positions, scalars=colors, rgb=True, point_size=13)
 plotter.camera_position = [eye, (0, 0, -0.2), (0, 0, 1)]
 plotter.screenshot("gaussians.png")

@@ -189,7 +189,8 @@ def shadow_borders(count=300):
     true, doubt = reference(scene, at, 4096)
 
     def error(seed, insert):
-        found = sf.solve(scene, insert=insert, seed=seed).irradiance_at(at, np.tile([0.0, 0.0, 1.0], (len(at), 1)))
+        solution = sf.solve(scene, insert=insert, seed=seed)
+        found = solution.irradiance_at(at, np.tile([0.0, 0.0, 1.0], (len(at), 1)), direct="interpolated")
         return ((found - true) ** 2 - doubt**2).sum() / (true**2 - doubt**2).sum()
 
     return [np.sqrt(over_seeds(lambda seed, i=insert: error(seed, i))) for insert in (False, True)]

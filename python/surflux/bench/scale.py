@@ -161,7 +161,7 @@ def solved(path, count, repeats, threads, places, meshless=False):
     at_points = None
     if hasattr(solution, "irradiance_at"):
         start = perf_counter()
-        at_points = solution.irradiance_at(*places, direct="interpolated")
+        at_points = solution.irradiance_at(*places)
         middle[f"at {len(at_points)} points"] = perf_counter() - start
     last = solution.history[-1]
     return {

@@ -15,7 +15,8 @@ from surflux.cli.cloud import CLOUD_LIMIT, is_cloud
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
-from surflux.cli.options import command_line, vectors_joined
+from surflux.cli.options import command_line
+from surflux.cli.parser import vectors_joined
 from surflux.cli.pictures import (
     animations,
     background_of,

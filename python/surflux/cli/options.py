@@ -1,65 +1,17 @@
 """What the commands of `surflux` take."""
 
 import argparse
-import difflib
-import re
 
 import surflux as sf
 from surflux.cli.completion import SHELLS
 from surflux.cli.examples import epilog
+from surflux.cli.parser import Parser
 from surflux.cli.solar_options import add_solar_options
-
-_NEGATIVE = re.compile(r"-[\d.][^,\s]*,")  # begins a vector that is no option
-
-
-def vectors_joined(arguments):
-    """Arguments in which vectors that begin with a minus are joined to their option, as argparse wants them."""
-    out = []
-    for argument in arguments:
-        if out and out[-1].startswith("--") and "=" not in out[-1] and _NEGATIVE.match(argument):
-            out[-1] += f"={argument}"
-        else:
-            out.append(argument)
-    return out
-
-
-class _Parser(argparse.ArgumentParser):
-    """One that says what is wrong in a line, and which option may have been meant."""
-
-    _commands = None
-
-    def parse_args(self, args=None, namespace=None):
-        options, left = self.parse_known_args(args, namespace)
-        if left:
-            parser = self._commands.choices.get(getattr(options, "command", None), self) if self._commands else self
-            parser.error(f"unrecognized arguments: {' '.join(left)}{self._meant(left[0].split('=')[0], parser)}")
-        return options
-
-    def _meant(self, option, parser):
-        """Which commands have an option that `parser` does not have, or which of its own is spelled alike."""
-        of_others = [
-            name
-            for name, other in (self._commands.choices if self._commands else {}).items()
-            if option in other._option_string_actions
-        ]
-        if of_others:
-            return f"; {option} is an option of {' and '.join(f'surflux {name}' for name in of_others)}"
-        near = difflib.get_close_matches(option, parser._option_string_actions, 1)
-        return f"; did you mean {near[0]}?" if near else ""
-
-    def add_subparsers(self, **given):
-        self._commands = super().add_subparsers(**given)
-        return self._commands
-
-    def error(self, message):
-        if self._commands and message.endswith("COMMAND"):
-            message += f", of {', '.join(self._commands.choices)}"
-        self.exit(2, f"{self.prog}: error: {message} ({self.prog} --help says more)\n")
 
 
 def command_line(runs, cloud_limit):
     """The parser of all commands; `runs` says by name which function runs one: it becomes `run` of the options."""
-    parser = _Parser(prog="surflux", description="Diffuse global illumination directly on points.")
+    parser = Parser(prog="surflux", description="Diffuse global illumination directly on points.")
     parser.add_argument("--version", action="version", version=f"surflux {sf.__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
@@ -334,7 +286,7 @@ def _camera_options(parser):
     parser.add_argument("--target", type=_vector, metavar="X,Y,Z", help="what it looks at")
     parser.add_argument(
         "--up",
-        type=_vector,
+        type=_direction,
         metavar="X,Y,Z",
         help="what is up in the picture; the default camera turns with it (default: 0,0,1)",
     )
@@ -347,6 +299,12 @@ def _vector(text):
     except ValueError:
         raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
     return (x, y, z)
+
+
+def _direction(text):
+    if not any(_vector(text)):
+        raise argparse.ArgumentTypeError(f"wanted a direction, of non-zero length, got {text!r}")
+    return _vector(text)
 
 
 def _many(text):

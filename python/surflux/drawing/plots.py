@@ -28,7 +28,8 @@ def to_polydata(s, kind="points", values=None, units=None):
     Args:
         s: Surfels.
         kind: "points": their places, with point arrays. "disks": what they look like, polygons for disks and triangles
-            for patches of a mesh; "patches": these triangles alone. Both with cell arrays, and "surfel" beside them.
+            for patches of a mesh; "patches": these triangles alone. Both with cell arrays, and "surfel" beside them;
+            "area" is shared out among the cells of a surfel, so that it adds up.
         values: dict of further arrays by name, (n,) or (n, k).
         units: dict of theirs, by name. The field array "units" has a line for each array that has one.
 
@@ -54,11 +55,21 @@ def to_polydata(s, kind="points", values=None, units=None):
         if kind == "patches":
             found = polygons(s.triangles)
             found.cell_data["surfel"] = s.triangle_surfel.astype(np.int64)
+        surfel = found.cell_data["surfel"]
         for name, value in arrays.items():
-            found.cell_data[name] = value[found.cell_data["surfel"]]
+            found.cell_data[name] = value[surfel]
+        if s.areas is not None:
+            found.cell_data["area"] = _shared_areas(s.areas, surfel, found.compute_cell_sizes().cell_data["Area"])
     known = UNITS | (units or {})
     found.field_data["units"] = [f"{name}: {known[name]}" for name in arrays if name in known]
     return found
+
+
+def _shared_areas(areas, surfel, sizes):
+    """(cells,) areas of surfels, (n,), shared out among the cells of each by their sizes."""
+    of_surfel = np.bincount(surfel, sizes, len(areas))
+    share = np.divide(sizes, of_surfel[surfel], out=np.zeros_like(sizes), where=of_surfel[surfel] > 0.0)
+    return areas[surfel] * share
 
 
 def disks(s, corners=None):

@@ -357,8 +357,9 @@ class Surfels:
 
         Args:
             kind: "points" with point arrays; "disks" as they are drawn, polygons for disks and triangles for patches of
-                a mesh, or "patches", the triangles alone, both with cell arrays and each cell's index "surfel". The
-                field array "units" says what is in what.
+                a mesh, or "patches", the triangles alone, both with cell arrays and each cell's index "surfel"; "area"
+                is shared out among the cells of a surfel, so that it adds up. The field array "units" says what is in
+                what.
 
         Raises:
             ValueError: another kind, or "patches" where there are none.

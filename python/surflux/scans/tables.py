@@ -70,11 +70,13 @@ def text_rows(path, width, begin=0, line=0, delimiter=None, most=None, lines=Non
 
 
 def delimiter_of(text):
-    """What stands between the numbers of a line: a comma, a semicolon, or blanks and tabs ("")."""
-    return next((mark for mark in ",;" if mark in text), "")
+    """What stands between the words of a line: a semicolon, a comma, or blanks and tabs ("")."""
+    return next((mark for mark in ";," if mark in text), "")
 
 
 def _parsed(path, numbers, texts, width, delimiter):
+    if delimiter == ";":
+        texts = [text.replace(",", ".") for text in texts]
     try:
         table = np.loadtxt(texts, delimiter=delimiter or None, comments=None, ndmin=2)
         if table.shape[1] == width:
@@ -92,7 +94,8 @@ def _parsed(path, numbers, texts, width, delimiter):
 
 
 def split(text, delimiter):
-    """The words of a line."""
+    """The words of a line. Between semicolons a comma is that of a decimal."""
+    text = text.replace(",", ".") if delimiter == ";" else text
     return [word.strip().strip('"') for word in text.split(delimiter)] if delimiter else text.split()
 
 

@@ -11,15 +11,18 @@ from surflux.scans.tables import delimiter_of, is_number, split, text_lines, tex
 
 _LOOKED_AT = 1000  # lines, to see what columns without names are
 _XYZ, _RGB, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
+_SURVEYED = {"easting": "x", "east": "x", "northing": "y", "north": "y"}
+_SURVEYED |= dict.fromkeys(("elevation", "height", "altitude"), "z")
 
 
 def open_text(path, form):
     """A PointFile of lines of numbers between blanks, commas or semicolons; blank lines and comments are left out.
 
-    The first line, or a comment at the beginning, may name the columns. Where nothing does, 3 columns are x y z, a
-    fourth is intensity, 6 are x y z and a colour or a normal, 7 have intensity before the colour, or behind it, and 9
-    have colour and normal: normals are told by their length of 1, colours by whole numbers up to 255 (65535), or
-    fractions. Further columns are `column_4` and so on. PTS has the number of points in front of them.
+    The first line, or a comment at the beginning, may name the columns, x, y and z, or easting, northing and height
+    (elevation, altitude). Between semicolons numbers may have decimal commas. Where nothing names columns, 3 columns
+    are x y z, a fourth is intensity, 6 are x y z and a colour or a normal, 7 have intensity before the colour, or
+    behind it, and 9 have colour and normal: normals are told by their length of 1, colours by whole numbers up to 255
+    (65535), or fractions. Further columns are `column_4` and so on. PTS has the number of points in front of them.
 
     Args:
         form: "xyz", "pts" or "csv", or one that says more: "xyzn" has normals, "xyzrgb" colours.
@@ -41,7 +44,8 @@ def open_text(path, form):
         raise file_error(path, "no points: no line has more than one number", f"line {ahead[0][0]}")
     for word in split(look[0][1], delimiter):
         if not is_number(word):
-            reason = f"{word[:40]!r} is no number, and the line does not name the columns x, y and z either"
+            columns = "x, y and z (easting, northing, height)"
+            reason = f"{word[:40]!r} is no number, and the line does not name the columns {columns} either"
             raise file_error(path, reason, f"line {look[0][0]}")
     width = len(split(look[0][1], delimiter))
     if names is None or len(names) != width:
@@ -90,9 +94,11 @@ def _named_columns(path):
             text = raw.removeprefix(codecs.BOM_UTF8).decode("latin-1").strip()
             comment = text.startswith(("#", "//"))
             bare = text.lstrip("#/ \t")
-            words = split(bare, next((mark for mark in ",;" if mark in bare), ""))
-            if {"x", "y", "z"} <= {word.lower() for word in words} and len(set(words)) == len(words):
-                return tuple(words), number
+            words = split(bare, delimiter_of(bare))
+            surveyed = [_SURVEYED.get(word.lower(), word) for word in words]
+            for names in (words, surveyed):
+                if {"x", "y", "z"} <= {name.lower() for name in names} and len(set(names)) == len(names):
+                    return tuple(names), number
             if text and not comment:
                 break
     return None, 0

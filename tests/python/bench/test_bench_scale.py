@@ -133,13 +133,14 @@ def test_values_at_points_count_where_a_solution_has_them(folder, monkeypatch):
     n = len(truth.points.points)
     seen = {}
 
-    def irradiance_at(points, normals, direct):
-        seen.update(points=points, normals=normals, direct=direct)
+    def irradiance_at(points, normals):
+        seen.update(points=points, normals=normals)
         return np.full((len(points), 3), 2.2)
 
     monkeypatch.setattr(sf.Solution, "irradiance_at", lambda self, *a, **k: irradiance_at(*a, **k), raising=False)
     result = scale.solved(str(folder / "furnace.toml"), None, 1, None, (truth.points.points, truth.points.normals))
-    assert seen["direct"] == "interpolated"
+    assert np.array_equal(seen["points"], truth.points.points)
+    assert np.array_equal(seen["normals"], truth.points.normals)
     assert result["at_points"].shape == (n, 3)
     assert np.abs(result["total"] - 2.0).max() < 0.1
     assert result["stages"][f"at {n} points"] >= 0.0

@@ -98,7 +98,7 @@ def test_no_light_beneath_a_box_that_is_an_object_of_its_own(solver, seed):
     rng = np.random.default_rng(seed)
     points = np.append(rng.uniform(-0.3, 0.7, (2000, 2)), np.zeros((2000, 1)), axis=1)
     normals = np.tile([0.0, 0.0, 1.0], (2000, 1))
-    found = solution.irradiance_at(points, normals)[:, 0]
+    found = solution.irradiance_at(points, normals, "interpolated")[:, 0]
     under = beneath(points, -1e-6)
     assert np.count_nonzero(found[under] > 0.01 * mean) <= under.sum() / 500
     beside = beneath(points, 0.05) & ~beneath(points, 0.005)

@@ -63,6 +63,22 @@ def test_columns_may_have_names(tmp_path, head):
     assert {name: values.tolist() for name, values in scan.attributes.items()} == wanted
 
 
+@pytest.mark.parametrize("names", ["Easting,Northing,Height", "East,North,Elevation", "easting,northing,altitude"])
+def test_columns_of_surveys(tmp_path, names):
+    scan = scan_of(
+        tmp_path, f"id,{names},intensity\n9,500008.5,4000007.25,0.5,7\n8,500002.5,4000005.0,0.25,3\n", "a.csv"
+    )
+    np.testing.assert_array_equal(scan.points, [[500008.5, 4000007.25, 0.5], [500002.5, 4000005.0, 0.25]])
+    assert {name: values.tolist() for name, values in scan.attributes.items()} == {"id": [9, 8], "intensity": [7, 3]}
+
+
+@pytest.mark.parametrize("head", ["x;y;z;intensity\n", ""])
+def test_decimal_commas_between_semicolons(tmp_path, head):
+    scan = scan_of(tmp_path, f"{head}0,5;1e3;-2,25;7,5\n1;0;3.5;8\n", "a.csv")
+    np.testing.assert_array_equal(scan.points, [[0.5, 1000.0, -2.25], [1.0, 0.0, 3.5]])
+    np.testing.assert_array_equal(scan.attributes["intensity"], [7.5, 8.0])
+
+
 def test_further_columns_are_numbered(tmp_path):
     scan = scan_of(tmp_path, "1 2 3 4 5\n")
     assert {name: values.tolist() for name, values in scan.attributes.items()} == {"column_4": [4.0], "column_5": [5.0]}
@@ -100,8 +116,8 @@ def test_lines_are_read_in_chunks_and_named_by_their_number(tmp_path, monkeypatc
         ("# nothing\n", ": no points: no line has numbers"),
         ("1 2\n", r" (line 1): has 2 values; wanted x, y and z"),
         (
-            "easting northing height\n1 2 3\n",
-            r" (line 1): 'easting' is no number, and the line does not name the columns",
+            "lon lat height\n1 2 3\n",
+            r" (line 1): 'lon' is no number, and the line does not name the columns",
         ),
         ("1 2 3 -1 0 0\n2 2 3 70 0 0\n", ": point 0: colour is -1; wanted a finite number not below 0"),
         ("1 2 3 9 0 0\n2 2 3 70000 0 0\n", ": point 1: colour is 70000; wanted at most 1, 255 or 65535"),

@@ -38,7 +38,7 @@ def test_at_surfels_it_is_their_own(transport):
         solution = sf.solve(floor_and_ball(), transport=transport, insert=insert)
         s = solution.surfels
         np.testing.assert_allclose(
-            solution.irradiance_at(s.points, s.normals), solution.irradiance, rtol=1e-9, atol=1e-12
+            solution.irradiance_at(s.points, s.normals, "interpolated"), solution.irradiance, rtol=1e-9, atol=1e-12
         )
 
 
@@ -51,11 +51,54 @@ def test_a_lamp_over_a_floor_of_points():
     solution = solve_own(sf.Scene([floor], [lamp]))
     at = on_the_floor(300)
     expected = 5 * element_to_polygon(at, up(at), corners)
-    found = solution.irradiance_at(at, up(at))[:, 0]
+    found = solution.irradiance_at(at, up(at), direct="interpolated")[:, 0]
     assert np.sqrt(((found - expected) ** 2).mean() / (expected**2).mean()) < 2e-3
     assert np.abs(found / expected - 1).max() < 0.01
     traced = solution.irradiance_at(at, up(at), direct="traced")[:, 0]
     np.testing.assert_allclose(traced, expected, rtol=1e-6)
+
+
+def wide_floor(patch_area, light):
+    return sf.Scene([patch([-5, -5, 0], [10, 0, 0], [0, 10, 0], 0.5, 0.0, patch_area)], [light])
+
+
+@pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+def test_a_lamp_closer_than_patches_are_wide(solve):
+    """Of direct light patches hold means alone; the light between them is that of the place."""
+    at = 0.3 * on_the_floor(300)
+    for height in (0.2, 0.05):
+        solution = solve(wide_floor(1.0, sf.PointLight([0.03, 0.07, height], 1.0)))
+        to = np.array([0.03, 0.07, height]) - at
+        expected = height / np.linalg.norm(to, axis=1) ** 3
+        np.testing.assert_allclose(solution.irradiance_at(at, up(at))[:, 0], expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.5, 0.05])
+def test_between_lit_surfels_no_place_is_dark(height):
+    """Slopes of the brightest patches would carry on to below nothing."""
+    solution = sf.solve(wide_floor(1.0, sf.PointLight([0.0, 0.0, height], 1.0)))
+    assert solution.direct.min() > 0.0
+    at = 5.0 * on_the_floor(1500)
+    assert solution.irradiance_at(at, up(at), direct="interpolated").min() > 0.0
+
+
+@pytest.mark.parametrize("height", [2.0, 0.5, 0.05])
+def test_no_place_on_a_floor_is_in_mid_air(height):
+    """Pieces of patches are not round: their corners are farther than twice their radius from the centre."""
+    solution = sf.solve(wide_floor(1.0, sf.PointLight([0.0, 0.0, height], 1.0)))
+    assert len(solution.surfels) > 100
+    at = np.concatenate([[[0.0, 0.0, 0.0]], 0.3 * on_the_floor(400), 5.0 * on_the_floor(400, 1)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solution.irradiance_at(at, up(at))
+
+
+def test_direct_light_is_traced_unless_there_is_no_scene(solved, tmp_path):
+    at = on_the_floor(200)
+    assert np.array_equal(solved.irradiance_at(at, up(at)), solved.irradiance_at(at, up(at), "traced"))
+    solved.save(tmp_path / "room.ply")
+    back = sf.load_solution(tmp_path / "room.ply")
+    assert np.array_equal(back.irradiance_at(at, up(at)), back.irradiance_at(at, up(at), "interpolated"))
 
 
 def test_it_converges_to_second_order_nearly():
@@ -69,7 +112,9 @@ def test_it_converges_to_second_order_nearly():
         at = 0.8 * on_the_floor(500)
         d = np.array([0.1, 0.2, 0.7]) - at
         expected = 0.7 / np.linalg.norm(d, axis=1) ** 3
-        return np.sqrt(((solution.irradiance_at(at, up(at))[:, 0] - expected) ** 2).mean() / (expected**2).mean())
+        return np.sqrt(
+            ((solution.irradiance_at(at, up(at), "interpolated")[:, 0] - expected) ** 2).mean() / (expected**2).mean()
+        )
 
     errors = [error(n) for n in (10, 20, 40)]
     assert errors[-1] < 3e-3
@@ -101,7 +146,7 @@ def test_traced_shadows_are_sharp(solved):
     to = np.array([0, 0, 0.4]) - at
     past = np.linalg.norm(np.cross(to, d), axis=1)
     traced = solved.irradiance_at(at, up(at), direct="traced")
-    interpolated = solved.irradiance_at(at, up(at))
+    interpolated = solved.irradiance_at(at, up(at), direct="interpolated")
     sure = np.abs(past - 0.3) > 0.02  # 300 disks make a sphere to within that
     open_sky = 3.0 * d[2]
     np.testing.assert_array_less(open_sky * (1 - 1e-9), traced[sure & (past > 0.3)].min())
@@ -181,7 +226,12 @@ def test_inserted_surfels_come_back_from_a_file(transport, tmp_path):
     assert back.history == solution.history
     assert back.error == solution.error
     at = on_the_floor(100)
-    np.testing.assert_allclose(back.irradiance_at(at, up(at)), solution.irradiance_at(at, up(at)), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        back.irradiance_at(at, up(at), "interpolated"),
+        solution.irradiance_at(at, up(at), "interpolated"),
+        rtol=1e-5,
+        atol=1e-6,
+    )
     with pytest.raises(ValueError, match=r"^direct: .*has no scene to trace rays in"):
         back.irradiance_at(at, up(at), direct="traced")
 
@@ -228,7 +278,7 @@ def test_insertion_sharpens_a_shadow(transport):
     def error(**options):
         solution = sf.solve(floor_and_ball(), transport=transport, **options)
         truth = solution.irradiance_at(at, up(at), direct="traced")
-        return rms(solution.irradiance_at(at, up(at)), truth, np.ones(len(at)))
+        return rms(solution.irradiance_at(at, up(at), "interpolated"), truth, np.ones(len(at)))
 
     # All that is off is a step of the width of a leaf: sizes halve as often as there is room, and errors fall by their
     # square root, down to 1 / sqrt(8).

@@ -36,7 +36,11 @@ def test_surfels_finer_than_the_last_level_have_light_of_their_own():
     solution = sf.solve_meshless(scene, levels=2, radius=0.5)
     flat = solution.surfels.normals[:, 2] > 0.9
     at, normals, areas = (getattr(solution.surfels, name)[flat] for name in ("points", "normals", "areas"))
-    land, found, basis = at[:, 2] > -0.01, solution.irradiance[flat], solution.irradiance_at(at, normals)
+    land, found, basis = (
+        at[:, 2] > -0.01,
+        solution.irradiance[flat],
+        solution.irradiance_at(at, normals, "interpolated"),
+    )
     true, _ = sf.reference_irradiance(scene, at, normals, samples=4096)
     assert rms(basis, true, areas) > 0.1
     np.testing.assert_allclose(found[land], np.pi, rtol=1e-9)
@@ -64,6 +68,6 @@ def test_noise_does_not_choose_surfels(rays):
     solution = sf.solve_meshless(scene, rays=rays)
     s = solution.surfels
     indirect, wanted = solution.irradiance - solution.direct, true.irradiance - true.direct
-    basis = solution.irradiance_at(s.points, s.normals) - solution.direct
+    basis = solution.irradiance_at(s.points, s.normals, "interpolated") - solution.direct
     assert solution.history[-1]["surfels_gathered"] < 0.2 * len(s)
     assert rms(indirect, wanted, s.areas) < rms(basis, wanted, s.areas) < 0.04

@@ -54,7 +54,7 @@ def test_insertion_halves_the_error_at_shadow_borders(scene, borders):
     for insert in (False, True):
         solution = sf.solve(scene, insert=insert)
         assert len(solution.surfels) <= (2 if insert else 1) * len(scene.surfels)
-        found = solution.irradiance_at(borders, up(borders))
+        found = solution.irradiance_at(borders, up(borders), "interpolated")
         off = ((found - truth) ** 2).sum() - (spread**2).sum()
         error[insert] = np.sqrt(off / (truth**2).sum())
     assert np.sqrt((spread**2).sum() / (truth**2).sum()) < error[True] / 4

@@ -220,8 +220,8 @@ def test_far_from_the_origin_it_is_the_same(offset):
     inserted = by_rays(furnished(offset=offset))
     at = np.random.default_rng(3).uniform(0.05, 0.95, (200, 3)) * [1, 1, 0]
     up = np.tile([0.0, 0, 1], (200, 1))
-    here = by_rays(furnished()).irradiance_at(at, up)
-    there = inserted.irradiance_at(at + np.array(offset), up)
+    here = by_rays(furnished()).irradiance_at(at, up, "interpolated")
+    there = inserted.irradiance_at(at + np.array(offset), up, "interpolated")
     assert rms(there, here, np.ones(200)) < 0.03
 
 
@@ -290,8 +290,8 @@ def test_sheets_with_two_sides(transport):
     assert s.areas[above].sum() == pytest.approx(1.0, rel=1e-12)
     up, down = ([[0, 0, sign]] * 2 for sign in (1, -1))
     at = [[0.3, 0.3, 0.5], [0.61, 0.42, 0.5]]
-    assert solution.irradiance_at(at, up).min() > 0.5
-    assert solution.irradiance_at(at, down).max() < 1e-9
+    assert solution.irradiance_at(at, up, "interpolated").min() > 0.5
+    assert solution.irradiance_at(at, down, "interpolated").max() < 1e-9
 
 
 @pytest.mark.slow
@@ -341,7 +341,7 @@ def test_irradiance_anywhere_does_not_pass_a_wall():
     solution = sf.solve(scene, transport="rays", insert=False)
     y = np.linspace(0.2, 0.8, 9)
     at = np.stack([np.full(9, 1.03), y, np.zeros(9)], axis=1)
-    found = solution.irradiance_at(at, np.tile([0.0, 0.0, 1.0], (9, 1)))
+    found = solution.irradiance_at(at, np.tile([0.0, 0.0, 1.0], (9, 1)), "interpolated")
     lit = solution.irradiance[(solution.surfels.points[:, 0] > 1.01) & (solution.surfels.normals[:, 2] > 0.9)]
     assert found.max() <= 1.2 * lit.max()
 

@@ -93,12 +93,14 @@ def test_with_direct_light_in_the_basis_it_is_the_same_light():
 def test_at_disks_it_is_their_own(solved):
     disks = solved.objects == 1
     at, normals = solved.surfels.points[disks], solved.surfels.normals[disks]
-    np.testing.assert_allclose(solved.irradiance_at(at, normals), solved.irradiance[disks], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        solved.irradiance_at(at, normals, "interpolated"), solved.irradiance[disks], rtol=1e-6, atol=1e-9
+    )
     # Traced: the same but for the seed of shadow rays.
     traced = solved.irradiance_at(at, normals, direct="traced")
     assert rms(traced, solved.irradiance[disks], solved.surfels.areas[disks]) < 0.05
     everywhere = sf.solve_meshless(furnished(), indirect_only=False, **SMALL)
-    found = everywhere.irradiance_at(at, normals)
+    found = everywhere.irradiance_at(at, normals, "interpolated")
     np.testing.assert_allclose(found, everywhere.irradiance[disks], rtol=1e-6, atol=1e-9)
 
 
@@ -267,7 +269,7 @@ def test_all_of_it_comes_back(solved, tmp_path):
     assert np.array_equal(back.parents, solved.parents)
     assert np.array_equal(back.objects, solved.objects)
     assert (back.error, back.timings, back.history) == (solved.error, solved.timings, solved.history)
-    own = back.irradiance_at(back.surfels.points, back.surfels.normals)
+    own = back.irradiance_at(back.surfels.points, back.surfels.normals, "interpolated")
     np.testing.assert_allclose(own, back.irradiance, rtol=1e-6, atol=1e-9)
     with pytest.raises(ValueError, match=r"^direct: wanted \"interpolated\""):
         back.irradiance_at([[0.5, 0.5, 0]], [UP], direct="traced")

@@ -120,8 +120,8 @@ def test_what_a_panel_covers_has_nothing_of_its_light(gap):
     solution = sf.solve(sf.Scene([mesh], [sf.DirectionalLight([0, 0.6, -0.8], 10.0)]))
     x, z = (axis.ravel() for axis in np.meshgrid(np.linspace(0.1, 1.9, 10), np.linspace(0.1, 0.9, 9)))
     facing = np.tile([0.0, -1, 0], (len(x), 1))
-    covered = solution.irradiance_at(np.stack([x, 0 * x, z], axis=1), facing)
-    before = solution.irradiance_at(np.stack([x, 0 * x - gap, z], axis=1), facing)
+    covered = solution.irradiance_at(np.stack([x, 0 * x, z], axis=1), facing, "interpolated")
+    before = solution.irradiance_at(np.stack([x, 0 * x - gap, z], axis=1), facing, "interpolated")
     assert before.min() > 1.0
     assert covered.max() < DARK * before.mean()
 
@@ -142,7 +142,9 @@ def test_no_function_reaches_through_a_wall(radius):
     solution = sf.solve_meshless(scene, radius=radius)
     beyond = solution.surfels.points[:, 0] > 1
     assert solution.irradiance[beyond].max() == 0.0
-    assert solution.irradiance_at(scene.surfels.points[beyond], scene.surfels.normals[beyond]).max() == 0.0
+    assert (
+        solution.irradiance_at(scene.surfels.points[beyond], scene.surfels.normals[beyond], "interpolated").max() == 0.0
+    )
 
 
 @pytest.mark.parametrize("radius", [None, 0.7])
