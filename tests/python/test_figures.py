@@ -10,7 +10,11 @@ import quoted_figures
 from surflux.bench import areas, cases, scale, scenes, site, solvers
 from surflux.cli import commands
 
-PICTURES = set().union(*(plot.pictures for plot in site.PLOTS.values()))
+
+def pictures():
+    return set().union(*(what.pictures for what in (site.TABLES | site.PLOTS).values()))
+
+
 # Measured, but not by `--site`: README.md has the size of what script/setup installs, and what the text of a row says
 # of pyviewfactor; install.md sizes of downloads and of the file that script/wheel makes.
 ELSEWHERE = {
@@ -73,9 +77,9 @@ def test_every_table_and_plot_is_on_a_page():
     pages = [page.read_text() for page in quoted_figures.PAGES]
     quoted = {name for page in pages for _, name, _ in quoted_figures.BLOCK.findall(page)}
     assert quoted == {*site.TABLES, *site.PLOTS} == {path.stem for path in quoted_figures.FIGURES.glob("*.json")}
-    for name in PICTURES:
+    for name in pictures():
         assert any(f"/data/figures/{name}.png)" in page for page in pages)
-    assert {path.stem for path in quoted_figures.FIGURES.glob("*.png")} == PICTURES
+    assert {path.stem for path in quoted_figures.FIGURES.glob("*.png")} == pictures()
 
 
 @pytest.fixture
@@ -130,7 +134,7 @@ def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, caps
     assert commands.main(["bench", "--site", str(folder), "--repeats", "1"]) == 0
     out, err = capsys.readouterr()
     assert "bench: other programs keep this machine busy (load 7.2)\n" in err
-    assert {path.stem for path in folder.glob("*.png")} == PICTURES
+    assert {path.stem for path in folder.glob("*.png")} == pictures()
     assert min(path.stat().st_size for path in folder.glob("*.png")) > 5_000
     for name, what in (site.TABLES | site.PLOTS).items():
         found = json.loads((folder / f"{name}.json").read_text())

@@ -124,30 +124,41 @@ def draw_growth(rows, path):
     """Writes the PNG of `surflux bench --scale`: seconds, memory and errors against surfels, of the galleries or the
     statues, of which there are more.
     """
-    from matplotlib.figure import Figure
-
     from surflux.bench.scale import GROWING
 
     kinds = [[row for row in rows if row.scene.startswith(scene)] for scene in GROWING]
     rows = sorted(max(kinds, key=len), key=lambda row: row.surfels)
     if not rows:
         raise ValueError("--plot: wanted galleries or statues among the scenes, got none")
-    surfels = [row.surfels for row in rows]
+    panels = {
+        "seconds": {"in all": [row.seconds for row in rows]} | _stages(rows),
+        "GB": {"peak": [row.gigabytes for row in rows]},
+        "error, %": {name: [100.0 * getattr(row, key) for row in rows] for name, key in ERRORS.items()},
+    }
+    _draw_against_surfels([row.surfels for row in rows], panels, path)
+
+
+def draw_many_surfels(rows, path):
+    """Writes the PNG of `many_surfels`, of rows as JSON has them: seconds, memory and own estimates against surfels."""
+    panels = {
+        "seconds": {"in all": [row["seconds"] for row in rows]},
+        "GB": {"peak": [row["gigabytes"] for row in rows]},
+        "own estimate, %": {"of H": [100.0 * row["estimate"] for row in rows]},
+    }
+    _draw_against_surfels([row["surfels"] for row in rows], panels, path)
+
+
+def _draw_against_surfels(surfels, panels, path):
+    """panels: label -> {name of a curve: its values}; of shares in %, from 0, and logarithmic else."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(13.0, 3.6), layout="constrained")
-    for panel, (label, curves_) in zip(
-        figure.subplots(1, 3),
-        (
-            ("seconds", {"in all": [row.seconds for row in rows]} | _stages(rows)),
-            ("GB", {"peak": [row.gigabytes for row in rows]}),
-            ("error, %", {name: [100.0 * getattr(row, key) for row in rows] for name, key in ERRORS.items()}),
-        ),
-        strict=True,
-    ):
+    for panel, (label, curves_) in zip(figure.subplots(1, len(panels)), panels.items(), strict=True):
         for name, values in curves_.items():
             panel.plot(surfels, values, marker="o", markersize=3, label=name, linewidth=2 if name == "in all" else 1)
         panel.set(xlabel="surfels", ylabel=label)
         _set_logarithmic(panel)
-        if label == "error, %":
+        if label.endswith("%"):
             panel.set_yscale("linear")
             panel.set_ylim(bottom=0.0)
         if len(curves_) > 1:

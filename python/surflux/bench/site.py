@@ -18,7 +18,7 @@ import os
 import shlex
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import surflux as sf
@@ -50,12 +50,15 @@ BUSY = 0.5  # programs that wait for a processor, in the mean of the last minute
 
 @dataclass(frozen=True)
 class Table:
-    """How a table is made: `measure(repeats, threads)` gives its rows, `text(rows)` their Markdown."""
+    """How a table is made: `measure(repeats, threads)` gives its rows, `text(rows)` their Markdown; `pictures`, name ->
+    (rows, path), are drawn beside it.
+    """
 
     command: str
     measure: object
     text: object
     timed: tuple = ()  # columns that are seconds
+    pictures: dict = field(default_factory=dict)
 
 
 def _alone(name):
@@ -91,6 +94,7 @@ TABLES = {
         lambda repeats, threads: _of(many_surfels.measure(many_surfels.SIZES, threads)),
         _text(many_surfels.table, many_surfels.Row),
         timed=("seconds",),
+        pictures={"many_surfels": plot.draw_many_surfels},
     ),
     "dim_room": Table(
         _alone("dim_room"),
@@ -223,6 +227,8 @@ def _write_table(folder, name, now, busy, repeats, threads):
         found = with_seconds_of(json.loads(path.read_text()), found, table.timed)
     path.write_text(json.dumps(found, indent=1) + "\n")
     path.with_suffix(".md").write_text(text(name, found) + "\n")
+    for picture, draw in table.pictures.items():
+        draw(found["rows"], folder / f"{picture}.png")
     return text(name, found)
 
 

@@ -122,7 +122,7 @@ def test_a_dim_room(room, made, monkeypatch):
     assert "| `solve_meshless` |" in text
 
 
-def test_many_surfels(made, monkeypatch):
+def test_many_surfels(made, monkeypatch, tmp_path):
     monkeypatch.setattr(many_surfels, "SIZES", (1000,))
     monkeypatch.setattr(many_surfels, "in_fresh_process", here)
     (row,), text = made("many_surfels")
@@ -130,6 +130,7 @@ def test_many_surfels(made, monkeypatch):
     assert 0.0 < row["silence"] < 2.0 * row["seconds"] * sf.info()["threads"]
     assert 0.01 < row["gigabytes"] < 4.0
     assert "| 1 864 |" in text
+    assert sf.read_image(tmp_path / "many_surfels.png").std() > 0.05
 
 
 def test_pictures(room, made, monkeypatch):
