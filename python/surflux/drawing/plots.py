@@ -56,10 +56,11 @@ def to_polydata(s, kind="points", values=None, units=None):
             found = polygons(s.triangles)
             found.cell_data["surfel"] = s.triangle_surfel.astype(np.int64)
         surfel = found.cell_data["surfel"]
+        sizes = found.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
         for name, value in arrays.items():
             found.cell_data[name] = value[surfel]
         if s.areas is not None:
-            found.cell_data["area"] = _shared_areas(s.areas, surfel, found.compute_cell_sizes().cell_data["Area"])
+            found.cell_data["area"] = _shared_areas(s.areas, surfel, sizes)
     known = UNITS | (units or {})
     found.field_data["units"] = [f"{name}: {known[name]}" for name in arrays if name in known]
     return found
@@ -67,9 +68,8 @@ def to_polydata(s, kind="points", values=None, units=None):
 
 def _shared_areas(areas, surfel, sizes):
     """(cells,) areas of surfels, (n,), shared out among the cells of each by their sizes."""
-    of_surfel = np.bincount(surfel, sizes, len(areas))
-    share = np.divide(sizes, of_surfel[surfel], out=np.zeros_like(sizes), where=of_surfel[surfel] > 0.0)
-    return areas[surfel] * share
+    of_surfel, alike = np.bincount(surfel, sizes, len(areas)), 1.0 / np.bincount(surfel, minlength=len(areas))[surfel]
+    return areas[surfel] * np.divide(sizes, of_surfel[surfel], out=alike, where=of_surfel[surfel] > 0.0)
 
 
 def disks(s, corners=None):

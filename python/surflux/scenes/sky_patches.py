@@ -39,6 +39,7 @@ class SkyPatches:
 
     def __init__(self, count: int = 145) -> None:
         self._core = _core.SkyPatches(_SUBDIVISIONS[patch_count("count", count)])
+        self._pixels: NDArray[np.uint32] | None = None  # of an image: the patch that each lies in
 
     def __len__(self) -> int:
         return len(self._core)
@@ -81,6 +82,36 @@ class SkyPatches:
         sine, azimuth = np.concatenate(sines), np.concatenate(azimuths)
         level = np.sqrt(1.0 - sine**2)
         return np.stack([level * np.sin(azimuth), level * np.cos(azimuth), sine], axis=-1)
+
+    def environment(self, radiances: ArrayLike) -> Environment:
+        """The Environment in which each patch has one radiance, exactly: borders of pixels are on those of patches.
+
+        Args:
+            radiances: (n,) or (n, 3), W/(m2 sr), of all patches, the ground's first; at least 0.
+
+        Raises:
+            ValueError: radiances of another shape, not finite or below 0.
+
+        >>> import surflux as sf
+        >>> patches = sf.SkyPatches(145)
+        >>> patches.environment(patches.directions[:, 2].clip(0))
+        Environment(image of 720 x 30 pixels, up=(0.0, 0.0, 1.0))
+        """
+        array = check.numeric("radiances", radiances)
+        if array.ndim == 1:
+            array = array[:, None].repeat(3, axis=1)
+        array = check.in_range("radiances", check.finite_array("radiances", array, (len(self), 3)), 0.0)
+        if self._pixels is None:
+            # Rows are half as high as those of patches, of which the cap has half a one above the horizon's last; and
+            # as many columns as halve each patch of each row.
+            m = _SUBDIVISIONS[len(self) - 1]
+            height, width = 2 * (14 * m + 1), 720 * m
+            theta = np.pi * (np.arange(height)[:, None] + 0.5) / height
+            phi = np.pi - 2.0 * np.pi * (np.arange(width)[None, :] + 0.5) / width
+            level = np.sin(theta)
+            toward = np.stack([level * np.cos(phi), level * np.sin(phi), np.cos(theta) + 0.0 * phi], axis=-1)
+            self._pixels = self.index(toward.reshape(-1, 3)).reshape(height, width)
+        return Environment(array[self._pixels])
 
     def index(self, directions: ArrayLike) -> NDArray[np.uint32]:
         """(m,) the patch that each of directions (m, 3) lies in, of any length but 0; the horizon itself is sky.

@@ -10,9 +10,7 @@ RAYS = 256  # to the sky, of direct light that is traced
 
 
 def checked_direct(direct, scene):
-    """How direct light of a solution is found, checked; scene: of the solution, or None. None: as well as can be."""
-    if direct is None:
-        return "interpolated" if scene is None else "traced"
+    """How direct light of a solution is found, checked; scene: of the solution, or None."""
     check.choice("direct", direct, ("interpolated", "traced"))
     if direct == "traced" and scene is None:
         raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')

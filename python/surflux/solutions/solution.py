@@ -45,7 +45,7 @@ class Solution:
         cut: (n,) index of the node that each surfel's light was solved for, which may be a group of surfels (D04 7.1):
             `history[-1]["cut"]` of them. None where there was none, as with solve_meshless.
         error: the solver's own estimate of the relative RMS error of H, direct light included: from the residuals at
-            2000 surfels, drawn by area, that fresh rays find there, and what they bring to all others over all
+            2000 surfels or more, drawn by area, that fresh rays find there, and what they bring to all others over all
             bounces. Never less than what its rays can tell; NaN where no light arrives at all, so that there is
             nothing to be relative to, and where it was not estimated.
         timings: dict, seconds per stage.
@@ -207,7 +207,9 @@ class Solution:
         """
         points = check.finite_array("points", points, (None, 3))
         normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
-        direct = checked_direct(direct, self._scene)
+        if direct is None:
+            direct = "interpolated" if self._scene is None else "traced"
+        checked_direct(direct, self._scene)
         rays, seed = check.count("rays", rays, 1, 1 << 16), check.seed("seed", seed)
         with watched(threads, progress):
             callback = stage("irradiance")

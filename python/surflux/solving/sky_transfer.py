@@ -83,10 +83,11 @@ class SkyTransfer(Transfer):
             start = perf_counter()
             direct, irradiance = self._core.irradiance(radiances, reflectance, self._bounces(bounces))
             seconds = perf_counter() - start
-        lights = [sky] if isinstance(sky, (Environment, Sky)) else []
+        is_light = isinstance(sky, (Environment, Sky))
+        lights = [sky if is_light else self.patches.environment(radiances)]
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
         found = np.asarray(irradiance), np.asarray(direct)
-        if scene.lights:
+        if is_light:
             core = self.scene._to_core()
             warn_of_backs(scene.lights, core.surfels, found[1], core.surfels.areas)
         else:

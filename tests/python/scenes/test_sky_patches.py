@@ -51,6 +51,21 @@ def test_the_sun_is_in_its_patch():
     assert np.sum(radiance[:, 0] * patches.solid_angles) == pytest.approx(power, rel=0.036)  # test_sky_patches.cpp
 
 
+@pytest.mark.parametrize("count", [145, 577])
+def test_an_environment_of_even_patches(count):
+    patches = sf.SkyPatches(count)
+    radiances = np.random.default_rng(0).uniform(0.0, 3.0, (count + 1, 3))
+    sky = patches.environment(radiances)
+    np.testing.assert_allclose(patches.radiance(sky), radiances, rtol=1e-12)
+    floor = sf.Scene([sf.Surfels([[0, 0, 0]], [[0, 0, 1]], radii=1.0, areas=1.0)], [sky])
+    level, error = sf.reference_irradiance(floor, [[0.0, 0.0, 0.0]], [[0, 0, 1]])
+    assert np.all(np.abs(level[0] - patches.projected @ radiances) < 5 * error[0] + 1e-9)
+    np.testing.assert_array_equal(patches.environment(radiances[:, 0]).image[..., 2], sky.image[..., 0])
+    for wrong in (radiances[1:], -radiances, radiances * np.nan, "bright"):
+        with pytest.raises(ValueError, match=r"^radiances: "):
+            patches.environment(wrong)
+
+
 @pytest.mark.parametrize("count", [144, 0, -1, 2306, 145.0, "145", True, None])
 def test_counts_that_there_are_not(count):
     with pytest.raises(ValueError, match=r"^count: wanted"):

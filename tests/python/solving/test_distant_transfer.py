@@ -80,6 +80,12 @@ def test_light_is_linear_and_additive(transfer):
     np.testing.assert_allclose(2 * one + other, both, rtol=1e-5)
 
 
+def test_light_between_surfels_is_that_of_the_harmonics(stair, transfer):
+    found = transfer.relight(LIGHT)
+    traced = found.irradiance_at(stair.surfels.points, stair.surfels.normals)
+    assert relative_rms(traced, found.irradiance, stair.surfels.areas) < 0.1
+
+
 def test_fewer_harmonics_are_as_many_with_zeros(transfer):
     even = transfer.relight(np.full((1, 3), np.sqrt(4 * np.pi)))
     np.testing.assert_allclose(even.irradiance, transfer.relight(sf.Environment(1.0)).irradiance, rtol=1e-6)

@@ -120,6 +120,16 @@ def test_grey_skies_and_other_reflectances(stair, transfer):
     assert (brighter.irradiance >= transfer.relight(SKY).irradiance - 1e-9).all()
 
 
+def test_light_between_surfels_is_that_of_the_sky(stair, transfer):
+    """Radiances alone are a light, too, that rays from the points find."""
+    places = stair.surfels.points, stair.surfels.normals
+    for sky in (SKY, SKY[:, 1], sf.Environment(1.0)):
+        found = transfer.relight(sky)
+        traced = found.irradiance_at(*places)
+        assert np.array_equal(traced, found.irradiance_at(*places, direct="traced"))
+        assert relative_rms(traced, found.irradiance, stair.surfels.areas) < 0.1
+
+
 def test_what_surfels_emit_is_part_of_relight_and_not_of_coefficients():
     """In a closed uniform furnace, which sees nothing of the sky, H = E (1 + rho + rho^2) after two reflections."""
     furnace = sf.precompute_transfer(sf.Scene([cube_inside(6, 0.5, 2.0)]), "sky", bounces=2)
