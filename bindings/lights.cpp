@@ -9,6 +9,7 @@
 #include "surflux/lights/patch_rays.h"
 #include "surflux/lights/sky_patches.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/trace/onto_surface.h"
 
 namespace surflux::bindings {
 
@@ -62,6 +63,13 @@ py::array direct_at_places(const CompiledScene& scene, const Doubles& points, co
         [&] { return direct_at(scene.scene(), scene.tracer(report), places, facing, rays, seed, report); }));
 }
 
+// (m, 3): points of surfaces, those that lie behind theirs moved up to it.
+py::array onto_surface_of(const CompiledScene& scene, const Doubles& points, const Doubles& normals) {
+    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+    require(facing.size() == places.size(), "normals: wanted one for each point");
+    return to_array(without_gil([&] { return onto_surface(scene.scene().surfels, scene.tracer(), places, facing); }));
+}
+
 }  // namespace
 
 void bind_lights(py::module_& module) {
@@ -98,6 +106,7 @@ void bind_lights(py::module_& module) {
                py::arg("progress") = py::none(), py::arg("surfels") = py::none());
     module.def("direct_at", &direct_at_places, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("rays"),
                py::arg("seed"), py::arg("progress"));
+    module.def("onto_surface", &onto_surface_of, py::arg("scene"), py::arg("points"), py::arg("normals"));
     module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
                py::arg("cosine"));
 }

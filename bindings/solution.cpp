@@ -79,6 +79,25 @@ struct Field {
         return to_array(out);
     }
 
+    // Of the first field, what rays from each place find: surfels that send what they receive, besides emission.
+    py::array_t<double> gathered(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
+                                 const py::object& progress) const {
+        require(gather != nullptr, "field: it has no scene to gather in");
+        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
+        require(facing.size() == places.size(), "normals: wanted one for each point");
+        std::vector<Rgb> out(places.size());
+        const Progress report = to_progress(progress);
+        without_gil([&] {
+            tracer->require_near(places);
+            parallel_for(
+                places.size(), 8,
+                [&](std::size_t k) { out[k] = (*gather)(tracer->departure(places[k], facing[k]), rays, seed); },
+                report);
+            return 0;
+        });
+        return to_array(out);
+    }
+
     // Where walls stand before all that it could be interpolated from.
     Rgb found_there(std::size_t field, const Departure& from) const {
         if (field == 0) return (*gather)(from, own_rays, 0);
@@ -107,7 +126,9 @@ void bind_solution(py::module_& module) {
                       const py::object&, std::optional<bool>>(),
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
              py::arg("reflects") = py::none())
-        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"));
+        .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
+        .def("gathered", &Field::gathered, py::arg("points"), py::arg("normals"), py::arg("rays"), py::arg("seed"),
+             py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

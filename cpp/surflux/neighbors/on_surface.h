@@ -13,7 +13,7 @@ namespace surflux {
 // leave gaps; of a patch all is near that is as near to its centre as its corners. A solution knows nothing finer.
 class OnSurface {
 public:
-    // `extents`: how far from its centre what each stands for goes at least, as the corners of a patch; empty: R.
+    // `extents`: how far the corners of a patch are from its centre, 0 of disks; empty where all are disks.
     OnSurface(std::vector<Vec3> centers, std::vector<Vec3> normals, std::vector<double> radii,
               const std::vector<double>& extents = {});
     // 1 or 0 for each point; `facing` are unit normals.
@@ -22,7 +22,7 @@ public:
 private:
     std::vector<Vec3> centers_, normals_;
     std::vector<double> radii_, along_;
-    DiskIndex disks_;  // of the points that have both at most
+    DiskIndex disks_;
 };
 
 }  // namespace surflux

@@ -14,7 +14,7 @@ constexpr std::size_t slope_neighbors = 9;           // itself among them
 constexpr double least_turn = 0.3, most_turn = 3.0;  // what another normal may make of a value
 constexpr double most_sloped = 2.0;                  // of a value by weights alone, with slopes and turns
 constexpr double spare_share = 0.25;                 // overshoot that slopes may make, over the range of values around
-constexpr double least_share = 0.25;                 // of the least value around that they leave
+constexpr double least_share = 0.25;                 // of the least value around, which they do not fall below
 
 double brightness(const NodalField::Values& field, std::size_t k) {
     const Rgb& c = field.values[k].value;

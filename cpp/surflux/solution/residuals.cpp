@@ -24,14 +24,16 @@ int main_direction(const Vec3& n) {
     return n.z > 0.0 ? 4 : 5;
 }
 
-// Sums of two quantities over places, and of their squares and products.
+// Weighted sums of two quantities over places, and of their squares and products.
 struct Moments {
-    double count = 0.0;
+    double places = 0.0, count = 0.0;  // and the sum of their weights
     Rgb x, y, xy, yy;
-    void add(const Rgb& of_x, const Rgb& of_y) {
-        count += 1.0, x += of_x, y += of_y, xy += of_x * of_y, yy += of_y * of_y;
+    void add(const Rgb& of_x, const Rgb& of_y, double w = 1.0) {
+        places += 1.0, count += w, x += w * of_x, y += w * of_y, xy += w * of_x * of_y, yy += w * of_y * of_y;
     }
-    void operator+=(const Moments& m) { count += m.count, x += m.x, y += m.y, xy += m.xy, yy += m.yy; }
+    void operator+=(const Moments& m) {
+        places += m.places, count += m.count, x += m.x, y += m.y, xy += m.xy, yy += m.yy;
+    }
     // About the means.
     Rgb products() const { return count > 0.0 ? xy - x * y / count : Rgb{}; }
     Rgb squares() const { return count > 0.0 ? yy - y * y / count : Rgb{}; }
@@ -48,7 +50,8 @@ public:
         for (const std::size_t half : {0, 1}) {
             of_[half].resize(regions_);
             for (std::size_t k = half; k < residuals_.size(); k += 2)
-                of_[half][residuals_[k].region].add(one_bounce(residuals_[k], half), control(residuals_[k], half));
+                of_[half][residuals_[k].region].add(one_bounce(residuals_[k], half), control(residuals_[k], half),
+                                                    residuals_[k].weight);
             for (std::size_t g = 0; g < regions_; ++g) both[g] += of_[half][g];
         }
         Rgb variance;
@@ -90,7 +93,8 @@ public:
             if (count == 0.0) continue;
             const Rgb term =
                 weight[g] * one_bounce(residuals_[k], k % 2) - share_[g] * of_control * control(residuals_[k], k % 2);
-            terms[g].add(term / count, term / count);
+            const double part = residuals_[k].weight / count;
+            terms[g].add(part * term, part * term);
         }
         Rgb variance, squares;
         double free = 0.0, single = 0.0;
@@ -101,7 +105,7 @@ public:
             }
             squares += terms[g].squares();
             free += terms[g].count - 1.0;
-            variance += (of_[half][g].count / (terms[g].count - 1.0)) * terms[g].squares();
+            variance += (of_[half][g].places / (terms[g].count - 1.0)) * terms[g].squares();
         }
         return free > 0.0 ? variance + (single / free) * squares : variance;
     }
@@ -128,10 +132,10 @@ private:
     void exchange(const std::vector<Rgb>& reflectance) {
         std::vector<double> count(regions_), lost(regions_), seen(regions_ * regions_), both(regions_ * regions_);
         for (const Residual& r : residuals_) {
-            count[r.region] += 2.0 * rays_;
+            count[r.region] += r.weight * 2.0 * rays_;
             for (const Gathered* half : r.halves) {
-                lost[r.region] += half->lost;
-                for (std::size_t g = 0; g < regions_; ++g) seen[r.region * regions_ + g] += half->met[g];
+                lost[r.region] += r.weight * half->lost;
+                for (std::size_t g = 0; g < regions_; ++g) seen[r.region * regions_ + g] += r.weight * half->met[g];
             }
         }
         for (std::size_t k = 0; k < regions_; ++k) {
@@ -213,8 +217,8 @@ private:
 // The same sums as over all, of one region.
 struct LocalError {
     double count = 0.0, off = 0.0, all = 0.0, squares = 0.0;
-    void add(double product, double squared) {
-        count += 1.0, off += product, all += squared, squares += product * product;
+    void add(double product, double squared, double w) {
+        count += w, off += w * product, all += w * squared, squares += w * product * w * product;
     }
     double deviation() const { return std::sqrt(squares); }
 };
@@ -290,7 +294,7 @@ Rgb Gathered::Lamps::sum() const {
 
 ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& regions, double rays_each,
                          const Rgb& balance, double dimmest) {
-    const ErrorEstimate unsure = ErrorEstimate::unsure();
+    const ErrorEstimate unsure{1.0, 1.0, 1.0, 1.0, 0.0};
     if (!std::isfinite(balance.x + balance.y + balance.z)) return unsure;  // some surfel, perhaps not drawn
     for (const Residual& r : residuals) {
         const Rgb both = r.irradiance + r.direct + r.radiosity + r.halves[0]->irradiance + r.halves[1]->irradiance +
@@ -299,17 +303,18 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
     }
     const CoarseSystem system(residuals, regions, rays_each, balance);
     const std::vector<Rgb> errors[2] = {system.errors(0), system.errors(1)};
-    double off = 0.0, all = 0.0, spread = 0.0;
+    double off = 0.0, all = 0.0, spread = 0.0, count = 0.0;
     std::vector<LocalError> local(regions.count);
     for (const Residual& r : residuals) {
         const Rgb brought[2] = {system.brought(errors[0], r), system.brought(errors[1], r)};
         const Rgb e[2] = {system.residual(r, 0) + brought[0], system.residual(r, 1) + brought[1]};
         const double product = dot(e[0], e[1]);
-        off += product;
-        spread += product * product;
+        off += r.weight * product;
+        spread += r.weight * product * r.weight * product;
+        count += r.weight;
         const double squared = dot(r.irradiance + e[0], r.irradiance + e[1]);
-        all += squared;
-        local[r.region].add(product, squared);
+        all += r.weight * squared;
+        local[r.region].add(product, squared, r.weight);
     }
     if (!(all > 0.0)) {
         // Nothing arrives and no ray finds that anything should: 0 of 0, which is no precision to boast of.
@@ -320,12 +325,12 @@ ErrorEstimate error_from(const std::vector<Residual>& residuals, const Regions& 
     // their sum nothing is known: that is the least it claims.
     const std::vector<Rgb> weights = system.weights_of_residuals();
     const Rgb variance = 0.5 * (system.variance_of_mean(0, weights) + system.variance_of_mean(1, weights));
-    const double common = (variance.x + variance.y + variance.z) * static_cast<double>(residuals.size());
+    const double common = (variance.x + variance.y + variance.z) * count;
     const double deviation = std::sqrt(spread + common * common);
     ErrorEstimate out;
     out.error = std::sqrt(std::max(off, deviation) / all);
     if (out.error > 0.0) out.uncertainty = deviation / (2.0 * out.error * all);
-    const double least = dimmest * dimmest * all / static_cast<double>(residuals.size());
+    const double least = dimmest * dimmest * all / count;
     std::vector<std::pair<double, double>> errors_by_region, floors;  // and how many surfels each stands for
     for (const LocalError& region : local) {
         if (!(region.count > 0.0) || !(region.all > least * region.count)) continue;

@@ -46,11 +46,10 @@ struct Residual {
     Rgb irradiance, direct, radiosity;
     std::uint32_t region;
     const Gathered* halves[2];
+    double weight = 1.0;  // what it stands for beside those drawn by area: 1 in the mean
 };
 
 struct ErrorEstimate {
-    static ErrorEstimate unsure() { return {1.0, 1.0, 1.0, 1.0, 0.0}; }
-
     double error = 0.0;        // relative RMS; never less than what its rays can tell; NaN where H is 0 all over
     double uncertainty = 0.0;  // standard error of `error`
     // By local light: the median and the 90th percentile, over the surfels, of the relative RMS error of their region.

@@ -20,8 +20,7 @@ constexpr std::size_t checks_per_region = 32;
 constexpr double enough = 0.125;
 constexpr double enough_locally = 0.5;  // of what rays can tell over the local error
 constexpr std::size_t least_rays = 1 << 20;
-constexpr std::size_t most_surfels = 16;  // times as many where so few of the drawn ones are lit
-constexpr double least_seen = 0.5;        // of the mean square of H, by those drawn
+constexpr double most_off = 2.0;  // times the mean square of H, or a part of it, that surfels drawn by area may have
 constexpr double most_share = 0.25;
 constexpr std::uint64_t pick_stream = 0x5e1fc8ec;
 
@@ -40,36 +39,38 @@ std::vector<Rgb> means_of_scene(const Surfels& s, const Solution& solution, cons
     return out;
 }
 
-// Surfels in proportion to their area, evenly along the list; large ones may come more than once.
-std::vector<std::uint32_t> drawn_by_area(const Surfels& s, std::size_t count, std::uint64_t seed) {
-    std::vector<std::uint32_t> out;
-    double total = 0.0, up_to = 0.0;
-    for (double area : s.areas) total += area;
-    Random random(seed + pick_stream, 0);
-    const double step = total / static_cast<double>(count);
-    double next = step * random.uniform();
-    for (std::uint32_t i = 0; i < s.size(); ++i)
-        for (up_to += s.areas[i]; next < up_to && out.size() < count; next += step) out.push_back(i);
-    return out;
-}
-
-// Of a small part of the surface that has most of the light, as of a spot on a wide floor, some should be among them.
+// Surfels that are checked, evenly along the list; those of much weight may come more than once.
 struct Drawn {
     std::vector<std::uint32_t> surfels;
-    bool see_light = true;  // any, if there is some
+    std::vector<double> weights;  // of each, for means by area: 1 in the mean
 
+    // In proportion to their area. Where those tell too little of the mean square of H, as under a spot on a wide
+    // floor, of which few are lit, half of them go by what each has of that (defensive importance sampling, Hesterberg
+    // 1995).
     Drawn(const Solution& solution, const SelfCheckOptions& options) {
         const Surfels& s = solution.surfels;
         const auto squared = [&](std::size_t i) { return dot(solution.irradiance[i], solution.irradiance[i]); };
-        double sum = 0.0, area = 0.0;
+        double sum = 0.0, area = 0.0, found = 0.0;
         for (std::size_t i = 0; i < s.size(); ++i) sum += s.areas[i] * squared(i), area += s.areas[i];
-        for (std::size_t count = options.surfels; count <= most_surfels * options.surfels; count *= 2) {
-            surfels = drawn_by_area(s, count, options.seed);
-            double found = 0.0;
-            for (const std::uint32_t i : surfels) found += squared(i);
-            see_light = found > 0.0 || !(sum > 0.0);
-            if (found / static_cast<double>(count) >= least_seen * sum / area) break;
-        }
+        draw(s, options, [](std::size_t) { return 1.0; });
+        for (const std::uint32_t i : surfels) found += squared(i);
+        const double mean = sum / area, by_those = found / static_cast<double>(surfels.size());
+        if (!std::isfinite(mean) || (mean <= most_off * by_those && by_those <= most_off * mean)) return;
+        draw(s, options, [&](std::size_t i) { return 0.5 + 0.5 * squared(i) / mean; });
+    }
+
+private:
+    template <class Density>
+    void draw(const Surfels& s, const SelfCheckOptions& options, const Density& density) {
+        surfels.clear(), weights.clear();
+        double total = 0.0, up_to = 0.0;
+        for (std::uint32_t i = 0; i < s.size(); ++i) total += density(i) * s.areas[i];
+        Random random(options.seed + pick_stream, 0);
+        const double step = total / static_cast<double>(options.surfels);
+        double next = step * random.uniform();
+        for (std::uint32_t i = 0; i < s.size(); ++i)
+            for (up_to += density(i) * s.areas[i]; next < up_to && surfels.size() < options.surfels; next += step)
+                surfels.push_back(i), weights.push_back(1.0 / density(i));
     }
 };
 
@@ -80,11 +81,10 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     const Surfels& leaves = solution.surfels;
     const Progress starting = standing_at(0, 1, progress);
     report(starting, 0, 1);
-    const Drawn by_area(solution, options);
-    const std::vector<std::uint32_t>& drawn = by_area.surfels;
+    const Drawn checked(solution, options);
+    const std::vector<std::uint32_t>& drawn = checked.surfels;
     if (drawn.empty()) return {};
-    if (!by_area.see_light) return {ErrorEstimate::unsure(), 0};
-    const Regions regions(scene.surfels, std::max<std::size_t>(1, options.surfels / checks_per_region), starting);
+    const Regions regions(scene.surfels, std::max<std::size_t>(1, drawn.size() / checks_per_region), starting);
     const std::vector<Rgb> of_scene = means_of_scene(scene.surfels, solution, starting);
     const SurfelPoints points(leaves);
     report(starting, 0, 1);
@@ -104,7 +104,8 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
                              solution.direct[i],
                              radiosity(i),
                              regions.of[solution.parents[i]],
-                             {&sums[2 * k], &sums[2 * k + 1]}});
+                             {&sums[2 * k], &sums[2 * k + 1]},
+                             checked.weights[k]});
     }
     Rgb balance;
     double area = 0.0;

@@ -44,7 +44,7 @@ def to_polydata(s, kind="points", values=None, units=None):
         raise ValueError('kind: wanted "points" or "disks", for none of these surfels is a patch of a mesh')
     arrays = {"normals": s.normals, "radius": s.radii, "reflectance": s.reflectance, "emission": s.emission}
     if s.areas is not None:
-        arrays["area"] = s.areas
+        arrays["area"] = s.areas  # of cells: shared out, below
     arrays |= {name: check.per_row(name, value, len(s)) for name, value in (values or {}).items()}
     if kind == "points":
         found = pyvista.PolyData(s.points)

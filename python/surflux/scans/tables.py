@@ -46,7 +46,7 @@ def text_lines(path, begin=0, line=0):
 
 
 def text_rows(path, width, begin=0, line=0, delimiter=None, most=None, lines=None):
-    """Chunks (k, width) float64 of lines of numbers, between blanks, or commas where the first line has some.
+    """Chunks (k, width) float64 of lines of numbers between blanks, commas or semicolons, whichever the first has.
 
     Args:
         width: numbers in a line.
@@ -76,7 +76,7 @@ def delimiter_of(text):
 
 def _parsed(path, numbers, texts, width, delimiter):
     if delimiter == ";":
-        texts = [text.replace(",", ".") for text in texts]
+        texts = [_with_points(text) for text in texts]
     try:
         table = np.loadtxt(texts, delimiter=delimiter or None, comments=None, ndmin=2)
         if table.shape[1] == width:
@@ -93,9 +93,14 @@ def _parsed(path, numbers, texts, width, delimiter):
     return np.array([[float(word) for word in split(text, delimiter)] for text in texts])
 
 
+def _with_points(text):
+    """A line between semicolons, whose commas are those of decimals, unless there are points, too."""
+    return text if "." in text else text.replace(",", ".")
+
+
 def split(text, delimiter):
-    """The words of a line. Between semicolons a comma is that of a decimal."""
-    text = text.replace(",", ".") if delimiter == ";" else text
+    """The words of a line."""
+    text = _with_points(text) if delimiter == ";" else text
     return [word.strip().strip('"') for word in text.split(delimiter)] if delimiter else text.split()
 
 

@@ -44,8 +44,9 @@ def open_text(path, form):
         raise file_error(path, "no points: no line has more than one number", f"line {ahead[0][0]}")
     for word in split(look[0][1], delimiter):
         if not is_number(word):
-            columns = "x, y and z (easting, northing, height)"
-            reason = f"{word[:40]!r} is no number, and the line does not name the columns {columns} either"
+            reason = f"{word[:40]!r} is no number"
+            if names is None:
+                reason += ", and the line does not name the columns x, y and z (easting, northing, height) either"
             raise file_error(path, reason, f"line {look[0][0]}")
     width = len(split(look[0][1], delimiter))
     if names is None or len(names) != width:
@@ -95,13 +96,25 @@ def _named_columns(path):
             comment = text.startswith(("#", "//"))
             bare = text.lstrip("#/ \t")
             words = split(bare, delimiter_of(bare))
-            surveyed = [_SURVEYED.get(word.lower(), word) for word in words]
-            for names in (words, surveyed):
+            for names in (words, _surveyed(words)):
                 if {"x", "y", "z"} <= {name.lower() for name in names} and len(set(names)) == len(names):
                     return tuple(names), number
             if text and not comment:
                 break
     return None, 0
+
+
+def _surveyed(words):
+    """Names of columns with x, y and z for the first words that mean these, if there are neither x nor y."""
+    names, taken = list(words), {word.lower() for word in words}
+    if {"x", "y"} & taken:
+        return names
+    for k, word in enumerate(words):
+        name = _SURVEYED.get(word.lower())
+        if name is not None and name not in taken:
+            names[k] = name
+            taken.add(name)
+    return names
 
 
 def _guessed(path, form, lines, width, delimiter):

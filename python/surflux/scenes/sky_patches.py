@@ -102,8 +102,8 @@ class SkyPatches:
             array = array[:, None].repeat(3, axis=1)
         array = check.in_range("radiances", check.finite_array("radiances", array, (len(self), 3)), 0.0)
         if self._pixels is None:
-            # Rows are half as high as those of patches, of which the cap has half a one above the horizon's last; and
-            # as many columns as halve each patch of each row.
+            # Two rows of pixels for a row of patches, of which the cap has half the height; and columns that each row's
+            # patches, and halves of them, have in whole numbers.
             m = _SUBDIVISIONS[len(self) - 1]
             height, width = 2 * (14 * m + 1), 720 * m
             theta = np.pi * (np.arange(height)[:, None] + 0.5) / height

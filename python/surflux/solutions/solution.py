@@ -22,7 +22,7 @@ from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
 from surflux.solutions.about import about_solution, pixels_of
-from surflux.solutions.fields import RAYS, BasisField, SurfelField, basis_field, checked_direct, warn_of_mid_air
+from surflux.solutions.fields import RAYS, BasisField, Evaluation, SurfelField, basis_field, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
 
@@ -166,6 +166,7 @@ class Solution:
         normals: ArrayLike,
         direct: Literal["interpolated", "traced"] | None = None,
         *,
+        indirect: Literal["interpolated", "gathered"] = "interpolated",
         rays: int = RAYS,
         seed: int = 0,
         threads: int | None = None,
@@ -174,29 +175,31 @@ class Solution:
         """Irradiance H at any points on surfaces.
 
         Direct light is found by rays from the points. All else is interpolated between surfels, to first order (Franke
-        and Nielson 1980), from those of one object that face about the same way. It knows nothing of the light in
-        mid-air, as on a plane at the height of a desk: there, and where nothing faces the way of the normal, the
-        nearest surfels have the say, whatever they face. A warning tells how many points are farther from every surfel
-        that faces their way than its corners, or twice its radius along it, or its radius off its plane.
-        `reference_irradiance` finds light anywhere.
+        and Nielson 1980), from those of one object that face about the same way; or gathered by rays, too (Reichert
+        1992), from surfaces that send what is interpolated there: right in corners, behind furniture and below it.
+        Points behind their surface, as rounding puts them, are moved up to it, as far as half the radius of a surfel.
+
+        What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
+        normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
+        surfel than its corners, or twice its radius along it, or its radius off its plane. What is gathered is right.
 
         Args:
             points: (m, 3).
             normals: (m, 3), of any length but 0.
-            direct: "traced", by rays; or "interpolated" between surfels, some tens of microseconds a point faster: off
-                by a few per cent at borders of shadows, by any amount near lamps closer than surfels are wide. None:
-                traced, but of solutions from files, which hold no scene.
-            rays: of what is traced, that each point sends to the sky, best a power of 2; a quarter of the error takes
-                six times as many. Each lamp gets an eighth of them, and half where those disagree.
+            direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster: off
+                at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
+                solutions from files, which hold no scene.
+            indirect: "interpolated", or "gathered", some milliseconds a point. Both need the scene.
+            rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; a quarter of the
+                error takes six times as many. To a lamp an eighth, half of them where those disagree.
             seed: of the rays.
-            threads: at most this many; None for all.
-            progress: True for bars on stderr, or a callback (done, total) -> bool, where False cancels.
+            threads, progress: see `solve`.
 
         Returns:
             (m, 3) float64, in the unit of the lights (W/m2).
 
         Raises:
-            ValueError: an argument, by name; "traced" of a solution that was loaded from a file.
+            ValueError: an argument, by name; "traced" or "gathered" of a solution that was loaded from a file.
             Cancelled: the callback returned False.
 
         >>> import surflux as sf
@@ -207,19 +210,18 @@ class Solution:
         """
         points = check.finite_array("points", points, (None, 3))
         normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
-        if direct is None:
-            direct = "interpolated" if self._scene is None else "traced"
-        checked_direct(direct, self._scene)
-        rays, seed = check.count("rays", rays, 1, 1 << 16), check.seed("seed", seed)
+        how = Evaluation(direct, indirect, rays, seed, self._scene)
         with watched(threads, progress):
             callback = stage("irradiance")
             self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)
-            warn_of_mid_air(self._on_surface(points, normals) != 0)
+            if not how.is_gathered:
+                warn_of_mid_air(self._on_surface(points, normals) != 0)
+            scene = None if self._scene is None else self._scene._to_core()
+            points = points if scene is None else _core.onto_surface(scene, points, normals)
             if self._field is None:
-                scene = None if self._scene is None else self._scene._to_core()
                 others = self.irradiance - self.direct
                 self._known_field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
-            return np.asarray(self._field.irradiance(points, normals, direct, rays, seed, callback))
+            return np.asarray(self._field.irradiance(points, normals, how, callback))
 
     @overload
     def render(

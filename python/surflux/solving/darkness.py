@@ -6,7 +6,6 @@ from surflux import _core
 from surflux._base.warn import warn
 from surflux.geometry.cores import make_core, replaced
 from surflux.scenes.lights import DirectionalLight, Environment, PointLight, SpotLight, power_name
-from surflux.solutions.fields import RAYS
 
 # A mean of direct irradiance below this share of its maximum makes it worth looking at backs. Closed scans leak a
 # little: turned inside out, they are lit here and there.
@@ -17,6 +16,7 @@ ON_FRONTS = 0.01
 ASKED = 2000
 # Of what the light of a lamp meets, backs: above this share it is said.
 ON_BACKS = 0.5
+RAYS = 256  # to the sky, of places that may be dark
 LAMP_RAYS = 256
 # Of the power that enters a scene, what backs absorb: above this share it is said.
 MUCH_INTO_BACKS = 0.01

@@ -55,8 +55,9 @@ class SkyTransfer(Transfer):
             threads: at most this many; None for all.
 
         Returns:
-            Solution at the scene's own surfels, what emissive ones bring in it. Its `error` is NaN, not estimated. Its
-            history tells where the power goes, as that of lamps does.
+            Solution at the scene's own surfels, what emissive ones bring in it. Its `irradiance_at` traces the sky as
+            it is, with a sharp sun. Its `error` is NaN, not estimated. Its history tells where the power goes, as that
+            of lamps does.
 
         Raises:
             ValueError: an argument, by name.

@@ -72,6 +72,16 @@ def test_columns_of_surveys(tmp_path, names):
     assert {name: values.tolist() for name, values in scan.attributes.items()} == {"id": [9, 8], "intensity": [7, 3]}
 
 
+@pytest.mark.parametrize(
+    ("names", "left"), [("easting,northing,height,elevation", "elevation"), ("east,northing,height,z", "height")]
+)
+def test_a_name_of_surveys_that_is_none_is_an_attribute(tmp_path, names, left):
+    scan = scan_of(tmp_path, f"{names}\n1,2,3,4\n5,6,7,8\n", "a.csv")
+    z, kept = ([3, 7], [4, 8]) if left == "elevation" else ([4, 8], [3, 7])
+    np.testing.assert_array_equal(scan.points, [[1, 2, z[0]], [5, 6, z[1]]])
+    assert {name: values.tolist() for name, values in scan.attributes.items()} == {left: kept}
+
+
 @pytest.mark.parametrize("head", ["x;y;z;intensity\n", ""])
 def test_decimal_commas_between_semicolons(tmp_path, head):
     scan = scan_of(tmp_path, f"{head}0,5;1e3;-2,25;7,5\n1;0;3.5;8\n", "a.csv")
@@ -119,6 +129,9 @@ def test_lines_are_read_in_chunks_and_named_by_their_number(tmp_path, monkeypatc
             "lon lat height\n1 2 3\n",
             r" (line 1): 'lon' is no number, and the line does not name the columns",
         ),
+        ("x,y,z,code\n1,2,3,wall\n", " (line 2): 'wall' is no number"),
+        ("X,easting,northing,height\n7,1,2,3\n", " (line 1): 'X' is no number, and the line does not name"),
+        ("x;y;z\n1,500;12.5;3\n", " (line 2): '1,500' is no number"),
         ("1 2 3 -1 0 0\n2 2 3 70 0 0\n", ": point 0: colour is -1; wanted a finite number not below 0"),
         ("1 2 3 9 0 0\n2 2 3 70000 0 0\n", ": point 1: colour is 70000; wanted at most 1, 255 or 65535"),
         ("1 2 1e31\n", ": point 0: a coordinate is 1e+31; wanted up to 1e+30"),

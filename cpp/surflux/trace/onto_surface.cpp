@@ -1,0 +1,32 @@
+#include "surflux/trace/onto_surface.h"
+
+#include "surflux/core/parallel.h"
+
+namespace surflux {
+
+namespace {
+
+constexpr double farthest = 0.5;  // radii, as of disks in Tracer::departure
+
+}  // namespace
+
+std::vector<Vec3> onto_surface(const Surfels& surfels, const Tracer& tracer, const std::vector<Vec3>& points,
+                               const std::vector<Vec3>& normals) {
+    tracer.require_near(points);
+    std::vector<Vec3> out = points;
+    parallel_for(points.size(), 64, [&](std::size_t k) {
+        const Departure from = tracer.departure(points[k], normals[k]);
+        if (from.surfel != Hit::none) return;
+        const Hit above = tracer.closest(Ray{from, from.normal});
+        const auto faces_its_way = [&](const Hit& hit) {
+            return hit && dot(surfels.normals[hit.surfel], from.normal) > 0.0;
+        };
+        if (!faces_its_way(above) || above.distance > farthest * surfels.radii[above.surfel]) return;
+        const Hit below = tracer.closest(Ray{from, -from.normal});
+        if (faces_its_way(below) && below.distance < above.distance) return;
+        out[k] = points[k] + above.distance * from.normal;
+    });
+    return out;
+}
+
+}  // namespace surflux

@@ -1,0 +1,100 @@
+"""Solution.irradiance_at of points beside their surfaces, between things that stand close, and in mid-air."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from scenes import patch, rms
+from surflux.scenes import shapes
+
+
+def up(points):
+    return np.tile([0.0, 0.0, 1.0], (len(points), 1))
+
+
+def on_the_floor(count, seed=0):
+    return np.column_stack([np.random.default_rng(seed).uniform(-0.95, 0.95, (count, 2)), np.zeros(count)])
+
+
+@pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+def test_points_that_rounding_put_behind_their_surface(solve):
+    """Of a tilted floor, to the millimetre, and in floats far from the origin."""
+    c, s = np.cos(0.3), np.sin(0.3)
+    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]] @ turn.T
+    for offset, rounded in ((0.0, lambda x: np.round(x, 3)), (500.0, lambda x: x.astype(np.float32))):
+        floor = sf.Surfels.from_mesh((corners + offset, [[0, 1, 2, 3]]), patch_area=0.02, reflectance=0.5)
+        lamp = np.array([0.0, 0.0, 3.0]) + offset
+        solution = solve(sf.Scene([floor], [sf.PointLight(lamp, 10.0)]))
+        at = rounded(on_the_floor(500) @ turn.T + offset).astype(np.float64)
+        to = lamp - at
+        expected = 10.0 * (to @ turn[:, 2]) / np.linalg.norm(to, axis=1) ** 3
+        found = solution.irradiance_at(at, np.tile(turn[:, 2], (500, 1)))[:, 0]
+        np.testing.assert_allclose(found, expected, rtol=2e-3)
+
+
+def test_points_on_a_curve_that_patches_are_chords_of():
+    around = 2 * np.pi * np.arange(32) / 32
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    corners = np.concatenate([np.c_[ring, np.zeros(32)], np.c_[ring, np.ones(32)]])
+    faces = [[k, 32 + k, 32 + (k + 1) % 32, (k + 1) % 32] for k in range(32)]  # seen from within
+    wall = sf.Surfels.from_mesh((corners, faces), patch_area=0.05, reflectance=0.0)
+    solution = sf.solve(sf.Scene([wall], [sf.PointLight([0, 0, 0.5], 1.0)]))
+    turn = np.random.default_rng(0).uniform(0, 2 * np.pi, 300)
+    at = np.stack([np.cos(turn), np.sin(turn), 0 * turn + 0.5], axis=1)
+    found = solution.irradiance_at(at, [-1.0, -1.0, 1.0] * at * [1, 1, 0])[:, 0]
+    np.testing.assert_allclose(found, 1.0, rtol=0.02)
+
+
+def test_what_is_nearer_below_keeps_its_points():
+    """A sheet over a floor has points of its own, and not those of the floor, a hair over this."""
+    floor = patch([-1, -1, 0], [2, 0, 0], [0, 2, 0], 0.0, 0.0, 0.04)
+    sheet = patch([-1, -1, 0.02], [2, 0, 0], [0, 2, 0], 0.0, 0.0, 0.04)
+    scene = sf.Scene([floor, sheet], [sf.PointLight([0, 0, 1], 1.0)])
+    solution = sf.solve(scene)
+    at = np.array([[0.1, 0.1, 0.001], [0.1, 0.1, 0.018], [0.1, 0.1, 0.02], [0.1, 0.1, -0.001]])
+    found = solution.irradiance_at(at, up(at))[:, 0]
+    expected = 0.98 / np.linalg.norm([0.1, 0.1, 0.98]) ** 3
+    np.testing.assert_allclose(found, [0.0, expected, expected, 0.0], atol=1e-6)
+
+
+def test_gathered_light_is_right_between_things_and_in_mid_air():
+    """A box that floats 3 cm over a floor of patches five times as wide, and a plane at the height of a desk."""
+    box = shapes.box(1.0, 1)[:2]
+    corners = np.array(box[0]) * [0.5, 0.5, 0.4] + [0.2, 0.2, 0.03]
+    room = sf.Surfels.from_mesh((np.array(box[0]) * 2.0, [face[::-1] for face in box[1]]), 0.02, 0.6)
+    thing = sf.Surfels.from_mesh((corners, box[1]), 0.02, 0.5)
+    scene = sf.Scene([room, thing], [sf.AreaLight([0.8, 0.8, 1.99], [0, 0.4, 0], [0.4, 0, 0], 20.0)])
+    random = np.random.default_rng(0)
+    floor = np.c_[random.uniform(0.0, 0.9, (60, 2)), np.zeros(60)]
+    floor = floor[(floor[:, :2] < 0.2).any(axis=1) | (floor[:, :2] > 0.7).any(axis=1)]
+    desk = np.c_[random.uniform(1.0, 1.9, (20, 2)), np.full(20, 0.75)]
+    at = np.concatenate([floor, desk])
+    true, _ = sf.reference_irradiance(scene, at, up(at), samples=4096)
+    for solve in (sf.solve, sf.solve_meshless):
+        solution = solve(scene)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = solution.irradiance_at(at, up(at), indirect="gathered", rays=1024)
+        assert rms(found, true, np.ones(len(at))) < 0.02
+        with pytest.warns(UserWarning, match="20 of .* points are on no surface"):
+            flat = solution.irradiance_at(at, up(at))
+        assert rms(found[: len(floor)], true[: len(floor)], np.ones(len(floor))) < rms(
+            flat[: len(floor)], true[: len(floor)], np.ones(len(floor))
+        )
+    one, two = (solution.irradiance_at(at, up(at), indirect="gathered", threads=threads) for threads in (1, 2))
+    assert np.array_equal(one, two)
+
+
+def test_gathering_needs_a_scene_and_traced_light(tmp_path):
+    at = on_the_floor(2)
+    solved = sf.solve(sf.Scene([patch([-1, -1, 0], [2, 0, 0], [0, 2, 0], 0.5, 0.0, 0.1)], [sf.Environment(1.0)]))
+    with pytest.raises(ValueError, match=r"^indirect: wanted one of"):
+        solved.irradiance_at(at, up(at), indirect="traced")
+    with pytest.raises(ValueError, match=r'^direct: wanted "traced" where indirect light is gathered'):
+        solved.irradiance_at(at, up(at), "interpolated", indirect="gathered")
+    solved.save(tmp_path / "room.ply")
+    with pytest.raises(ValueError, match=r'^indirect: wanted "interpolated", for a solution from a file'):
+        sf.load_solution(tmp_path / "room.ply").irradiance_at(at, up(at), indirect="gathered")
