@@ -176,12 +176,12 @@ class Solution:
 
         Direct light is found by rays from the points. All else is interpolated between surfels, to first order (Franke
         and Nielson 1980), from those of one object that face about the same way; or gathered by rays, too (Reichert
-        1992), from surfaces that send what is interpolated there: right in corners, behind furniture and below it.
+        1992), from surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
         Points behind their surface, as rounding puts them, are moved up to it, as far as half the radius of a surfel.
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
         normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. What is gathered is right.
+        surfel than its corners, or twice its radius along it, or its radius off its plane. What is gathered is right there.
 
         Args:
             points: (m, 3).
@@ -189,7 +189,7 @@ class Solution:
             direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster: off
                 at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
                 solutions from files, which hold no scene.
-            indirect: "interpolated", or "gathered", some milliseconds a point. Both need the scene.
+            indirect: "interpolated", or "gathered", some milliseconds a point, which needs the scene, too.
             rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; a quarter of the
                 error takes six times as many. To a lamp an eighth, half of them where those disagree.
             seed: of the rays.
