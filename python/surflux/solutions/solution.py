@@ -181,7 +181,7 @@ class Solution:
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
         normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. What is gathered is right there.
+        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right.
 
         Args:
             points: (m, 3).
