@@ -37,6 +37,15 @@ inline std::vector<Vec3> to_vec3s(const Doubles& array, const char* name) {
     return out;
 }
 
+struct PointsAndNormals {
+    std::vector<Vec3> points, normals;
+};
+inline PointsAndNormals to_points_and_normals(const Doubles& points, const Doubles& normals) {
+    PointsAndNormals out{to_vec3s(points, "points"), to_vec3s(normals, "normals")};
+    require(out.points.size() == out.normals.size(), "normals: wanted one for each point");
+    return out;
+}
+
 inline Vec3 to_vec3(const Doubles& array, const char* name) {
     require(array.ndim() == 1 && array.shape(0) == 3, name, ": wanted shape (3,)");
     return {array.data()[0], array.data()[1], array.data()[2]};

@@ -56,18 +56,17 @@ py::tuple direction_sums(const Doubles& normals, const Bytes& bits, const Double
 // (m, 3): irradiance from lights and Environments, traced anew from places on surfaces.
 py::array direct_at_places(const CompiledScene& scene, const Doubles& points, const Doubles& normals, int rays,
                            std::uint64_t seed, const py::object& progress) {
-    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-    require(facing.size() == places.size(), "normals: wanted one for each point");
+    const PointsAndNormals at = to_points_and_normals(points, normals);
     const Progress report = to_progress(progress);
     return to_array(without_gil(
-        [&] { return direct_at(scene.scene(), scene.tracer(report), places, facing, rays, seed, report); }));
+        [&] { return direct_at(scene.scene(), scene.tracer(report), at.points, at.normals, rays, seed, report); }));
 }
 
 // (m, 3): points of surfaces, those that lie behind theirs moved up to it.
 py::array onto_surface_of(const CompiledScene& scene, const Doubles& points, const Doubles& normals) {
-    const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-    require(facing.size() == places.size(), "normals: wanted one for each point");
-    return to_array(without_gil([&] { return onto_surface(scene.scene().surfels, scene.tracer(), places, facing); }));
+    const PointsAndNormals at = to_points_and_normals(points, normals);
+    return to_array(
+        without_gil([&] { return onto_surface(scene.scene().surfels, scene.tracer(), at.points, at.normals); }));
 }
 
 }  // namespace

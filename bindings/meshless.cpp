@@ -55,7 +55,7 @@ public:
     // (all that the basis holds, the part of it that is direct light, whether the place sees no function)
     py::tuple at(const Doubles& points, const Doubles& normals, const py::object& progress) const {
         const auto given = checked(points, normals);
-        const std::vector<Vec3>&places = given.first, &facing = given.second;
+        const std::vector<Vec3>&places = given.points, &facing = given.normals;
         std::vector<Rgb> all(places.size()), direct(places.size());
         std::vector<std::uint8_t> hidden(places.size(), 0);
         const Progress report = to_progress(progress);
@@ -85,7 +85,7 @@ public:
     // The same as `at`, of surfaces that are known, and not inside of any geometry: by surfel.
     py::tuple at_surfels(const Doubles& points, const Doubles& normals, const Indices& surfels) const {
         const auto given = checked(points, normals);
-        const std::vector<Vec3>&places = given.first, &facing = given.second;
+        const std::vector<Vec3>&places = given.points, &facing = given.normals;
         const std::vector<std::uint32_t> on = to_vector(surfels);
         std::vector<Rgb> all(places.size()), direct(places.size());
         without_gil([&] {
@@ -102,7 +102,7 @@ public:
     // The finest level on which light was gathered, by surfel too.
     py::array_t<std::int32_t> levels_at(const Doubles& points, const Doubles& normals, const Indices& surfels) const {
         const auto given = checked(points, normals);
-        const std::vector<Vec3>&places = given.first, &facing = given.second;
+        const std::vector<Vec3>&places = given.points, &facing = given.normals;
         const std::vector<std::uint32_t> on = to_vector(surfels);
         std::vector<std::int32_t> out(places.size());
         without_gil([&] {
@@ -191,11 +191,10 @@ private:
             sight_ = std::move(sight);
         });
     }
-    std::pair<std::vector<Vec3>, std::vector<Vec3>> checked(const Doubles& points, const Doubles& normals) const {
-        std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-        require(places.size() == facing.size(), "normals: wanted as many as points");
-        tracer_.require_near(places);
-        return {std::move(places), std::move(facing)};
+    PointsAndNormals checked(const Doubles& points, const Doubles& normals) const {
+        PointsAndNormals out = to_points_and_normals(points, normals);
+        tracer_.require_near(out.points);
+        return out;
     }
     // That of the surface there; off all surfaces, that of the nearest surfel.
     std::uint32_t object(const Departure& place) const {

@@ -103,9 +103,8 @@ void bind_neighbors(py::module_& module) {
         .def(
             "__call__",
             [](const OnSurface& surface, const Doubles& points, const Doubles& normals) {
-                const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-                require(facing.size() == places.size(), "normals: wanted as many as points");
-                return to_array(without_gil([&] { return surface(places, facing); }));
+                const PointsAndNormals at = to_points_and_normals(points, normals);
+                return to_array(without_gil([&] { return surface(at.points, at.normals); }));
             },
             py::arg("points"), py::arg("normals"));
     module.def("sample_triangles", [](const Doubles& triangles, std::size_t count, std::uint64_t seed) {

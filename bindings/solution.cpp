@@ -46,8 +46,8 @@ struct Field {
     py::array_t<double> at(std::size_t field, const Doubles& points, const Doubles& normals,
                            const py::object& progress) const {
         require(field < fields.size(), "field: there are ", fields.size());
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-        require(facing.size() == places.size(), "normals: wanted one for each point");
+        const PointsAndNormals given = to_points_and_normals(points, normals);
+        const std::vector<Vec3>&places = given.points, &facing = given.normals;
         std::vector<Rgb> out(places.size());
         const Progress report = to_progress(progress);
         without_gil([&] {
@@ -83,8 +83,8 @@ struct Field {
     py::array_t<double> gathered(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
                                  const py::object& progress) const {
         require(gather != nullptr, "field: it has no scene to gather in");
-        const std::vector<Vec3> places = to_vec3s(points, "points"), facing = to_vec3s(normals, "normals");
-        require(facing.size() == places.size(), "normals: wanted one for each point");
+        const PointsAndNormals given = to_points_and_normals(points, normals);
+        const std::vector<Vec3>&places = given.points, &facing = given.normals;
         std::vector<Rgb> out(places.size());
         const Progress report = to_progress(progress);
         without_gil([&] {

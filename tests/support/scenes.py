@@ -5,12 +5,17 @@ import numpy as np
 import surflux as sf
 from cases.builders import ball_inside, cloud_room, cube_inside, patch, rms, surfels_of
 
-__all__ = ["ball_inside", "cloud_room", "cube_inside", "patch", "rms", "same_bits", "solve_own", "surfels_of"]
+__all__ = ["ball_inside", "cloud_room", "cube_inside", "patch", "rms", "same_bits", "solve_own", "surfels_of", "up"]
 
 
 def solve_own(scene, **options):
     """Irradiance of the scene's own surfels by all pairs: what tests compare surfel by surfel, and to many digits."""
     return sf.solve(scene, transport="pairs", insert=False, **options)
+
+
+def up(points):
+    """A normal along +z for each of some points."""
+    return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
 def same_bits(found, wanted):

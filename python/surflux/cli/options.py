@@ -302,9 +302,10 @@ def _vector(text):
 
 
 def _direction(text):
-    if not any(_vector(text)):
+    vector = _vector(text)
+    if not any(vector):
         raise argparse.ArgumentTypeError(f"wanted a direction, of non-zero length, got {text!r}")
-    return _vector(text)
+    return vector
 
 
 def _many(text):

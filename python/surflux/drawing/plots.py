@@ -44,7 +44,7 @@ def to_polydata(s, kind="points", values=None, units=None):
         raise ValueError('kind: wanted "points" or "disks", for none of these surfels is a patch of a mesh')
     arrays = {"normals": s.normals, "radius": s.radii, "reflectance": s.reflectance, "emission": s.emission}
     if s.areas is not None:
-        arrays["area"] = s.areas  # of cells: shared out, below
+        arrays["area"] = s.areas
     arrays |= {name: check.per_row(name, value, len(s)) for name, value in (values or {}).items()}
     if kind == "points":
         found = pyvista.PolyData(s.points)
@@ -56,11 +56,12 @@ def to_polydata(s, kind="points", values=None, units=None):
             found = polygons(s.triangles)
             found.cell_data["surfel"] = s.triangle_surfel.astype(np.int64)
         surfel = found.cell_data["surfel"]
-        sizes = found.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
-        for name, value in arrays.items():
-            found.cell_data[name] = value[surfel]
+        cells = {name: value[surfel] for name, value in arrays.items()}
         if s.areas is not None:
-            found.cell_data["area"] = _shared_areas(s.areas, surfel, sizes)
+            sizes = found.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
+            cells["area"] = _shared_areas(s.areas, surfel, sizes)
+        for name, value in cells.items():
+            found.cell_data[name] = value
     known = UNITS | (units or {})
     found.field_data["units"] = [f"{name}: {known[name]}" for name in arrays if name in known]
     return found

@@ -96,9 +96,9 @@ def _named_columns(path):
             comment = text.startswith(("#", "//"))
             bare = text.lstrip("#/ \t")
             words = split(bare, delimiter_of(bare))
-            for names in (words, _surveyed(words)):
-                if {"x", "y", "z"} <= {name.lower() for name in names} and len(set(names)) == len(names):
-                    return tuple(names), number
+            names = _surveyed(words)
+            if {"x", "y", "z"} <= {name.lower() for name in names} and len(set(names)) == len(names):
+                return tuple(names), number
             if text and not comment:
                 break
     return None, 0

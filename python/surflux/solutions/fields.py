@@ -11,22 +11,22 @@ RAYS = 1024  # of irradiance_at; through a window, a tenth of the sky, 256 have 
 
 def checked_direct(direct, scene):
     """How direct light of a solution is found, checked; scene: of the solution, or None."""
-    check.choice("direct", direct, ("interpolated", "traced"))
-    if direct == "traced" and scene is None:
-        raise ValueError('direct: wanted "interpolated", for a solution from a file has no scene to trace rays in')
-    return direct
+    return _by_rays("direct", direct, "traced", scene)
+
+
+def _by_rays(name, how, rays, scene):
+    """Argument `name`, checked: "interpolated", or what `rays` says, which needs a scene."""
+    check.choice(name, how, ("interpolated", rays))
+    if how == rays and scene is None:
+        raise ValueError(f'{name}: wanted "interpolated", for a solution from a file has no scene to trace rays in')
+    return how
 
 
 class Evaluation:
     """How light at points is found, checked: of `Solution.irradiance_at`, of which these are arguments."""
 
     def __init__(self, direct, indirect, rays, seed, scene):
-        check.choice("indirect", indirect, ("interpolated", "gathered"))
-        self.is_gathered = indirect == "gathered"
-        if self.is_gathered and scene is None:
-            raise ValueError(
-                'indirect: wanted "interpolated", for a solution from a file has no scene to trace rays in'
-            )
+        self.is_gathered = _by_rays("indirect", indirect, "gathered", scene) == "gathered"
         if direct is None:
             direct = "interpolated" if scene is None else "traced"
         self.is_traced = checked_direct(direct, scene) == "traced"

@@ -7,14 +7,10 @@ import pytest
 
 import surflux as sf
 from cases.closed_forms import element_to_polygon
-from scenes import cube_inside, patch, rms, solve_own, surfels_of
+from scenes import cube_inside, patch, rms, solve_own, surfels_of, up
 from surflux.scenes import shapes
 
 SUN = sf.DirectionalLight([0.3, 0.2, -1.0], 3.0)
-
-
-def up(points):
-    return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
 def floor_and_ball(n=20):

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from scenes import patch, rms
+from scenes import patch, rms, up
 from surflux.scenes import shapes
-
-
-def up(points):
-    return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
 def on_the_floor(count, seed=0):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from scenes import up
 
 LIGHT = [1.8, 1.1, 2.5]
 
@@ -26,10 +27,6 @@ def borders(scene):
     around = np.concatenate([at[:, None], at[:, None] + 0.05 * ring, at[:, None] + 0.1 * ring], axis=1)
     lit = direct(scene, around.reshape(-1, 3)).reshape(len(at), -1) > 0
     return at[lit.any(axis=1) & ~lit.all(axis=1)][:300]
-
-
-def up(points):
-    return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
 def direct(scene, points):
