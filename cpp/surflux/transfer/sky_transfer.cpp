@@ -17,6 +17,7 @@ SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOp
                          SkyIrradiance direct, Figures timings)
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
+      light_(*scene_, operator_),
       patches_(std::move(patches)),
       direct_(std::move(direct)),
       timings_(std::move(timings)) {
@@ -27,13 +28,14 @@ SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOp
 }
 
 SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std::size_t channels,
-                                        const std::vector<float>& emission, const std::vector<float>& reflectance,
-                                        int bounces) const {
+                                        const std::vector<float>& sun, const std::vector<float>& emission,
+                                        const std::vector<float>& reflectance, int bounces) const {
     std::vector<float> direct, reflected, received;
     direct_.receive(radiances, channels, direct);
     Fields out;
     operator_.coefficients(direct, channels, out.direct);
     operator_.receive(out.direct, channels, received);
+    for (std::size_t k = 0; k < sun.size(); ++k) received[k] += sun[k];
     const std::vector<float> sent =
         sent_after(bounces, operator_, connected_, channels, emission, reflectance, received);
     operator_.gather(sent, channels, reflected);
@@ -42,16 +44,17 @@ SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std
     return out;
 }
 
-SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& reflectance,
-                                                int bounces) const {
-    std::vector<float> sky;
+SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Light>& sun,
+                                                const std::vector<Rgb>& reflectance, int bounces) const {
+    std::vector<float> sky, sun_at_senders;
     for (const Rgb& radiance : radiances) {
         for (int c = 0; c < 3; ++c) sky.push_back(static_cast<float>(radiance[c]));
         sky.push_back(0.0f);
     }
-    const Fields found =
-        fields(sky, colors, emission_,
-               reflectance.empty() ? reflectance_ : operator_.senders.means(reflectance, operator_.areas), bounces);
+    const std::vector<float> own =
+        reflectance.empty() ? reflectance_ : operator_.senders.means(reflectance, operator_.areas);
+    if (!sun.empty() && bounces != 0) sun_at_senders = light_.at_senders(sun, own, {});
+    const Fields found = fields(sky, colors, sun_at_senders, emission_, own, bounces);
     const auto at_surfels = [&](const std::vector<float>& coefs) {
         std::vector<Rgb> out(operator_.areas.size());
         operator_.at_surfels.multiply(coefs, colors, [&](std::size_t i, const float* sum) {
@@ -73,7 +76,7 @@ std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& s
         const std::size_t count = std::min(at_once, patches - first);
         std::vector<float> sky(patches * channels, 0.0f);
         for (std::size_t p = 0; p < count; ++p) std::fill_n(sky.data() + (first + p) * channels + p * colors, 3, 1.0f);
-        const std::vector<float> coefs = fields(sky, channels, none, reflectance_, bounces).all;
+        const std::vector<float> coefs = fields(sky, channels, {}, none, reflectance_, bounces).all;
         parallel_for(surfels.size(), 64, [&](std::size_t k) {
             float* to = out.data() + (k * patches + first) * 3;
             for (std::uint32_t e = at.begin[surfels[k]]; e < at.begin[surfels[k] + 1]; ++e)

@@ -6,8 +6,10 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/lights/sky_patches.h"
+#include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/local_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/transport_operator.h"
@@ -15,7 +17,8 @@
 namespace surflux {
 
 // Transfer from patches of the sky and the ground (Tregenza and Waters 1983: daylight coefficients): direct light of
-// receivers by patches, reflections by the operator, as of lamps.
+// receivers by patches, reflections by the operator, as of lamps. A sun is a light beside them: patches are hundreds of
+// times as wide, and its shadows and what it throws through windows would be as wide as they are.
 class SkyTransfer {
 public:
     // Throws ArgumentError where the direct light is not that of the rows and patches.
@@ -26,14 +29,17 @@ public:
     const SkyPatches& patches() const { return patches_; }
     const SkyIrradiance& direct() const { return direct_; }
     const Figures& timings() const { return timings_; }  // of how it was made
+    const LocalLight& light() const { return light_; }
     std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
 
-    // At all surfels, under a sky of such radiances of patches. `bounces`: as sent_after() has it. `reflectance`: of
-    // each surfel, or empty for that of the scene.
+    // At all surfels, under a sky of such radiances of patches: its direct light, and with it what is reflected of that
+    // and of `sun`, lights whose direct light at surfels is that of light(). `bounces`: as sent_after() has it.
+    // `reflectance`: of each surfel, or empty for that of the scene.
     struct Irradiance {
         std::vector<Rgb> direct, all;
     };
-    Irradiance irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& reflectance, int bounces) const;
+    Irradiance irradiance(const std::vector<Rgb>& radiances, const std::vector<Light>& sun,
+                          const std::vector<Rgb>& reflectance, int bounces) const;
     // Irradiance at some surfels by each patch alone, with a radiance of 1: (surfels, patches, 3). What surfels emit is
     // left out.
     std::vector<float> coefficients(const std::vector<std::uint32_t>& surfels, int bounces,
@@ -44,11 +50,13 @@ private:
     struct Fields {
         std::vector<float> direct, all;
     };
-    Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& emission,
-                  const std::vector<float>& reflectance, int bounces) const;
+    // `sun`: irradiance of the nodes of the senders by other lights, or empty.
+    Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& sun,
+                  const std::vector<float>& emission, const std::vector<float>& reflectance, int bounces) const;
 
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
+    LocalLight light_;
     SkyPatches patches_;
     SkyIrradiance direct_;
     Figures timings_;

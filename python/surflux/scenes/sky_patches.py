@@ -12,6 +12,7 @@ from surflux.scenes.lights import Environment
 
 _SUBDIVISIONS = {144 * m * m + 1: m for m in range(1, 9)}
 _TREGENZA = (30, 30, 24, 24, 18, 12, 6)  # patches in each row, from the horizon up
+BRIGHT = 4.0  # times the mean of its patch, and of all directions: a pixel that is no part of a smooth sky
 
 
 class SkyPatches:
@@ -134,6 +135,40 @@ class SkyPatches:
         if not isinstance(environment, Environment):
             raise ValueError(f"environment: wanted an Environment, got {type(environment).__name__}")
         return np.asarray(self._core.radiance(environment._to_core()))
+
+    def narrow_light(self, environment: Environment) -> float:
+        """The share of an Environment's light, 0 to 1, that lies in small parts of patches, as that of a sun does.
+
+        Of pixels four times as bright as their patch and as the mean of all directions it is what they have more than
+        their patch: what `radiance` spreads.
+
+        Raises:
+            ValueError: not an Environment.
+
+        >>> import numpy as np, surflux as sf
+        >>> image = np.ones((32, 64, 3))
+        >>> image[5, 7] = 1000.0
+        >>> round(sf.SkyPatches(145).narrow_light(sf.Environment(image)), 2)
+        0.26
+        """
+        radiances = self.radiance(environment).sum(axis=1)
+        if environment.image is None:
+            return 0.0
+        pixels = np.asarray(environment.image, dtype=float).sum(axis=2)
+        height, width = pixels.shape
+        edges = np.cos(np.pi * np.arange(height + 1) / height)
+        weights = np.repeat((edges[:-1] - edges[1:])[:, None], width, axis=1)
+        all_light = (weights * pixels).sum()
+        rows, columns = np.nonzero(pixels > BRIGHT * all_light / weights.sum())
+        z = 0.5 * (edges[rows] + edges[rows + 1])
+        level, phi = np.sqrt(1.0 - z * z), np.pi - 2.0 * np.pi * (columns + 0.5) / width
+        if not len(rows):
+            return 0.0
+        image_axes = np.asarray(environment._to_core().axes)
+        of_patch = radiances[self.index(np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes)]
+        bright, weights = pixels[rows, columns], weights[rows, columns]
+        is_narrow = bright > BRIGHT * of_patch
+        return float((weights * (bright - of_patch))[is_narrow].sum() / max(all_light, np.finfo(float).tiny))
 
 
 def patch_count(name: str, count: int) -> int:

@@ -118,9 +118,9 @@ def precompute_transfer(
     "distant" is for an environment by five bands of spherical harmonics: `DistantTransfer.relight` takes it, turned if
     wanted, and surfels may be glossy. Its test is what points see of the sky; points keep that by 169 harmonics.
 
-    "sky" is for skies in patches: `SkyTransfer.relight` takes one, and its coefficients, bounces included, a year of
-    them. Its test is what points receive of distant light, directly and by way of one reflection; points keep what each
-    patch brings directly.
+    "sky" is for skies in patches and a sun that is none of them: `SkyTransfer.relight` takes them, and its
+    coefficients, bounces included, a year of patches. Its test is what points receive of distant light, directly and by
+    way of one reflection; points keep what each patch brings directly.
 
     What departs from L07: senders are groups of surfels and no basis functions, so that nothing is interpolated of
     senders; bounces are products at run time, so that reflectance may change, too; visibility stands for transfer

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stage, thread_limit, watched
+from surflux._base.passes import stage, watched
 from surflux._base.types import Progress
+from surflux._base.warn import warn
 from surflux.scenes.lights import Environment, environments_among
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky import Sky
@@ -19,6 +20,8 @@ from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.transfer import LARGEST, Transfer
+
+NARROW = 0.1  # of an environment's light: more than that in small parts of patches is told
 
 
 class SkyTransfer(Transfer):
@@ -43,24 +46,31 @@ class SkyTransfer(Transfer):
         reflectance: ArrayLike | None = None,
         bounces: int | None = None,
         threads: int | None = None,
+        progress: Progress = False,
     ) -> Solution:
         """The scene under a sky, of which each patch is even. It is linear in the sky.
 
+        The sun of a Sky stays sharp: it is a light of its own, as in `solve`, found by rays to each surfel. A sun in an
+        Environment, or in radiances, is as wide as its patch (see `patches` of `precompute_transfer`): so are its
+        shadows and what it throws through windows, of which this warns.
+
         Args:
-            sky: Sky, whose sun is spread over its patch; Environment; or radiances of the patches and of the ground, in
-                their order: (patches,) or (patches, 3). At most 1e30.
+            sky: Sky; Environment; or radiances of the patches and of the ground, in their order: (patches,) or
+                (patches, 3). At most 1e30.
             reflectance: another one of the surfels: scalar, (3,), (n,) or (n, 3), at least 0 and less than 1. None for
                 the scene's.
             bounces: how often light is reflected, at least 0. None for what `precompute_transfer` was given.
             threads: at most this many; None for all.
+            progress: True for a bar on stderr, or a callback (done, total) -> bool, where False cancels.
 
         Returns:
             Solution at the scene's own surfels, what emissive ones bring in it. Its `irradiance_at` traces the sky as
-            it is, with a sharp sun. Its `error` is NaN, not estimated. Its history tells where the power goes, as that
+            it is. Its `error` is NaN, not estimated. Its history tells where the power goes, as that
             of lamps does.
 
         Raises:
             ValueError: an argument, by name.
+            Cancelled: the callback returned False.
 
         >>> import surflux as sf
         >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1)
@@ -68,34 +78,44 @@ class SkyTransfer(Transfer):
         >>> print(transfer.relight(sf.Environment(1.0)).irradiance.round(3)[0])
         [3.142 3.142 3.142]
         """
-        if isinstance(sky, Environment):
-            radiances = self.patches.radiance(sky)
-        else:
-            if not isinstance(sky, Sky):
-                self._refuse_lights("sky", sky, f"a Sky, an Environment or radiances ({len(self.patches)}, 3)")
-            by_patches = sky.patch_radiances(self.patches, sun=True) if isinstance(sky, Sky) else sky
-            radiances = check.numeric("sky", by_patches)
-            if radiances.ndim == 1:
-                radiances = radiances[:, None].repeat(3, axis=1)
-            radiances = check.finite_array("sky", radiances, (len(self.patches), 3))
-        check.in_range("sky", radiances, 0.0, LARGEST)
+        radiances, sun = self._parts_of(sky)
         reflectance = self._reflectance(reflectance)
-        with thread_limit(threads):
+        with watched(threads, progress):
             start = perf_counter()
-            direct, irradiance = self._core.irradiance(radiances, reflectance, self._bounces(bounces))
-            seconds = perf_counter() - start
+            lights = [light._to_core() for light in sun]
+            direct, irradiance = self._core.irradiance(radiances, lights, reflectance, self._bounces(bounces))
+            direct, irradiance = np.asarray(direct), np.asarray(irradiance)
+            seconds = {"irradiance": perf_counter() - start}
+            if sun:
+                of_sun = np.asarray(self._core.direct(lights, 16, 64, 0, stage("sun")))
+                direct, irradiance = direct + of_sun, irradiance + of_sun
+                seconds["sun"] = perf_counter() - start - seconds["irradiance"]
         is_light = isinstance(sky, (Environment, Sky))
         lights = [sky if is_light else self.patches.environment(radiances)]
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
-        found = np.asarray(irradiance), np.asarray(direct)
         if is_light:
             core = self.scene._to_core()
-            warn_of_backs(scene.lights, core.surfels, found[1], core.surfels.areas)
+            warn_of_backs(scene.lights, core.surfels, direct, core.surfels.areas)
         else:
-            warn_of_no_arrival(radiances, found[1])
+            warn_of_no_arrival(radiances, direct)
         seen = environments_among(scene.lights)
-        found = self._solution(reflectance, *found, timings={"irradiance": seconds}, scene=scene, environments=seen)
+        found = self._solution(reflectance, irradiance, direct, timings=seconds, scene=scene, environments=seen)
         return self._add_account(found)
+
+    def _parts_of(self, sky):
+        """(patches, 3) radiances of a sky, and lights of which they have nothing: its sun."""
+        if isinstance(sky, Sky):
+            radiances, sun = sky.patch_radiances(self.patches), sky.sun
+        elif isinstance(sky, Environment):
+            radiances, sun = self.patches.radiance(sky), None
+            _warn_of_narrow_light(sky, self.patches)
+        else:
+            self._refuse_lights("sky", sky, f"a Sky, an Environment or radiances ({len(self.patches)}, 3)")
+            radiances, sun = check.numeric("sky", sky), None
+        if radiances.ndim == 1:
+            radiances = radiances[:, None].repeat(3, axis=1)
+        radiances = check.finite_array("sky", radiances, (len(self.patches), 3))
+        return check.in_range("sky", radiances, 0.0, LARGEST), [] if sun is None else [sun]
 
     def coefficients(
         self,
@@ -134,3 +154,14 @@ class SkyTransfer(Transfer):
         chosen = check.selection("surfels", slice(None) if surfels is None else surfels, len(self.scene.surfels))
         with watched(threads, progress):
             return self._core.coefficients(chosen, self._bounces(bounces), stage("coefficients"))
+
+
+def _warn_of_narrow_light(environment, patches):
+    share = patches.narrow_light(environment)
+    if share > NARROW:
+        width = np.degrees(np.sqrt(patches.solid_angles[1]))
+        warn(
+            f"sky: {share:.0%} of this environment's light is narrower than the patches of {width:.0f} degrees over "
+            "which it is spread, as a sun is: shadows and what falls through windows are as wide. A Sky has a sharp "
+            "sun; more patches are narrower (precompute_transfer(scene, 'sky', patches=2305))"
+        )

@@ -151,11 +151,12 @@ def test_a_scene_takes_a_sky_as_the_two_that_it_is_made_of():
     found = sf.solve(sf.Scene([floor], lights=[sky])).irradiance
     np.testing.assert_allclose(found, 300.0, rtol=5e-3)
     transfer = sf.precompute_transfer(sf.Scene([floor]), "sky", patches=577)
-    relit = transfer.relight(sky)
-    # The sun is spread over a patch 6 degrees wide: up to tan(60) * 3 degrees = 9 % of its level part.
-    np.testing.assert_allclose(relit.irradiance, 300.0, rtol=0.06)
-    assert relit.irradiance[0, 0] == pytest.approx(
-        sky.patch_radiances(transfer.patches, sun=True) @ transfer.patches.projected, rel=2e-3
+    np.testing.assert_allclose(transfer.relight(sky).irradiance, 300.0, rtol=2e-3)
+    # Spread over a patch 6 degrees wide the sun has up to tan(60) * 3 degrees = 9 % more or less of its level part.
+    radiances = sky.patch_radiances(transfer.patches, sun=True)
+    assert radiances @ transfer.patches.projected == pytest.approx(300.0, rel=0.06)
+    np.testing.assert_allclose(
+        transfer.relight(radiances).irradiance, radiances @ transfer.patches.projected, rtol=2e-3
     )
 
 
