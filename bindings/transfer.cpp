@@ -147,8 +147,8 @@ void bind_direct(py::class_<Transfer>& to) {
         [](const Transfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays, std::uint64_t seed,
            const py::object& progress) {
             const Progress report = to_progress(progress);
-            return handed_over(without_gil(
-                [&] { return transfer.light().at_surfels(lights, {probes, shadow_rays}, seed, report); }));
+            return handed_over(
+                without_gil([&] { return transfer.light().at_surfels(lights, {probes, shadow_rays}, seed, report); }));
         },
         py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
         py::arg("progress") = py::none());
