@@ -248,8 +248,8 @@ ReciprocalScaling GatheredSystem::scale_by_reciprocity(const std::vector<double>
     exchange.place = [&](std::size_t j) {
         return RayExchange::Place{tree_.position(leaves[j]), tree_.normal(leaves[j])};
     };
-    std::vector<double> nodes = std::move(sent_);  // room that is there
-    nodes.assign(tree_.size(), 0.0);
+    std::vector<double>().swap(sent_);  // of all channels: here memory peaks
+    std::vector<double> nodes(tree_.size(), 0.0);
     exchange.gather = [&](const std::vector<double>& sent, std::vector<double>& out) {
         parallel_for(leaves.size(), 4096, [&](std::size_t j) { nodes[leaves[j]] = sent[j]; });
         tree_.pull_up(nodes, 1);

@@ -8,7 +8,7 @@
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
-#include "surflux/transfer/local_light.h"
+#include "surflux/transfer/lamp_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -33,7 +33,7 @@ public:
     const CompiledScene& scene() const { return *scene_; }
     const TransportOperator& transport() const { return operator_; }
     std::size_t bytes() const { return operator_.bytes(); }
-    const LocalLight& light() const { return light_; }
+    const LampLight& light() const { return light_; }
     const Figures& timings() const { return timings_; }  // of how it was made
 
     // Indirect irradiance at every surfel of the scene: what emissive surfels bring, and so many reflections of the
@@ -50,7 +50,7 @@ private:
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
     Figures timings_;
-    LocalLight light_;
+    LampLight light_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
     ConnectedLeaves connected_;
     mutable Scratch<Tilted> tilted_;  // megabytes that lamp after lamp would have cleared again

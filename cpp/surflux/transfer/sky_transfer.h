@@ -9,7 +9,7 @@
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
-#include "surflux/transfer/local_light.h"
+#include "surflux/transfer/lamp_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/transport_operator.h"
@@ -29,7 +29,7 @@ public:
     const SkyPatches& patches() const { return patches_; }
     const SkyIrradiance& direct() const { return direct_; }
     const Figures& timings() const { return timings_; }  // of how it was made
-    const LocalLight& light() const { return light_; }
+    const LampLight& light() const { return light_; }
     std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
 
     // At all surfels, under a sky of such radiances of patches: its direct light, and with it what is reflected of that
@@ -56,7 +56,7 @@ private:
 
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
-    LocalLight light_;
+    LampLight light_;
     SkyPatches patches_;
     SkyIrradiance direct_;
     Figures timings_;

@@ -15,10 +15,10 @@ namespace surflux {
 
 // What point, spot, area and directional lights bring directly to the surfels of a scene, and to the senders of an
 // operator.
-class LocalLight {
+class LampLight {
 public:
     // Both must live as long.
-    LocalLight(const CompiledScene& scene, const TransportOperator& transport)
+    LampLight(const CompiledScene& scene, const TransportOperator& transport)
         : scene_(scene),
           points_(scene.scene().surfels),
           groups_(scene, transport.senders, transport.samples, points_, transport.areas) {}
