@@ -14,12 +14,16 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 // Standard error of the share of light that arrives, of n rays of which a share p is free: sqrt(p (1 - p)) n^-3/4 times
 // this, measured.
 constexpr double evenness = 1.0;
+constexpr std::uint64_t refined_stream = 0x4ef1e;
+constexpr double refined_error = 0.01;  // relative standard error of what arrives
+constexpr int least_refined = 256;      // rays: fewer tell little of where the sky is seen
+constexpr int times_refined = 1, most_of_part = 32;
 
 // What arrives at one place of one tree of the sky.
 class Arriving {
 public:
-    Arriving(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points, int rays)
-        : tracer_(tracer), sky_(sky), points_(points), most_rays_(rays) {}
+    Arriving(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points, int rays, bool is_refined)
+        : tracer_(tracer), sky_(sky), points_(points), most_rays_(rays), is_refined_(is_refined) {}
 
     Rgb irradiance(std::size_t tree, const Place& place, std::uint64_t seed, double& variance) {
         Rgb all = sky_.find_parts(tree, place.normal, parts_);
@@ -35,66 +39,116 @@ public:
             // All of them at once: stopping where the first ones agree would miss what hides little of the sky.
             shoot(most_rays_, tree, place, even);
         }
+        const double share = traced_ > 0 ? static_cast<double>(free_count_) / traced_ : 0.0;
+        const double error = evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
+        if (is_refined_ && traced_ > 0 && taken_ >= least_refined && !sky_.is_narrow(tree) &&
+            (free_count_ == 0 || error > refined_error * share))
+            return refined(tree, place, all, seed);
         if (free_count_ == 0) return {};
         if (free_count_ == traced_) return all;
-        const double share = static_cast<double>(free_count_) / traced_;
-        const double error = luminance(all) * evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
-        variance += error * error;
+        variance += error * error * luminance(all) * luminance(all);
         for (int c = 0; c < 3; ++c) all[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
         return all;
     }
 
 private:
+    struct Point {
+        double u, v;  // of the square that the sky is mapped onto
+        float weight;
+    };
+
+    // By other rays: one in each part of the square, as many parts as there were rays, and more in those around which
+    // rays disagreed.
+    Rgb refined(std::size_t tree, const Place& place, const Rgb& all, std::uint64_t seed) {
+        int side = 1;
+        while (4 * side * side <= taken_) side *= 2;
+        const auto part_of = [&](double u) { return std::min(side - 1, static_cast<int>(u * side)); };
+        around_.assign(static_cast<std::size_t>(side * side), 0);
+        for (std::size_t r = 0; r < rays_.size(); ++r)
+            for (int i = std::max(0, part_of(at_[r].u) - 1); i <= std::min(side - 1, part_of(at_[r].u) + 1); ++i)
+                for (int j = std::max(0, part_of(at_[r].v) - 1); j <= std::min(side - 1, part_of(at_[r].v) + 1); ++j)
+                    around_[static_cast<std::size_t>(i * side + j)] |= static_cast<char>(free_[r] ? 1 : 2);
+        const auto mixed = static_cast<int>(std::count(around_.begin(), around_.end(), 3));
+        const int of_mixed = std::clamp(times_refined * taken_ / std::max(1, mixed), 1, most_of_part);
+        faced_ = arrived_ = {};
+        rays_.clear();
+        light_.clear();
+        at_.clear();
+        for (int part = 0; part < side * side; ++part) {
+            const int count = around_[static_cast<std::size_t>(part)] == 3 ? of_mixed : 1;
+            EvenPoints even(2, seed + refined_stream + static_cast<std::uint64_t>(part), stream_of(place));
+            for (int k = 0; k < count; ++k) {
+                const double* u = even.next();
+                add({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0f / static_cast<float>(count)}, tree,
+                    place, place.position);
+            }
+        }
+        trace();
+        for (int c = 0; c < 3; ++c) faced_[c] = faced_[c] > 0.0 ? all[c] * arrived_[c] / faced_[c] : 0.0;
+        return faced_;
+    }
+
+    void add(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
+        Vec3 direction;
+        const SkyCells::Part& cell = sky_.sample(tree, parts_, at.u, at.v, direction);
+        const double cosine = dot(place.normal, direction);
+        if (!(cosine > 0.0)) return;
+        rays_.push_back({{from, place.normal, place.surfel}, direction});
+        at_.push_back(at);
+        const double scale = cosine / (static_cast<double>(cell.cosine) * static_cast<double>(cell.weight));
+        light_.push_back({scale * static_cast<double>(cell.irradiance[0]),
+                          scale * static_cast<double>(cell.irradiance[1]),
+                          scale * static_cast<double>(cell.irradiance[2])});
+    }
+
+    void trace() {
+        tracer_.free(rays_, free_);
+        for (std::size_t r = 0; r < rays_.size(); ++r) {
+            const Rgb light = static_cast<double>(at_[r].weight) * light_[r];
+            faced_ += light;
+            ++traced_;
+            if (!free_[r]) continue;
+            arrived_ += light;
+            ++free_count_;
+        }
+    }
+
     // Up to `count` rays.
     void shoot(int count, std::size_t tree, const Place& place, EvenPoints& even) {
         rays_.clear();
         light_.clear();
+        at_.clear();
         for (; taken_ < count; ++taken_) {
             const double* u = even.next();
-            Vec3 direction;
-            const SkyCells::Part& cell = sky_.sample(tree, parts_, u[0], u[1], direction);
-            const double cosine = dot(place.normal, direction);
-            if (!(cosine > 0.0)) continue;
-            rays_.push_back({{points_.at(place, u[2], u[3]), place.normal, place.surfel}, direction});
-            const double scale = cosine / (static_cast<double>(cell.cosine) * static_cast<double>(cell.weight));
-            light_.push_back({scale * static_cast<double>(cell.irradiance[0]),
-                              scale * static_cast<double>(cell.irradiance[1]),
-                              scale * static_cast<double>(cell.irradiance[2])});
+            add({u[0], u[1], 1.0f}, tree, place, points_.at(place, u[2], u[3]));
         }
-        tracer_.free(rays_, free_);
-        for (std::size_t r = 0; r < rays_.size(); ++r) {
-            faced_ += light_[r];
-            ++traced_;
-            if (!free_[r]) continue;
-            arrived_ += light_[r];
-            ++free_count_;
-        }
+        trace();
     }
 
     const Tracer& tracer_;
     const SkyCells& sky_;
     const SurfelPoints& points_;
     int most_rays_;
+    bool is_refined_;
     int taken_ = 0, traced_ = 0, free_count_ = 0;
     Rgb faced_, arrived_;
     std::vector<SkyCells::Part> parts_;
     std::vector<Ray> rays_;
     std::vector<Rgb> light_;
-    std::vector<char> free_;
+    std::vector<Point> at_;
+    std::vector<char> free_, around_;
 };
 
-}  // namespace
-
-std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                                const std::vector<Place>& places, int rays, std::uint64_t seed,
-                                const Progress& progress, std::vector<float>* errors) {
+std::vector<Rgb> irradiance_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                               const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
+                               const Progress& progress, std::vector<float>* errors) {
     std::vector<Rgb> out(places.size());
     if (errors) errors->assign(places.size(), 0.0f);
     if (sky.empty()) return out;
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
-            Arriving arriving(tracer, sky, points, rays);
+            Arriving arriving(tracer, sky, points, rays, is_refined);
             for (std::size_t k = begin; k < end; ++k) {
                 double variance = 0.0;
                 for (std::size_t tree = 0; tree < sky.trees(); ++tree)
@@ -104,6 +158,20 @@ std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const
         },
         progress);
     return out;
+}
+
+}  // namespace
+
+std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                const Progress& progress, std::vector<float>* errors) {
+    return irradiance_of(tracer, sky, points, places, rays, false, seed, progress, errors);
+}
+
+std::vector<Rgb> refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                        const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                        const Progress& progress) {
+    return irradiance_of(tracer, sky, points, places, rays, true, seed, progress, nullptr);
 }
 
 }  // namespace surflux

@@ -19,4 +19,12 @@ std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const
                                 const std::vector<Place>& places, int rays, std::uint64_t seed,
                                 const Progress& progress = {}, std::vector<float>* errors = nullptr);
 
+// The same at places that are points, some of which may see little of the sky, as through a window. Where so many rays
+// leave more than a hundredth of standard error, as many again are shot, and up to four times as many into those parts
+// of the sky around which some of the first were free and some not. The first ones do not count then, so that the
+// estimate stays unbiased, but for the choice whether they do.
+std::vector<Rgb> refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                        const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                        const Progress& progress = {});
+
 }  // namespace surflux

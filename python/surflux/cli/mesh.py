@@ -8,12 +8,14 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux.geometry.meshes import read_mesh
+from surflux.points.seen_from import layer_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
 from surflux.solutions.lit_points import LIGHT
 
 # Light varies over a face: those of coarse meshes are cut until there are about as many patches.
 PATCHES = 20_000
+FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
 SUFFIXES = (".ply", ".vtp")
 
 
@@ -38,6 +40,12 @@ def patches_of_mesh(options):
         area, faces = surfels.areas.sum() / PATCHES, len(surfels)
         surfels = Surfels.from_mesh(options.input, area, None, threads=options.threads, progress=True)
         LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
+    level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
+    if level and options.normals in (None, "check") and layer_of(surfels.points) == "terrain":
+        share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
+        if share > FACES_DOWN:
+            LOG.info("%.0f %% of the terrain faces down: its faces are turned over (--normals keep)", 100.0 * share)
+            return surfels.flipped()
     return surfels.flipped() if options.normals == "flip" else surfels
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from surflux import _core
 from surflux._base import check
 from surflux._base.types import Progress
+from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.pictures.camera import Camera
 from surflux.pictures.framing import own_or_framing
@@ -119,8 +120,23 @@ def picture(solution, view, names, progress, groups=None, flat=None):
         found = _splatted(solution, view, names, splat)
     if "level" in names and "level" not in found:
         found["level"] = by_index(found["index"], solution.values()["level"])
+    if view.culling and not np.any(found["alpha"]):
+        _warn_of_backs_in_view(surfels, view)
     found = add_background(found, view.behind, view.through, view.samples)
     return {name: found[name] for name in names}
+
+
+def _warn_of_backs_in_view(surfels, view):
+    """Says why a picture is empty, where surfels are in it."""
+    column, row, depth = view.through.project(surfels.points, view.size).T
+    width, height = view.size
+    inside = (depth > 0.0) & (column >= 0.0) & (column < width) & (row >= 0.0) & (row < height)
+    towards = towards_eye(surfels.points, view.through)
+    if inside.any() and not np.any((towards * surfels.normals).sum(axis=1)[inside] > 0.0):
+        warn(
+            f"the picture is empty: all of the {np.count_nonzero(inside)} surfels in it show the camera their backs, "
+            "which are not drawn (culling=False draws them; Surfels.flipped() or --normals flip turns them)"
+        )
 
 
 def by_index(index, values):

@@ -190,8 +190,8 @@ class Solution:
                 at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
                 solutions from files, which hold no scene.
             indirect: "interpolated", or "gathered", some milliseconds a point, which needs the scene, too.
-            rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; a quarter of the
-                error takes six times as many. To a lamp an eighth, half of them where those disagree.
+            rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; three times as many
+                where little of the sky is seen. To a lamp an eighth, half of them where those disagree.
             seed: of the rays.
             threads, progress: see `solve`.
 

@@ -50,11 +50,12 @@ def warn_of_backs(lights, surfels, direct, areas):
     total = areas.sum()
     fronts = areas @ direct / total if total > 0.0 else 0.0
     if fronts > HARDLY_LIT * direct.max():
+        _warn_of_lamps_on_backs(lights, surfels)
         return False
     asked = _drawn_by_area(surfels.areas)
-    if fronts > ON_FRONTS * (fronts + _light_on_backs(surfels, asked, shining, blocked=False)):
+    if fronts > ON_FRONTS * (fronts + _light_unoccluded(surfels, asked, shining, -1.0)):
         return False
-    backs = _light_on_backs(surfels, asked, shining, blocked=True)
+    backs = _light_on_backs(surfels, asked, shining)
     if fronts < ON_FRONTS * (fronts + backs):
         what = "none of it" if fronts == 0.0 else f"only {fronts / (fronts + backs):.2%} of it"
         warn(
@@ -66,6 +67,23 @@ def warn_of_backs(lights, surfels, direct, areas):
     else:
         return False
     return True
+
+
+def _warn_of_lamps_on_backs(lights, surfels):
+    """Warns, lamp by lamp, where fronts would get next to nothing of one even if nothing were in between.
+
+    So it is of a terrain whose faces are wound downwards: the sky, which lights it from below, hides that.
+    """
+    asked = _drawn_by_area(surfels.areas)
+    for index, light in enumerate(lights):
+        if isinstance(light, Environment) or not _shines(light):
+            continue
+        fronts, backs = (_light_unoccluded(surfels, asked, [light], side) for side in (1.0, -1.0))
+        if fronts < ON_FRONTS * backs and fronts < ON_FRONTS * _light_on_backs(surfels, asked, [light]):
+            warn(
+                f"lights: light {index}, {type(light).__name__}, shines on backs of surfels alone: normals face away "
+                f"from it ({TURN}), or it stands behind all there is"
+            )
 
 
 def warn_of_power_into_backs(figures):
@@ -128,14 +146,21 @@ def _drawn_by_area(areas):
     return np.searchsorted(shares, (np.arange(ASKED) + 0.5) / ASKED * shares[-1])
 
 
-def _light_on_backs(surfels, asked, lights, blocked):
-    """Mean direct irradiance, channels added up, of the asked of the surfels turned round; if not `blocked`, with
-    nothing in between.
+def _light_unoccluded(surfels, asked, lights, side):
+    """Mean direct irradiance, channels added up, of the asked of the surfels were nothing in between: of their fronts
+    (side 1) or backs (-1).
     """
-    points, normals = surfels.positions[asked], -surfels.normals[asked]
-    if blocked:
-        turned = replaced(surfels, normals=-surfels.normals, triangles=surfels.triangles[:, ::-1])
-    else:  # one surfel that is no obstacle to any other
-        turned = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])
-    scene = _core.Scene([turned], [light._to_core() for light in lights])
+    points, normals = surfels.positions[asked], side * surfels.normals[asked]
+    alone = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])  # no obstacle to any other
+    return _mean_of(alone, lights, points, normals)
+
+
+def _light_on_backs(surfels, asked, lights):
+    """Mean direct irradiance, channels added up, of the asked of the surfels turned round."""
+    turned = replaced(surfels, normals=-surfels.normals, triangles=surfels.triangles[:, ::-1])
+    return _mean_of(turned, lights, surfels.positions[asked], -surfels.normals[asked])
+
+
+def _mean_of(obstacles, lights, points, normals):
+    scene = _core.Scene([obstacles], [light._to_core() for light in lights])
     return _core.direct_at(scene, points, normals, RAYS, 0, None).sum(axis=1).mean()

@@ -52,6 +52,25 @@ def test_large_faces_are_cut(here, run):
     assert np.all(found.normals[:, 2] == -1.0)
 
 
+def test_a_terrain_that_is_wound_downwards_is_turned_over(here, run):
+    """It was black, its picture blank, without a word. --normals keep leaves it, and then says what that means."""
+    corners = [(x, y, 0.1 * np.sin(3.0 * x)) for y in np.linspace(0, 2, 9) for x in np.linspace(0, 2, 9)]
+    quads = [(k, k + 9, k + 10, k + 1) for j in range(8) for k in range(9 * j + 1, 9 * j + 9)]
+    lines = ["v {} {} {}\n".format(*c) for c in corners] + ["f {} {} {} {}\n".format(*q) for q in quads]
+    (here / "hill.obj").write_text("".join(lines))
+    status, _, err = run("solve", "hill.obj", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "100 % of the terrain faces down: its faces are turned over" in err
+    assert "warning" not in err
+    assert np.all(sf.load_solution("hill_solved.ply").surfels.normals[:, 2] > 0.0)
+    for given in (["--normals", "keep"], ["--up", "0,-1,0"]):
+        status, _, err = run("solve", "hill.obj", "--no-image", "--rays", 16, "--light", "sun", *given)
+        assert status == 0, err
+        assert "turned over" not in err
+        assert np.all(sf.load_solution("hill_solved.ply").surfels.normals[:, 2] < 0.0)
+    assert "shines on backs of surfels alone" in err
+
+
 def test_an_obj_file_of_points_stays_a_cloud(here, run):
     points = np.random.default_rng(0).normal(size=(300, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

@@ -24,6 +24,21 @@ def test_splats_agree_with_ray_casting(name):
     assert psnr(solution.render(size=(160, 120), samples=2), exact, white) > 35
 
 
+@pytest.mark.parametrize("options", [{}, {"direct": "traced"}])
+@pytest.mark.parametrize("height", [None, 3.0])
+def test_a_picture_of_backs_alone_says_so(solution, options, height, recwarn):
+    below = sf.Camera([0.0, 0.1, -4.0], [0.0, 0.0, 0.0], height=height)
+    floor = sf.solve(sf.Scene([solution.surfels[solution.surfels.points[:, 2] == 0.0]], lights=[sf.Environment(1.0)]))
+    assert not floor.render(below, (20, 20), **options).any()
+    (said,) = recwarn
+    assert str(said.message).startswith(f"the picture is empty: all of the {len(floor.surfels)} surfels in it show the")
+    recwarn.clear()
+    assert floor.render(below, (20, 20), culling=False, **options).any()
+    away = sf.Camera([0.0, 0.1, -4.0], [0.0, 0.0, -8.0])  # sees none of them
+    assert not floor.render(away, (20, 20), **options).any()
+    assert len(recwarn) == 0
+
+
 @pytest.fixture(scope="module")
 def solution():
     floor = sf.Surfels.from_mesh(

@@ -89,6 +89,26 @@ def test_lit_scenes_and_lamps_that_light_nothing_but_themselves_are_not_warned_o
     assert not any("backs" in text for text in solved(solver, black)[1])
 
 
+@SOLVERS
+def test_a_lamp_that_a_sky_hides_the_lack_of_is_named(solver):
+    """Of a floor that faces down half the light of an environment is left, and nothing of the sun."""
+    lights = [sf.Environment(1.0), sf.DirectionalLight([0, 0, -1], 5.0), sf.PointLight([0.5, 0.5, 1.0], 5.0)]
+    _, said = solved(solver, sf.Scene([FLOOR.flipped()], lights))
+    assert [text.split(",")[0] for text in said] == ["lights: light 1", "lights: light 2"]
+    assert all("shines on backs of surfels alone" in text for text in said)
+    assert solved(solver, sf.Scene([FLOOR], lights))[1] == []
+
+
+@SOLVERS
+def test_a_lamp_between_floors_and_the_back_of_the_ceiling_beneath(solver):
+    """A beam that few surfels are in: the floor is in its way, whoever is asked."""
+    offset = np.eye(4)
+    offset[2, 3] = -0.5
+    below = FLOOR.flipped().transformed(offset)
+    beam = sf.SpotLight([0.5, 0.5, 0.5], [0, 0, -1], 5.0, cone=20.0)
+    assert solved(solver, sf.Scene([FLOOR, below], [sf.Environment(1.0), beam]))[1] == []
+
+
 def test_an_unknown_error_comes_back_from_a_file(tmp_path):
     dark, _ = solved(sf.solve, sf.Scene([ball(-1)], [OUTSIDE]))
     dark.save(tmp_path / "dark.ply")
