@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t few = 20, many = 120;  // looked at, to find as many that face the point's way
 constexpr double least_cosine = 0.5;         // between normals
 constexpr std::size_t large = 1 << 16;       // sites of an object
+constexpr double tied = 1e-9;                // relative difference of distances
 constexpr double off_surface = 8.0;          // how many times the squared distance off the surface counts
 
 }  // namespace
@@ -118,7 +119,9 @@ void Interpolation::at(const Vec3& point, const Vec3& normal, std::uint32_t obje
         }
         return;
     }
-    const double h = out.size() == most_sites ? out.back().weight : 1.5 * out.back().weight;
+    double h = out.size() == most_sites ? out.back().weight : 1.5 * out.back().weight;
+    // Where others are as far as the last, as around a corner of equal patches, they count as they do beside it.
+    if (out.size() == most_sites && out[most_sites - 2].weight > (1.0 - tied) * h) h *= 1.0 + tied;
     double sum = 0.0;
     for (Weight& w : out) {
         const double d = w.weight;

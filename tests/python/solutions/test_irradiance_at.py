@@ -370,3 +370,17 @@ def test_light_through_a_window_far_away(image):
     rms = np.sqrt((off**2).mean(axis=0))
     assert np.all(rms < [0.02, 0.02, 0.04, 0.05, 0.09])
     assert np.all(np.abs(off.mean(axis=0)) < 0.6 * rms)
+
+
+@pytest.mark.parametrize(("half", "area"), [(2.0, 0.0625), (3.0, 0.04), (2.0, 0.04)])
+def test_light_does_not_jump_at_corners_of_equal_patches(half, area):
+    """Beneath the middle of a lamp: eight patches are as far as the ninth, and had no say there alone."""
+    corners = np.array([[-0.5, -0.5, 1], [-0.5, 0.5, 1], [0.5, 0.5, 1], [0.5, -0.5, 1]])
+    lamp = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 1.0, 0.0, emission=100.0)
+    floor = patch([-half, -half, 0], [2 * half, 0, 0], [0, 2 * half, 0], 0.0, 0.0, area)
+    solution = sf.solve(sf.Scene([floor, lamp]), transport="pairs", insert=False)
+    x = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-6])
+    found = solution.irradiance_at(np.c_[x, 0 * x, 0 * x], np.tile([0.0, 0.0, 1.0], (len(x), 1)))[:, 0]
+    np.testing.assert_allclose(found, found[-1], rtol=1e-5)
+    (true,) = 100.0 * element_to_polygon(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), corners)
+    np.testing.assert_allclose(found, true, rtol=0.02)
