@@ -30,6 +30,8 @@ def checked(options, scene):
     largest = [(int(sizes[k]), cloud.points[patches == k + 1].mean(axis=0)) for k in order[:LISTED]]
     counts = {"surfels": len(cloud), "inward": int(sizes.sum()), "patches": len(sizes), "unclear": int(unclear.sum())}
     result = {"input": options.input, **counts, **coincident}
+    of_mesh = _inward_faces(scene.objects[0], patches > 0) if len(scene.objects) == 1 else None
+    result |= {} if of_mesh is None else {"inward_faces": np.flatnonzero(of_mesh)}
     result |= {"largest": [{"surfels": size, "center": center} for size, center in largest], "output": options.output}
 
     place = rounded_for(cloud)
@@ -42,6 +44,7 @@ def checked(options, scene):
         lines += [f"  {size} around ({place(center)})" for size, center in largest]
         if len(sizes) > LISTED:
             lines.append(f"  ... and {len(sizes) - LISTED} smaller ones")
+        lines += _faces_text(of_mesh)
         flag = " --bodies" if options.bodies else " --rooms" if options.rooms else ""
         lines += _next_step(options, flag, rooms=not options.bodies)
     else:
@@ -80,6 +83,28 @@ def _sides_of(one, witnesses, options):
     if inside is not None:
         return rooms, nothing, inside
     return _renumbered(np.where(facing_in, 0, bodies)), facing_in, None
+
+
+def _inward_faces(one, inward):
+    """(f,) booleans: faces of a mesh of which surfels make most that point inwards (n,); None of what is no mesh."""
+    if one.faces is None:
+        return None
+    faces, count = one.faces, len(one._faces.merged)
+    found = np.bincount(faces, one.areas * inward, count) > 0.5 * np.bincount(faces, one.areas, count)
+    return found[one._faces.merged] | found
+
+
+def _faces_text(inward):
+    """How many faces point inwards (f,), and which, as lines."""
+    if inward is None or not inward.any():
+        return []
+    numbers = np.flatnonzero(inward)
+    which = ", ".join(map(str, numbers[:LISTED])) + (", ..." if len(numbers) > LISTED else "")
+    if len(numbers) == len(inward):
+        return ["these are all faces of the mesh: `surflux solve --normals flip` turns all of them"]
+    points = "points" if len(numbers) == 1 else "point"
+    of = check.counted(len(inward), "face")
+    return [f"of {of} of the mesh {len(numbers)} {points} inwards, numbered from 0: {which}"]
 
 
 def _witnesses(scene, viewpoint):

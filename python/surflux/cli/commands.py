@@ -15,6 +15,7 @@ from surflux.cli.cloud import CLOUD_LIMIT, is_cloud
 from surflux.cli.completion import script
 from surflux.cli.examples import epilog
 from surflux.cli.interrupts import INTERRUPTED, ended_by_ctrl_c, leave
+from surflux.cli.mesh import is_mesh, patches_of_mesh
 from surflux.cli.options import command_line
 from surflux.cli.parser import vectors_joined
 from surflux.cli.pictures import (
@@ -109,6 +110,8 @@ def _check_options(options):
             checked(f"--{name.replace('_', '-')}", given[name])
     if given.get("command") == "solve":
         tiles.check_options(options)
+    if given.get("mesh") and is_scene(options.input):
+        raise ValueError("--mesh: is for a PLY file; a scene file says by its key kind what it takes")
     if "viewpoint" in given and is_scene(options.input):
         raise ValueError("--viewpoint: is for a cloud; a scene file says by itself what its normals are")
     if "points" in given and is_scene(options.input):
@@ -150,6 +153,10 @@ def _check_cloud(options):
         if options.output:
             raise ValueError("--output: is for a cloud; a scene file turns an object's surfels round by its key orient")
         scene = load_scene(options)
+    elif is_mesh(options):
+        if options.points is not None:
+            raise ValueError("--points: is for a cloud")
+        scene = sf.Scene([patches_of_mesh(options)])
     else:
         scene = sf.Scene([_cloud(options)])
     return told(options, *checking.checked(options, scene))

@@ -13,6 +13,7 @@ from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
+from surflux.cli.mesh import PATCHES
 from surflux.geometry.meshes import PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
@@ -220,22 +221,25 @@ def _mesh(options):
         "faces": faces,
         "bounds": np.array([low, high]),
         "colors": mesh.reflectance is not None or mesh.of_faces is not None,
-        "next": f"surflux view {file}; to light it, write a scene file that names it, as above",
+        "solve": _expense(max(faces, PATCHES)),
+        "next": f"surflux solve {file}, or surflux view {file}",
     }
     return result, [
         f"{options.input}: a mesh of {check.counted(len(mesh.vertices), 'vertex', 'vertices')}"
         f" and {check.counted(faces, 'face')}",
         f"bounds: {box_text(result['bounds'])}, in the unit of the file",
         f"colours: {colors}",
+        f"`surflux solve` lights it by a lamp and a sky; large faces are cut until there are about {PATCHES} patches",
         *lines_of_mesh_scene(options.input, float(np.max(high - low))),
+        *_expense_lines(result["solve"]),
     ]
 
 
 def lines_of_mesh_scene(path, extent):
-    """How to light a mesh: the scene file that names it."""
+    """How to give a mesh lights of its own: the scene file that names it."""
     cell = (extent / 50.0) ** 2
     return [
-        "`surflux solve` takes meshes in a scene file, such as scene.toml with these lines:",
+        "lights and patches of your own go into a scene file, such as scene.toml with these lines:",
         f'  [[object]]\n  file = "{path}"\n  kind = "mesh"\n  patch_area = {cell:.3g}',
         '  [[light]]\n  type = "environment"\n  radiance = 1.0',
     ]

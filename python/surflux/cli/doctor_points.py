@@ -194,7 +194,7 @@ def _next(options, given, faces):
     more = "" if given.viewpoint is None else f" --viewpoint={','.join(f'{v:g}' for v in given.viewpoint)}"
     more += "" if given.points is None else f" --points {given.points}"
     return f"surflux solve {file}{more}" + (
-        f" for the points alone, surflux view --mesh {file} for the faces" if faces else ""
+        f" for the points alone, surflux solve --mesh {file} for the faces" if faces else ""
     )
 
 
@@ -244,8 +244,9 @@ def lines_of_points(f):
         lines.append(f"isolated: {check.counted(f['isolated'], 'point')}, four times as far from others as usual there")
     if f["faces"]:
         lines.append(
-            f"faces: {f['faces']}: it is a mesh, of which `solve` would take the points alone. `surflux view --mesh` "
-            'shows its faces; kind = "mesh" in a scene file, or surflux.Surfels.from_mesh, lights them'
+            f"faces: {f['faces']}: it is a mesh, of which `solve` would take the points alone. `surflux solve --mesh` "
+            'lights its faces, `surflux view --mesh` shows them; also kind = "mesh" in a scene file, or '
+            "surflux.Surfels.from_mesh"
         )
     return [*lines, *_solve_lines(f, solve)]
 

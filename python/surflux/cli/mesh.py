@@ -20,7 +20,7 @@ SUFFIXES = (".ply", ".vtp")
 
 
 def is_mesh(options):
-    """Whether `solve` and `view` take the faces of a file: of a mesh, and with --mesh of a PLY file."""
+    """Whether a command takes the faces of a file: of a mesh, and with --mesh of a PLY file."""
     if options.mesh:
         return True
     suffix = Path(options.input).suffix.lower().lstrip(".")
@@ -33,13 +33,17 @@ def check_output(path):
         raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {str(path)!r}")
 
 
-def patches_of_mesh(options):
-    """Surfels of the faces of a file, which large ones are cut for."""
-    surfels = Surfels.from_mesh(options.input, reflectance=None, threads=options.threads, progress=True)
+def patches_of_mesh(options, reflectance=None):
+    """Surfels of the faces of a file, which large ones are cut for.
+
+    reflectance: see Surfels.from_mesh.
+    """
+    surfels = Surfels.from_mesh(options.input, None, reflectance, threads=options.threads, progress=True)
     if len(surfels) < PATCHES:
         area, faces = surfels.areas.sum() / PATCHES, len(surfels)
-        surfels = Surfels.from_mesh(options.input, area, None, threads=options.threads, progress=True)
+        surfels = Surfels.from_mesh(options.input, area, reflectance, threads=options.threads, progress=True)
         LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
+<<<<<<< HEAD
     level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
     if level and options.normals in (None, "check") and layer_of(surfels.points) == "terrain":
         share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
@@ -47,6 +51,9 @@ def patches_of_mesh(options):
             LOG.info("%.0f %% of the terrain faces down: its faces are turned over (--normals keep)", 100.0 * share)
             return surfels.flipped()
     return surfels.flipped() if options.normals == "flip" else surfels
+=======
+    return surfels.flipped() if getattr(options, "normals", None) == "flip" else surfels
+>>>>>>> 2f6474cf8126c99581ede849ab7bc2edece541b8
 
 
 def save_faces(path, source, solution):

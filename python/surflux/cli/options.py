@@ -25,7 +25,7 @@ def command_line(runs, cloud_limit):
     solve = command("solve", "Solve a scene file, or a point cloud or mesh under light that it is given.")
     text = "a scene (.toml), a file of points, or a mesh; with --tiles several of LAS, LAZ or COPC"
     solve.add_argument("input", metavar="SCENE|CLOUD", nargs="+", action=_Inputs, help=text)
-    solve.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
+    _mesh_option(solve)
     text = "the points of a cloud as read, with their light, as .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf; the "
     text += "solved surfels of a scene or mesh, as .ply (default: INPUT's name + _solved.ply), or the faces of the "
     text += "mesh with their light, as .vtp; of --tiles a folder (default: tiles_solved)"
@@ -112,7 +112,8 @@ def command_line(runs, cloud_limit):
     _common_options(area)
 
     check = command("check", "Find normals that point inwards, and surfaces that lie in one place.")
-    check.add_argument("input", metavar="SCENE|CLOUD")
+    check.add_argument("input", metavar="SCENE|CLOUD", help="a scene (.toml), a file of points, or a mesh")
+    _mesh_option(check)
     check.add_argument("-o", "--output", metavar="OUT.ply", help="write the surfels with those patches turned round")
     closed = check.add_mutually_exclusive_group()
     text = "closed surfaces that face inwards are rooms, seen from inside: right"
@@ -175,6 +176,7 @@ def command_line(runs, cloud_limit):
 
     solar = command("solar", "Sun and sky on roofs, facades and ground, in kWh/m2 for every point.")
     add_solar_options(solar)
+    _mesh_option(solar)
     solar.add_argument("--bounces", type=_bounces, default=3, metavar="N|all", help="of light (default: 3)")
     solar.add_argument("--size", type=_size, default=(1200, 900), metavar="WxH")
     _normals_option(solar)
@@ -203,7 +205,7 @@ def command_line(runs, cloud_limit):
     view.add_argument("--pick", type=int, metavar="INDEX", help="the surfel to pick")
     view.add_argument("--no-solve", action="store_true", help="show a scene as it is")
     view.add_argument("--zeta", type=float, help="solve a scene with this zeta (default: the scene's)")
-    view.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
+    _mesh_option(view)
     view.add_argument("--areas", action="store_true", help="how the area is shared out: coverage, histogram, picking")
     view.add_argument("--method", help='with --areas: make them anew, "curved" or "paper" (default: those of FILE)')
     view.add_argument("--size", type=_size, default=(800, 600), metavar="WxH")
@@ -232,6 +234,10 @@ def _loudness_options(parser):
     loudness.add_argument("-q", "--quiet", action="store_true", help="no progress; warnings stay")
     text = "tell the settings, and the seconds of every stage, too"
     loudness.add_argument("-v", "--verbose", action="store_true", help=text)
+
+
+def _mesh_option(parser):
+    parser.add_argument("--mesh", action="store_true", help="take the faces of a PLY file, not its points")
 
 
 def _normals_option(parser):

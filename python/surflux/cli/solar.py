@@ -1,4 +1,4 @@
-"""`surflux solar`: what sun and sky bring to every point of a cloud or scene, in kWh/m2."""
+"""`surflux solar`: what sun and sky bring to every point of a cloud, mesh or scene, in kWh/m2."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -10,10 +10,11 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.files import require_file, require_place
 from surflux._base.passes import LOG
-from surflux.cli.cloud import is_cloud
+from surflux.cli.mesh import patches_of_mesh
 from surflux.cli.pictures import camera_of
 from surflux.cli.solar_cloud import scene_of_scan
 from surflux.cli.solar_site import check_weather, site_of
+from surflux.cli.solve import kind_of
 from surflux.drawing.plots import picture_path
 from surflux.drawing.value_map import SCALE, value_map
 from surflux.pictures.framing import framing
@@ -33,17 +34,18 @@ def run(options, limit):
     limit: of points that are read where --points gives none.
     """
     begin = perf_counter()
-    weather = _checked(options)
+    kind, weather = _checked(options)
     table = Path(options.table or f"{Path(options.input).stem}_solar.ply")
     image = None if options.no_image else Path(options.image or table.with_suffix(".png"))
     written_suffix(table, "-o")
     require_place(table)
     if image is not None:
         picture_path("--image", image)
-    scan, scene, surfel, told, site = _input(options, weather, limit)
+    scan, scene, surfel, told, site = _input(options, kind, weather, limit)
     camera = _camera(options, scene, site.frame)
-    if is_cloud(options.input):
-        LOG.info("what lies past the edge of the points is open: low sun comes in from there")
+    if kind in ("cloud", "mesh"):
+        edge = "points" if kind == "cloud" else "mesh"
+        LOG.info("what lies past the edge of the %s is open: low sun comes in from there", edge)
     seconds = {"input": perf_counter() - begin}
     settings = {"seed": options.seed or 0, "bounces": None if options.bounces == "all" else options.bounces}
     if options.sun_step is not None:
@@ -72,7 +74,7 @@ def run(options, limit):
 
 
 def _checked(options):
-    """Refuses what would only be found out after minutes; the Weather of --epw."""
+    """Refuses what would only be found out after minutes; (kind of the input, see kind_of, the Weather of --epw)."""
     if options.no_image and options.image:
         raise ValueError("--no-image: does not go with --image")
     check.number("--albedo", options.albedo, 0.0, 1.0, high_open=True)
@@ -82,21 +84,24 @@ def _checked(options):
         if value is not None:
             check.number(f"--{name.replace('_', '-')}", value, *bounds[name])
     require_file(options.input)
-    if not is_cloud(options.input):
-        for name in ("casters", "receivers", "colors", "points", "viewpoint", "normals", "keep_outliers"):
+    kind = kind_of(options)
+    if kind != "cloud":
+        refused = "casters", "receivers", "points", "viewpoint", "keep_outliers"
+        for name in refused if kind == "mesh" else (*refused, "colors", "normals"):
             if getattr(options, name):
                 flag = f"--{name.replace('_', '-')}"
-                raise ValueError(
-                    f"{flag}: is for a cloud; scenes and patches of a mesh say by themselves what they are"
-                )
-    return check_weather(options)
+                why = "" if kind == "mesh" else "; scenes and patches of a mesh say by themselves what they are"
+                raise ValueError(f"{flag}: is for a cloud{why}")
+    return kind, check_weather(options)
 
 
-def _input(options, weather, limit):
+def _input(options, kind, weather, limit):
     """(Scan, Scene in the Site's frame, (n,) the surfel of each point or -1, which of them count, Site)."""
-    if not is_cloud(options.input):
-        if Path(options.input).suffix.lower() == ".toml":
+    if kind != "cloud":
+        if kind == "scene":
             scene = sf.load_scene(options.input, threads=options.threads, progress=True)
+        elif kind == "mesh":
+            scene = sf.Scene([patches_of_mesh(options, None if options.colors else options.albedo)])
         else:
             scene = sf.Scene([sf.read(options.input, progress=True)])
         surfels = scene.surfels

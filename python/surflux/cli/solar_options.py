@@ -6,8 +6,9 @@ import re
 
 def add_solar_options(parser):
     """Weather, place, classes and files; all that other commands have as well is the caller's."""
-    parser.add_argument("input", metavar="CLOUD|SCENE", help="a file of points, or a scene (.toml)")
-    text = "points with kWh/m2 in columns of their own, .ply, .laz, .csv, ... (default: INPUT's name + _solar.ply)"
+    parser.add_argument("input", metavar="CLOUD|SCENE", help="a file of points, a mesh, or a scene (.toml)")
+    text = "points, of a mesh the middles of its patches, with kWh/m2 in columns of their own, .ply, .laz, .csv, ... "
+    text += "(default: INPUT's name + _solar.ply)"
     parser.add_argument("-o", "--output", dest="table", metavar="OUT", help=text)
     text = "a typical year's weather, EPW, with its place"
     parser.add_argument("--epw", metavar="FILE", help=text)
@@ -28,9 +29,10 @@ def add_solar_options(parser):
     parser.add_argument("--receivers", metavar="CLASSES", help=text)
     text = "take points that stand alone, which are left out otherwise"
     parser.add_argument("--keep-outliers", action="store_true", help=text)
-    text = "reflected by the ground around, and by the points of a cloud (default: 0.2)"
+    text = "reflected by the ground around, and by a cloud or mesh (default: 0.2)"
     parser.add_argument("--albedo", type=float, default=0.2, help=text)
-    parser.add_argument("--colors", action="store_true", help="points reflect what their colours or intensities say")
+    text = "a cloud or mesh reflects what its colours or intensities say"
+    parser.add_argument("--colors", action="store_true", help=text)
     parser.add_argument("--sun-step", type=float, metavar="DEGREES", help="cells of the sun's positions (default: 3)")
     parser.add_argument("--seed", type=int, help="of everything random")
     parser.add_argument("--no-sky-view", action="store_true", help="leave the column of sky-view factors out")

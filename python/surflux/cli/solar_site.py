@@ -9,9 +9,11 @@ import surflux as sf
 from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
+from surflux.scans.formats import MESHES
 from surflux.scans.georeference import georeference
 from surflux.scenes import weather
 
+_UNLOCATED = {".toml", *(f".{suffix}" for suffix in MESHES)}  # files that have no coordinate reference system
 _FAR = 50.0  # km, from where a place is not the one of the weather any more
 _EARTH = 6371.0  # km
 _NONE = "--place: wanted LAT,LON in degrees"
@@ -115,7 +117,7 @@ def site_of(options, points, found):
 
 def _georeference(options, place):
     """The Georeference of a file of points, or None; --place goes without one that cannot be read."""
-    if Path(options.input).suffix.lower() == ".toml":
+    if Path(options.input).suffix.lower() in _UNLOCATED:
         return None
     try:
         return georeference(options.input, place)

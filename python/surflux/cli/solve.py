@@ -28,12 +28,11 @@ from surflux.solutions.solution_file import holds_solution
 _OF_CLOUDS = ("albedo", "strict", "keep_outliers", "raw_colors")
 # Options that do not go with what is no cloud, and what a scene file has in their place.
 _REFUSED = {
-    "scene": ("mesh", "thin", "light", "normals", "ground", *_OF_CLOUDS),
+    "scene": ("thin", "light", "normals", "ground", *_OF_CLOUDS),
     "mesh": ("points", "viewpoint", "thin", *_OF_CLOUDS),
     "patches": _OF_CLOUDS,
 }
 _IN_SCENES = {
-    "mesh": "says by its key kind what it takes",
     "thin": "thins an object by its key thin",
     "light": "has lights of its own",
     "normals": "turns an object by its key orient",
@@ -69,7 +68,7 @@ def run(options):
     images = [] if options.no_image else options.image or [output.with_suffix(".png")]
     require_place(output)
     check_images(images)
-    kind = _kind_of(options)
+    kind = kind_of(options)
     _refuse_options(options, kind)
     if kind == "mesh":
         check_output(output)
@@ -139,7 +138,7 @@ def run(options):
     return status
 
 
-def _kind_of(options):
+def kind_of(options):
     """What the input is: "scene", "mesh", "cloud", or "patches" that Surfels.save wrote."""
     if is_scene(options.input):
         return "scene"
@@ -149,9 +148,8 @@ def _kind_of(options):
 def _refuse_options(options, kind):
     for name in _REFUSED.get(kind, ()):
         if getattr(options, name):
-            what = "a PLY file" if name == "mesh" else "a cloud"
             hint = _IN_SCENES.get(name) if kind == "scene" else None
-            raise ValueError(f"--{name.replace('_', '-')}: is for {what}{f'; a scene file {hint}' if hint else ''}")
+            raise ValueError(f"--{name.replace('_', '-')}: is for a cloud{f'; a scene file {hint}' if hint else ''}")
 
 
 def _scene_to_solve(options, kind):

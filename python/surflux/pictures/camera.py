@@ -53,7 +53,7 @@ class Camera:
         self._eye = positions("eye", eye).copy()
         self._target = positions("target", target).copy()
         self._up = positions("up", up).copy()
-        self._fov = number("fov", fov, 0.0, 180.0)
+        self._fov = number("fov", fov)
         if not 0.0 < self._fov < 180.0:
             raise ValueError(f"fov: wanted degrees between 0 and 180, got {self._fov:g}")
         self._height = None if height is None else length("height", height)

@@ -35,14 +35,18 @@ class Evaluation:
         self.rays, self.seed = check.count("rays", rays, 1, 1 << 16), check.seed("seed", seed)
 
 
-def warn_of_mid_air(on_surface):
-    """Of points in mid-air, whose irradiance is not what is asked for; on_surface: (m,) booleans."""
+def warn_of_mid_air(on_surface, has_scene):
+    """Of points in mid-air, whose irradiance is not what is asked for.
+
+    on_surface: (m,) booleans. has_scene: of the solution, which rays that gather light need.
+    """
     off = np.count_nonzero(~on_surface)
     if off:
         where = f"{off} of {check.counted(len(on_surface), 'point')} {'is' if off == 1 else 'are'}"
+        gathered = 'indirect="gathered" finds that, or ' if has_scene else ""
         warn(
             f"points: {where} on no surface that faces the way of the normal: irradiance there is that of the nearest "
-            "surfels, which is not that of mid-air; reference_irradiance() finds that"
+            f"surfels, which is not that of mid-air; {gathered}reference_irradiance() of the scene"
         )
 
 

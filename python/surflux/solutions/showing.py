@@ -98,7 +98,8 @@ def plot(self, color: str = "radiosity", *, receivers: bool = False, **options: 
 def to_pyvista(self, kind: Literal["points", "disks", "patches"] = "points") -> pyvista.PolyData:
     """The surfels as Surfels.to_pyvista has them, with radiosity, irradiance, direct, level, parent, object and cut.
 
-    Light is in W/m2, the unit of the lights; the field array "units" says so.
+    Light is in W/m2, the unit of the lights; the field array "units" says so. Of kind "patches" cells are triangles,
+    several of a patch: their "surfel" is the row of the solution that they belong to.
 
     >>> import surflux as sf
     >>> floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), patch_area=0.1)

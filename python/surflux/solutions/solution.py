@@ -52,23 +52,22 @@ class Solution:
         history: list of dicts, the figures of each iteration (of relit scenes once, surfels and powers alone): surfels,
             cut (nodes that light was solved for), refined (nodes that gave way to get there), inserted (all that ever
             were, split ones included), left_out (surfels that max_surfels kept from being split), of solve_meshless
-            level (the finest of the basis), points (its
-            functions) and surfels_gathered (surfels finer than the basis, with rays of their own), links (pairs of a
-            node and what it gathers from, or of surfels; with solve_meshless one for each ray), rays, channels (1 where
-            all is grey), applications of the operator, residual, imbalance (of what neighbourhoods send and what all
-            receive from them, before reciprocity mended it) and imbalance_left (of that, afterwards, in the part that
-            balances worst), error (an estimate from the variance of the rays and the error of interpolation; at the end
-            that of `error`), error_uncertainty (the standard error of `error`), local_error and local_error_p90 (median
-            and 90th percentile, over some 60 regions of the surface, of the RMS error of a region relative to its own
-            light, where that is above a thousandth of the RMS of H; no less than rays can tell), power_in and where it
-            ends (all channels added up; a grey scene has its one three times): power_absorbed, power_escaped and
-            power_into_backs, both by the senders' own rays, and power_lost, the residual, of either sign, with its
-            standard error by these rays, power_lost_error; parts (of the scene that see nothing of each other),
-            largest_part_lost (of the part and channel that balance worst, what is lost or made of what enters), seconds
-            up to then. With all pairs also largest_correction (of the diagonal that closes the exchange, max |d_i -
-            1|), closure_residual, largest_shortfall (of a row that no diagonal fills; back faces are taken to absorb
-            it), short_rows and closure_applications. Where an error or a time was asked for, the last one has
-            wanted_error, wanted_seconds, and how many attempts there were.
+            level (the finest of the basis), points (its functions) and surfels_gathered (surfels finer than the basis,
+            with rays of their own), links (pairs of a node and what it gathers from, or of surfels; with solve_meshless
+            one for each ray), rays, channels (1 where all is grey), applications of the operator, residual, imbalance
+            (of what neighbourhoods send and what all receive from them, before reciprocity mended it) and
+            imbalance_left (of that, afterwards, in the part that balances worst), error (an estimate from the variance
+            of the rays and the error of interpolation; at the end that of `error`), error_uncertainty (the standard
+            error of `error`), local_error and local_error_p90 (median and 90th percentile, over some 60 regions of the
+            surface, of the RMS error of a region relative to its own light, where that is above a thousandth of the RMS
+            of H; no less than rays can tell), power_in and where it ends (all channels added up; a grey scene has its
+            one three times): power_absorbed, power_escaped and power_into_backs, both by the senders' own rays, and
+            power_lost, the residual, of either sign, with its standard error by these rays, power_lost_error; parts (of
+            the scene that see nothing of each other), largest_part_lost (of the part and channel that balance worst,
+            what is lost or made of what enters), seconds up to then. With all pairs also largest_correction (of the
+            diagonal that closes the exchange, max |d_i - 1|), closure_residual, largest_shortfall (of a row that no
+            diagonal fills; back faces are taken to absorb it), short_rows and closure_applications. Where an error or a
+            time was asked for, the last one has wanted_error, wanted_seconds, and how many attempts there were.
         attempts: list of dicts, where an error or a time was asked for: settings, estimated error and seconds of each
             attempt; an error of NaN is of one that the time was not enough for.
         camera: Camera from which the scene wants to be seen, or None.
@@ -181,7 +180,8 @@ class Solution:
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
         normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right.
+        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right, but
+        under surfels that shine, as mesh lamps do, it is noisier than what is interpolated: take more rays there.
 
         Args:
             points: (m, 3).
@@ -215,7 +215,7 @@ class Solution:
             callback = stage("irradiance")
             self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)
             if not how.is_gathered:
-                warn_of_mid_air(self._on_surface(points, normals) != 0)
+                warn_of_mid_air(self._on_surface(points, normals) != 0, self._scene is not None)
             scene = None if self._scene is None else self._scene._to_core()
             points = points if scene is None else _core.onto_surface(scene, points, normals)
             if self._field is None:

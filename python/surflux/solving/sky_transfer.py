@@ -108,14 +108,20 @@ class SkyTransfer(Transfer):
             radiances, sun = sky.patch_radiances(self.patches), sky.sun
         elif isinstance(sky, Environment):
             radiances, sun = self.patches.radiance(sky), None
-            _warn_of_narrow_light(sky, self.patches)
         else:
             self._refuse_lights("sky", sky, f"a Sky, an Environment or radiances ({len(self.patches)}, 3)")
             radiances, sun = check.numeric("sky", sky), None
+        count = len(self.patches)
+        if radiances.shape not in ((count,), (count, 3)):
+            shape = f"({count},) or ({count}, 3), of which the first radiance is the ground's"
+            raise ValueError(f"sky: wanted shape {shape}, got {radiances.shape}")
         if radiances.ndim == 1:
             radiances = radiances[:, None].repeat(3, axis=1)
-        radiances = check.finite_array("sky", radiances, (len(self.patches), 3))
-        return check.in_range("sky", radiances, 0.0, LARGEST), [] if sun is None else [sun]
+        radiances = check.finite_array("sky", radiances, (count, 3))
+        check.in_range("sky", radiances, 0.0, LARGEST)
+        if isinstance(sky, Environment):
+            _warn_of_narrow_light(sky, self.patches)
+        return radiances, [] if sun is None else [sun]
 
     def coefficients(
         self,

@@ -121,6 +121,49 @@ def test_lists_end_with_what_they_leave_out_and_say_what_to_do(check):
     assert out[12].startswith("  `surflux check ball.ply -o OUT.ply` turns them round, as s.flipped(")
 
 
+@pytest.fixture
+def ball_with_a_cap(tmp_path):
+    """A ball as .obj, of which faces above z = .4 have their corners the other way round: their numbers."""
+    pyvista = pytest.importorskip("pyvista")
+    ball = pyvista.Sphere(theta_resolution=24, phi_resolution=24)
+    faces = ball.faces.reshape(-1, 4)[:, 1:].copy()
+    cap = ball.points[faces].mean(axis=1)[:, 2] > 0.4
+    faces[cap] = faces[cap, ::-1]
+    lines = [f"v {x} {y} {z}" for x, y, z in ball.points] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    (tmp_path / "ball.obj").write_text("\n".join(lines) + "\n")
+    return np.flatnonzero(cap)
+
+
+def test_a_mesh_is_checked_as_solve_takes_it(ball_with_a_cap, check, capsys):
+    out = check("ball.obj")
+    many, first = len(ball_with_a_cap), ", ".join(map(str, ball_with_a_cap[:10]))
+    assert f"of 1056 faces of the mesh {many} point inwards, numbered from 0: {first}, ...\n" in out
+    assert "in 1 patch\n" in out
+    found = json.loads(check("ball.obj", "--json", "-o", "turned.ply"))
+    assert found["inward_faces"] == ball_with_a_cap.tolist()
+    assert found["surfels"] >= 20_000
+    assert check("turned.ply").endswith("none in a patch that points inwards\n")
+    capsys.readouterr()
+    assert commands.main(["check", "ball.obj", "--points", "50"]) == 2
+    assert "--points: is for a cloud" in capsys.readouterr().err
+
+
+def test_a_mesh_turned_inside_out_is_turned_by_an_option_of_solve(check, tmp_path):
+    vertices, faces, _ = shapes.box(patches=1, inward=True)
+    corners = [f"v {x} {y} {z}\n" for x, y, z in np.asarray(vertices)]
+    polygons = [f"f {' '.join(str(k + 1) for k in face)}\n" for face in faces]
+    (tmp_path / "box.obj").write_text("".join(corners + polygons))
+    assert "these are all faces of the mesh: `surflux solve --normals flip`" in check("box.obj", "--bodies")
+
+
+@pytest.mark.parametrize("suffix", ["ply", "stl", "glb"])
+def test_faces_of_other_files_are_checked(suffix, check):
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.icosphere(subdivisions=2).export(f"ball.{suffix}")
+    arguments = ["--mesh"] if suffix == "ply" else []
+    assert check(f"ball.{suffix}", *arguments).endswith("none in a patch that points inwards\n")
+
+
 def test_only_one_reading_at_a_time(check, capsys):
     with pytest.raises(SystemExit):
         commands.main(["check", "room.ply", "--rooms", "--bodies"])

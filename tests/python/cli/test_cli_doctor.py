@@ -217,13 +217,16 @@ def test_a_mesh_that_solve_would_take_for_points(doctor, run):
     assert (found["kind"], found["faces"]) == ("points", 1)
     out = run("doctor", "quad.ply")[1]
     assert 'kind = "mesh" in a scene file' in out
-    assert "`surflux view --mesh` shows its faces" in out
+    assert "`surflux solve --mesh` lights its faces, `surflux view --mesh` shows them" in out
 
 
 def test_the_scene_that_is_shown_for_a_mesh_can_be_solved(doctor, run):
     Path("quad.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
     found, status = doctor("quad.obj")
     assert (status, found["kind"], found["vertices"], found["faces"]) == (0, "mesh", 4, 1)
+    assert found["next"] == "surflux solve quad.obj, or surflux view quad.obj"
+    assert "in a scene file" not in run("doctor", "quad.obj")[1]
+    assert run("solve", "quad.obj", "--no-image", "--rays", 16)[0] == 0
     lines = [line.strip() for line in run("doctor", "quad.obj")[1].splitlines() if line.startswith("  ")]
     Path("scene.toml").write_text("\n".join(lines))
     assert run("solve", "scene.toml", "--no-image")[0] == 0

@@ -41,6 +41,30 @@ def test_a_file_that_says_where_it_lies(tile, run):
     np.testing.assert_allclose(scan.attributes["kwh"], sky.global_horizontal / 1000.0, rtol=1e-3)
 
 
+@pytest.mark.parametrize("colors", [False, True])
+def test_a_mesh_has_light_on_its_patches(here, run, colors):
+    """Level ground under an open sky: its global irradiation, whatever it reflects."""
+    (here / "ground.obj").write_text("v 0 0 2\nv 40 0 2\nv 40 40 2\nv 0 40 2\nf 1 2 3 4\n")
+    arguments = [*PLACE, "--time", NOON, "--json", *FEW, *(["--colors"] if colors else [])]
+    status, out, err = run("solar", "ground.obj", *arguments)
+    assert status == 0, err
+    result = json.loads(out)
+    assert result["points"] >= 20_000
+    assert result["area"] == pytest.approx(1600.0)
+    scan = sf.read_scan("ground_solar.ply")
+    expected = sf.Sky(47.4, 8.5, NOON).global_horizontal / 1000.0
+    np.testing.assert_allclose(scan.attributes["kwh"], expected, rtol=1e-3)
+    np.testing.assert_allclose(scan.reflectance, 0.5 if colors else 0.2, atol=0.005)  # bytes
+    assert "what lies past the edge of the mesh is open" in err
+    # From below, where the ground around reflects into it, with an albedo of .2
+    status, out, err = run("solar", "ground.obj", *arguments, "--normals", "flip", "-o", "flipped.csv")
+    assert status == 0, err
+    flipped = sf.read_scan("flipped.csv").attributes
+    np.testing.assert_allclose(flipped["kwh"], 0.2 * expected, rtol=0.02)
+    status, _, err = run("solar", "ground.obj", *PLACE, "--time", NOON, "--receivers", 2)
+    assert (status, "--receivers: is for a cloud\n" in err) == (2, True)
+
+
 @pytest.mark.slow
 def test_weather_of_another_place_is_told_of(tile, run, here):
     write_epw(here / "here.epw", level_sun(47.4, 8.5, 1.0), np.zeros(8760), np.full(8760, 10.0))

@@ -85,6 +85,12 @@ def test_refuses_by_name(arguments, name):
         Camera(**{"eye": (0, 0, 0), "target": (0, 1, 0), **arguments})
 
 
+@pytest.mark.parametrize("fov", [-10.0, 0.0, 180.0, 200.0])
+def test_angles_that_no_camera_has_are_refused_in_the_same_words(fov):
+    with pytest.raises(ValueError, match=f"^fov: wanted degrees between 0 and 180, got {fov:g}$"):
+        Camera((0, -4, 0), (0, 0, 0), fov=fov)
+
+
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [

@@ -336,8 +336,41 @@ def test_points_in_mid_air_are_warned_of_once_with_their_number(solver):
     with pytest.warns(UserWarning, match=rf"points: {off.sum()} of {50 + off.sum()} points are on no surface") as said:
         solution.irradiance_at(np.vstack([floor, desk[off]]), up(np.zeros(50 + off.sum())))
     assert len(said) == 1
-    with pytest.warns(UserWarning, match="points: 50 of 50 points are on no surface"):
+    first = r'mid-air; indirect="gathered" finds that, or reference_irradiance\(\) of the scene$'
+    with pytest.warns(UserWarning, match=f"points: 50 of 50 points are on no surface.*{first}"):
         solution.irradiance_at(floor, -up(floor))  # from below
+
+
+def test_light_gathered_under_surfels_that_shine_wants_more_rays_than_what_is_interpolated():
+    """A lamp of .6 x 1.2 m, A = .72, 2.9 m up covers A cos^2 / (pi d^2) of a place's hemisphere: .009 to .027.
+
+    Drawn at random, 1024 rays that meet it have 1 / sqrt(1024 x .009) = 33 % of noise at most; stratified they have
+    less, and at least sqrt(8) times less if there are 8 times as many.
+    """
+    corners, faces, _ = shapes.box(patches=1, inward=True)
+    room = sf.Surfels.from_mesh((np.asarray(corners) * [4.0, 5.0, 3.0], faces), 0.04)
+    lamp = [[1.7, 1.9, 2.9], [1.7, 3.1, 2.9], [2.3, 3.1, 2.9], [2.3, 1.9, 2.9]], [[0, 1, 2, 3]]
+    scene = sf.Scene([room, sf.Surfels.from_mesh(lamp, 0.02, emission=100.0)])
+    at = np.stack(np.meshgrid(np.linspace(0.5, 3.5, 8), np.linspace(0.5, 4.5, 8), [0.0]), axis=-1).reshape(-1, 3)
+    expected = sf.reference_irradiance(scene, at, up(at))[0]
+    solution = sf.solve(scene)
+
+    def off(**how):
+        return np.sqrt(np.mean((solution.irradiance_at(at, up(at), **how) / expected - 1.0) ** 2))
+
+    interpolated = off()
+    assert interpolated < 0.013
+    for seed in range(3):
+        few, many = (off(indirect="gathered", rays=rays, seed=seed) for rays in (1024, 8192))
+        assert 2.0 * interpolated < few < 0.33
+        assert many < few / np.sqrt(8.0)
+
+
+def test_mid_air_of_a_file_is_not_gathered(tmp_path):
+    path = sf.solve(floor_and_ball()).save(tmp_path / "lit.ply")
+    floor = on_the_floor(50)
+    with pytest.warns(UserWarning, match=r"is not that of mid-air; reference_irradiance\(\) of the scene$"):
+        sf.load_solution(path).irradiance_at(floor, -up(floor))
 
 
 def test_no_point_of_a_surface_is_taken_for_mid_air(solved):

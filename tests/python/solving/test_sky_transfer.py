@@ -211,7 +211,12 @@ def test_same_for_any_number_of_threads(stair):
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"sky": np.ones(145)}, ValueError, "sky: wanted shape"),
+        (
+            {"sky": np.ones(145)},
+            ValueError,
+            r"sky: wanted shape \(146,\) or \(146, 3\), of which the first radiance is the ground's, got \(145,\)",
+        ),
+        ({"sky": np.ones((145, 3))}, ValueError, r"ground's, got \(145, 3\)$"),
         ({"sky": -SKY}, ValueError, "sky: "),
         ({"sky": "clear"}, ValueError, "sky: "),
         (
