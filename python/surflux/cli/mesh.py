@@ -43,17 +43,15 @@ def patches_of_mesh(options, reflectance=None):
         area, faces = surfels.areas.sum() / PATCHES, len(surfels)
         surfels = Surfels.from_mesh(options.input, area, reflectance, threads=options.threads, progress=True)
         LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
-<<<<<<< HEAD
-    level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
-    if level and options.normals in (None, "check") and layer_of(surfels.points) == "terrain":
+    normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
+    is_level = up is None or tuple(up[:2]) == (0.0, 0.0)
+    if normals != "flip" and is_level and layer_of(surfels.points) == "terrain":
         share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
         if share > FACES_DOWN:
-            LOG.info("%.0f %% of the terrain faces down: its faces are turned over (--normals keep)", 100.0 * share)
-            return surfels.flipped()
-    return surfels.flipped() if options.normals == "flip" else surfels
-=======
-    return surfels.flipped() if getattr(options, "normals", None) == "flip" else surfels
->>>>>>> 2f6474cf8126c99581ede849ab7bc2edece541b8
+            hint = "which `surflux solve` turns over" if normals == "keep" else "and are turned over (--normals keep)"
+            LOG.info("faces of a terrain: %.0f %% face down, %s", 100.0 * share, hint)
+            return surfels if normals == "keep" else surfels.flipped()
+    return surfels.flipped() if normals == "flip" else surfels
 
 
 def save_faces(path, source, solution):

@@ -117,7 +117,8 @@ class SkyTransfer(Transfer):
             raise ValueError(f"sky: wanted shape {shape}, got {radiances.shape}")
         if radiances.ndim == 1:
             radiances = radiances[:, None].repeat(3, axis=1)
-        radiances = check.finite_array("sky", radiances, (count, 3))
+        if not isinstance(sky, Environment):  # its own may overflow
+            radiances = check.finite_array("sky", radiances, (count, 3))
         check.in_range("sky", radiances, 0.0, LARGEST)
         if isinstance(sky, Environment):
             _warn_of_narrow_light(sky, self.patches)

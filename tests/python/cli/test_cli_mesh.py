@@ -60,9 +60,11 @@ def test_a_terrain_that_is_wound_downwards_is_turned_over(here, run):
     (here / "hill.obj").write_text("".join(lines))
     status, _, err = run("solve", "hill.obj", "--no-image", "--rays", 16)
     assert status == 0, err
-    assert "100 % of the terrain faces down: its faces are turned over" in err
+    assert "faces of a terrain: 100 % face down, and are turned over" in err
     assert "warning" not in err
     assert np.all(sf.load_solution("hill_solved.ply").surfels.normals[:, 2] > 0.0)
+    status, _, err = run("check", "hill.obj")
+    assert "100 % face down, which `surflux solve` turns over" in err
     for given in (["--normals", "keep"], ["--up", "0,-1,0"]):
         status, _, err = run("solve", "hill.obj", "--no-image", "--rays", 16, "--light", "sun", *given)
         assert status == 0, err

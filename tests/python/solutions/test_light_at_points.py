@@ -1,0 +1,41 @@
+"""Solution.irradiance_at against closed forms, where few rays or few surfels have the say."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from cases.closed_forms import element_to_polygon
+from scenes import patch
+
+
+@pytest.mark.parametrize("image", [False, True])
+def test_light_through_a_window_far_away(image):
+    """Of 1024 rays nine find it: they were off by 14 % (RMS). No bias."""
+    corners = [[x, y, z] for z in (0, 3) for y in (0, 4) for x in (0, 6)]
+    window = np.array([[0, y, z] for z in (1.0, 2.4) for y in (0.8, 3.2)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [1, 5, 7, 3], [2, 3, 7, 6], [0, 4, 5, 1]]
+    faces += [[0, 2, 9, 8], [2, 6, 11, 9], [6, 4, 10, 11], [4, 0, 8, 10]]
+    room = sf.Surfels.from_mesh((corners + window.tolist(), faces), 0.2, 0.0)
+    sky = sf.Environment(np.ones((32, 64, 3)) if image else 1.0)
+    solution = sf.solve(sf.Scene([room], lights=[sky]), insert=False)
+    points = np.array([[x, 1.3, 0.0] for x in (0.5, 2.0, 4.0, 5.0, 5.5)])
+    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    true = np.pi * element_to_polygon(points, normals, window[[0, 1, 3, 2]])
+    off = np.array([solution.irradiance_at(points, normals, seed=seed)[:, 0] / true - 1.0 for seed in range(40)])
+    rms = np.sqrt((off**2).mean(axis=0))
+    assert np.all(rms < [0.02, 0.02, 0.04, 0.05, 0.09])
+    assert np.all(np.abs(off.mean(axis=0)) < 0.6 * rms)
+
+
+@pytest.mark.parametrize(("half", "area"), [(2.0, 0.0625), (3.0, 0.04), (2.0, 0.04)])
+def test_light_does_not_jump_at_corners_of_equal_patches(half, area):
+    """Beneath the middle of a lamp: eight patches are as far as the ninth, and had no say there alone."""
+    corners = np.array([[-0.5, -0.5, 1], [-0.5, 0.5, 1], [0.5, 0.5, 1], [0.5, -0.5, 1]])
+    lamp = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 1.0, 0.0, emission=100.0)
+    floor = patch([-half, -half, 0], [2 * half, 0, 0], [0, 2 * half, 0], 0.0, 0.0, area)
+    solution = sf.solve(sf.Scene([floor, lamp]), transport="pairs", insert=False)
+    x = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-6])
+    found = solution.irradiance_at(np.c_[x, 0 * x, 0 * x], np.tile([0.0, 0.0, 1.0], (len(x), 1)))[:, 0]
+    np.testing.assert_allclose(found, found[-1], rtol=1e-5)
+    (true,) = 100.0 * element_to_polygon(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), corners)
+    np.testing.assert_allclose(found, true, rtol=0.02)
