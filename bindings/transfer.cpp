@@ -68,8 +68,7 @@ py::dict operator_arrays(const TransportOperator& of, const py::object& owner) {
     return out;
 }
 
-// `lit`: by lamps or the sun, which samples of the senders see.
-TransportOperator take_operator(const py::dict& arrays, const CompiledScene& scene, bool lit) {
+TransportOperator take_operator(const py::dict& arrays, const CompiledScene& scene) {
     TransportOperator out;
     for_arrays(out, [&](const char* name, auto& values) { take(arrays, name, values); });
     std::vector<std::uint64_t> counts;
@@ -79,13 +78,13 @@ TransportOperator take_operator(const py::dict& arrays, const CompiledScene& sce
     out.bounce_levels = counts[1];
     out.rays = counts[2];
     out.left_out = counts[3];
-    require(!lit || out.samples.of_leaf > 0, "samples: wanted at least 1 for each leaf");
     without_gil([&] { require_whole(out, scene.scene().surfels.size()); });
     return out;
 }
 
 std::unique_ptr<LocalTransfer> local_of_arrays(const Compiled& scene, const py::dict& arrays, const Figures& timings) {
-    TransportOperator transport = take_operator(arrays, *scene, true);
+    TransportOperator transport = take_operator(arrays, *scene);
+    require(transport.samples.of_leaf > 0, "samples: wanted at least 1 for each leaf");
     return without_gil([&] { return std::make_unique<LocalTransfer>(scene, std::move(transport), timings); });
 }
 
@@ -99,7 +98,7 @@ py::dict distant_arrays(const py::object& self) {
 
 std::unique_ptr<DistantTransfer> distant_of_arrays(const Compiled& scene, const py::dict& arrays,
                                                    const Figures& timings) {
-    TransportOperator transport = take_operator(arrays, *scene, false);
+    TransportOperator transport = take_operator(arrays, *scene);
     DistantTransfer::Visibility visibility;
     take(arrays, "visibility", visibility.values);
     take(arrays, "visibility_scale", visibility.scale);
@@ -118,7 +117,7 @@ py::dict sky_arrays(const py::object& self) {
 }
 
 std::unique_ptr<SkyTransfer> sky_of_arrays(const Compiled& scene, const py::dict& arrays, const Figures& timings) {
-    TransportOperator transport = take_operator(arrays, *scene, true);
+    TransportOperator transport = take_operator(arrays, *scene);
     SkyIrradiance direct;
     take(arrays, "sky_begin", direct.begin);
     take(arrays, "sky", direct.entries);
@@ -137,21 +136,6 @@ std::unique_ptr<SkyTransfer> sky_of_arrays(const Compiled& scene, const py::dict
 
 std::vector<Rgb> to_reflectance(const py::object& reflectance) {
     return reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
-}
-
-// What local lights, or the sun, bring directly.
-template <class Transfer>
-void bind_direct(py::class_<Transfer>& to) {
-    to.def(
-        "direct",
-        [](const Transfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays, std::uint64_t seed,
-           const py::object& progress) {
-            const Progress report = to_progress(progress);
-            return handed_over(
-                without_gil([&] { return transfer.light().at_surfels(lights, {probes, shadow_rays}, seed, report); }));
-        },
-        py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
-        py::arg("progress") = py::none());
 }
 
 // What all kinds of transfer tell of their operator.
@@ -229,8 +213,17 @@ void bind_transfer(py::module_& module) {
                 return handed_over(
                     without_gil([&] { return transfer.indirect(lights, own, {bounces, shadow_rays, seed}); }));
             },
-            py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("shadow_rays"), py::arg("seed"));
-    bind_direct(local);
+            py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("shadow_rays"), py::arg("seed"))
+        .def(
+            "direct",
+            [](const LocalTransfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays,
+               std::uint64_t seed, const py::object& progress) {
+                const Progress report = to_progress(progress);
+                return handed_over(
+                    without_gil([&] { return transfer.direct(lights, {probes, shadow_rays}, seed, report); }));
+            },
+            py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
+            py::arg("progress") = py::none());
     local.def_static("of_arrays", &local_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
         .def("arrays", [](const py::object& self) {
             return operator_arrays(self.cast<const LocalTransfer&>().transport(), self);
@@ -275,16 +268,28 @@ void bind_transfer(py::module_& module) {
              py::arg("progress") = py::none())
         .def(
             "irradiance",
-            [](const SkyTransfer& transfer, const Doubles& radiances, const std::vector<Light>& sun,
+            [](const SkyTransfer& transfer, const Doubles& radiances, const py::object& sun,
                const py::object& reflectance, int bounces) {
                 const std::vector<Rgb> of_patches = to_vec3s(radiances, "radiances");
                 require(of_patches.size() == transfer.patches().size(), "radiances: wanted one for each patch");
                 const std::vector<Rgb> own = to_reflectance(reflectance);
+                const std::vector<Rgb> of_sun =
+                    sun.is_none() ? std::vector<Rgb>() : to_vec3s(sun.cast<Doubles>(), "sun");
                 SkyTransfer::Irradiance found =
-                    without_gil([&] { return transfer.irradiance(of_patches, sun, own, bounces); });
+                    without_gil([&] { return transfer.irradiance(of_patches, of_sun, own, bounces); });
                 return py::make_tuple(handed_over(std::move(found.direct)), handed_over(std::move(found.all)));
             },
             py::arg("radiances"), py::arg("sun"), py::arg("reflectance"), py::arg("bounces"))
+        .def(
+            "sunlight",
+            [](const SkyTransfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays,
+               std::uint64_t seed, const py::object& progress) {
+                const Progress report = to_progress(progress);
+                return handed_over(
+                    without_gil([&] { return transfer.sunlight(lights, {probes, shadow_rays}, seed, report); }));
+            },
+            py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
+            py::arg("progress") = py::none())
         .def(
             "coefficients",
             [](const SkyTransfer& transfer, const Indices& surfels, int bounces, const py::object& progress) {
@@ -300,7 +305,6 @@ void bind_transfer(py::module_& module) {
     sky.def_static("of_arrays", &sky_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
         .def("arrays", &sky_arrays);
     bind_operator(sky);
-    bind_direct(sky);
 }
 
 }  // namespace surflux::bindings

@@ -15,9 +15,9 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 // this, measured.
 constexpr double evenness = 1.0;
 constexpr std::uint64_t refined_stream = 0x4ef1e;
-constexpr double refined_error = 0.01;  // relative standard error of what arrives
-constexpr int least_refined = 256;      // rays: fewer tell little of where the sky is seen
-constexpr int times_refined = 1, most_of_part = 32;
+constexpr double seen_well = 0.2;   // share of the sky's light that rays all over it tell well
+constexpr int least_refined = 256;  // rays: fewer tell little of where the sky is seen
+constexpr int most_of_part = 64;    // rays of a part of the sky around which some are free
 
 // What arrives at one place of one tree of the sky.
 class Arriving {
@@ -39,14 +39,13 @@ public:
             // All of them at once: stopping where the first ones agree would miss what hides little of the sky.
             shoot(most_rays_, tree, place, even);
         }
-        const double share = traced_ > 0 ? static_cast<double>(free_count_) / traced_ : 0.0;
-        const double error = evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
-        if (is_refined_ && traced_ > 0 && taken_ >= least_refined && !sky_.is_narrow(tree) &&
-            (free_count_ == 0 || error > refined_error * share))
+        const double share = traced_ > 0 ? static_cast<double>(free_count_) / traced_ : 1.0;
+        if (is_refined_ && !sky_.is_narrow(tree) && taken_ >= least_refined && share < seen_well)
             return refined(tree, place, all, seed);
         if (free_count_ == 0) return {};
         if (free_count_ == traced_) return all;
-        variance += error * error * luminance(all) * luminance(all);
+        const double error = luminance(all) * evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
+        variance += error * error;
         for (int c = 0; c < 3; ++c) all[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
         return all;
     }
@@ -54,38 +53,43 @@ public:
 private:
     struct Point {
         double u, v;  // of the square that the sky is mapped onto
-        float weight;
+        double weight;
     };
 
-    // By other rays: one in each part of the square, as many parts as there were rays, and more in those around which
-    // rays disagreed.
+    // By other rays: one in each part of the square, about as many parts as there were rays, and as many again in those
+    // around which some were free.
     Rgb refined(std::size_t tree, const Place& place, const Rgb& all, std::uint64_t seed) {
         int side = 1;
         while (4 * side * side <= taken_) side *= 2;
         const auto part_of = [&](double u) { return std::min(side - 1, static_cast<int>(u * side)); };
-        around_.assign(static_cast<std::size_t>(side * side), 0);
-        for (std::size_t r = 0; r < rays_.size(); ++r)
-            for (int i = std::max(0, part_of(at_[r].u) - 1); i <= std::min(side - 1, part_of(at_[r].u) + 1); ++i)
-                for (int j = std::max(0, part_of(at_[r].v) - 1); j <= std::min(side - 1, part_of(at_[r].v) + 1); ++j)
-                    around_[static_cast<std::size_t>(i * side + j)] |= static_cast<char>(free_[r] ? 1 : 2);
-        const auto mixed = static_cast<int>(std::count(around_.begin(), around_.end(), 3));
-        const int of_mixed = std::clamp(times_refined * taken_ / std::max(1, mixed), 1, most_of_part);
+        seen_.assign(static_cast<std::size_t>(side * side), 0);
+        for (std::size_t r = 0; r < rays_.size(); ++r) {
+            if (!free_[r]) continue;
+            const int row = part_of(at_[r].u), column = part_of(at_[r].v);
+            for (int i = std::max(0, row - 1); i <= std::min(side - 1, row + 1); ++i)
+                for (int j = std::max(0, column - 1); j <= std::min(side - 1, column + 1); ++j)
+                    seen_[static_cast<std::size_t>(i * side + j)] = 1;
+        }
+        const auto seen = static_cast<int>(std::count(seen_.begin(), seen_.end(), 1));
+        const int of_seen = std::clamp(taken_ / std::max(1, seen), 1, most_of_part);
         faced_ = arrived_ = {};
         rays_.clear();
         light_.clear();
         at_.clear();
+        Random random(seed + refined_stream, stream_of(place));
         for (int part = 0; part < side * side; ++part) {
-            const int count = around_[static_cast<std::size_t>(part)] == 3 ? of_mixed : 1;
-            EvenPoints even(2, seed + refined_stream + static_cast<std::uint64_t>(part), stream_of(place));
+            const int count = seen_[static_cast<std::size_t>(part)] ? of_seen : 1;
+            EvenPoints even(2, random.bits(), 0);
             for (int k = 0; k < count; ++k) {
                 const double* u = even.next();
-                add({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0f / static_cast<float>(count)}, tree,
-                    place, place.position);
+                add({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0 / count}, tree, place,
+                    place.position);
             }
         }
         trace();
-        for (int c = 0; c < 3; ++c) faced_[c] = faced_[c] > 0.0 ? all[c] * arrived_[c] / faced_[c] : 0.0;
-        return faced_;
+        Rgb out;
+        for (int c = 0; c < 3; ++c) out[c] = faced_[c] > 0.0 ? all[c] * arrived_[c] / faced_[c] : 0.0;
+        return out;
     }
 
     void add(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
@@ -104,7 +108,7 @@ private:
     void trace() {
         tracer_.free(rays_, free_);
         for (std::size_t r = 0; r < rays_.size(); ++r) {
-            const Rgb light = static_cast<double>(at_[r].weight) * light_[r];
+            const Rgb light = at_[r].weight * light_[r];
             faced_ += light;
             ++traced_;
             if (!free_[r]) continue;
@@ -120,7 +124,7 @@ private:
         at_.clear();
         for (; taken_ < count; ++taken_) {
             const double* u = even.next();
-            add({u[0], u[1], 1.0f}, tree, place, points_.at(place, u[2], u[3]));
+            add({u[0], u[1], 1.0}, tree, place, points_.at(place, u[2], u[3]));
         }
         trace();
     }
@@ -136,7 +140,7 @@ private:
     std::vector<Ray> rays_;
     std::vector<Rgb> light_;
     std::vector<Point> at_;
-    std::vector<char> free_, around_;
+    std::vector<char> free_, seen_;
 };
 
 std::vector<Rgb> irradiance_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,

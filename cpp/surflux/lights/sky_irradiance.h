@@ -19,10 +19,10 @@ std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const
                                 const std::vector<Place>& places, int rays, std::uint64_t seed,
                                 const Progress& progress = {}, std::vector<float>* errors = nullptr);
 
-// The same at places that are points, some of which may see little of the sky, as through a window. Where so many rays
-// leave more than a hundredth of standard error, as many again are shot, and up to four times as many into those parts
-// of the sky around which some of the first were free and some not. The first ones do not count then, so that the
-// estimate stays unbiased, but for the choice whether they do.
+// The same at places that are points, some of which may see little of the sky, as through a window. Where less than a
+// fifth of its light arrives, about as many rays again are shot all over it, and as many into those parts of it around
+// which some of the first were free. The first ones do not count then, so that the estimate stays unbiased, but for the
+// choice whether they do. Fewer than 256 rays are not refined.
 std::vector<Rgb> refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
                                         const std::vector<Place>& places, int rays, std::uint64_t seed,
                                         const Progress& progress = {});

@@ -92,8 +92,9 @@ public:
         give_rows_to_surfels();
         pack_rows(shot_, order_, out_);
         watch_.lap("surfels");
-        if (options_.lighting == OperatorOptions::Lighting::local) out_.bounce_levels = bounce_levels;
-        if (options_.lighting == OperatorOptions::Lighting::distant) {  // no lamp is seen from samples, no sun
+        if (options_.lighting == OperatorOptions::Lighting::local) {
+            out_.bounce_levels = bounce_levels;
+        } else {  // no lamp is seen from samples
             out_.samples.samples = {};
             out_.samples.of_leaf = 0;
         }

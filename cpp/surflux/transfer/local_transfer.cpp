@@ -9,10 +9,18 @@ LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, Transpo
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
       timings_(std::move(timings)),
-      light_(*scene_, operator_) {
+      points_(scene_->scene().surfels),
+      light_(*scene_, operator_.senders, operator_.samples, points_, operator_.areas) {
     const Surfels& s = scene_->scene().surfels;
     reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
     emission_ = operator_.senders.means(s.emission, operator_.areas);
+}
+
+std::vector<Rgb> LocalTransfer::direct(const std::vector<Light>& lights, const DirectOptions& options,
+                                       std::uint64_t seed, const Progress& progress) const {
+    const Scene& scene = scene_->scene();
+    return direct_irradiance(scene, lights, scene_->tracer(), points_, places_of(scene.surfels), options, seed,
+                             progress);
 }
 
 std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const std::vector<Rgb>& reflectance,
@@ -20,7 +28,7 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
     const SenderGroups& senders = operator_.senders;
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
     std::vector<float> direct(emission_.size(), 0.0f);
-    if (options.bounces != 0) direct = light_.at_senders(lights, own, {options.shadow_rays, options.seed});
+    if (options.bounces != 0) direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
     const std::vector<float> all = sent_after(options.bounces, operator_, connected_, colors, emission_, own, direct);
     const Scratch<Tilted>::Lent tilted(tilted_);
     std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;

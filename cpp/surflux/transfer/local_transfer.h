@@ -5,10 +5,13 @@
 #include <vector>
 
 #include "surflux/core/parallel.h"
+#include "surflux/core/progress.h"
+#include "surflux/lights/direct.h"
+#include "surflux/lights/sample_points.h"
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
-#include "surflux/transfer/lamp_light.h"
+#include "surflux/transfer/group_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/transport_operator.h"
 
@@ -33,7 +36,9 @@ public:
     const CompiledScene& scene() const { return *scene_; }
     const TransportOperator& transport() const { return operator_; }
     std::size_t bytes() const { return operator_.bytes(); }
-    const LampLight& light() const { return light_; }
+    // Direct irradiance at every surfel from such lights.
+    std::vector<Rgb> direct(const std::vector<Light>& lights, const DirectOptions& options, std::uint64_t seed,
+                            const Progress& progress) const;
     const Figures& timings() const { return timings_; }  // of how it was made
 
     // Indirect irradiance at every surfel of the scene: what emissive surfels bring, and so many reflections of the
@@ -50,7 +55,8 @@ private:
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
     Figures timings_;
-    LampLight light_;
+    SurfelPoints points_;
+    GroupLight light_;
     std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
     ConnectedLeaves connected_;
     mutable Scratch<Tilted> tilted_;  // megabytes that lamp after lamp would have cleared again

@@ -17,7 +17,6 @@ SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOp
                          SkyIrradiance direct, Figures timings)
     : scene_(std::move(scene)),
       operator_(std::move(transport)),
-      light_(*scene_, operator_),
       patches_(std::move(patches)),
       direct_(std::move(direct)),
       timings_(std::move(timings)) {
@@ -44,25 +43,36 @@ SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std
     return out;
 }
 
-SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Light>& sun,
+std::vector<Rgb> SkyTransfer::sunlight(const std::vector<Light>& lights, const DirectOptions& options,
+                                       std::uint64_t seed, const Progress& progress) const {
+    const Scene& scene = scene_->scene();
+    const SurfelPoints points(scene.surfels);
+    return direct_irradiance(scene, lights, scene_->tracer(), points, places_of(scene.surfels), options, seed,
+                             progress);
+}
+
+SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& sun,
                                                 const std::vector<Rgb>& reflectance, int bounces) const {
-    std::vector<float> sky, sun_at_senders;
+    const SenderGroups& senders = operator_.senders;
+    std::vector<float> sky;
     for (const Rgb& radiance : radiances) {
         for (int c = 0; c < 3; ++c) sky.push_back(static_cast<float>(radiance[c]));
         sky.push_back(0.0f);
     }
-    const std::vector<float> own =
-        reflectance.empty() ? reflectance_ : operator_.senders.means(reflectance, operator_.areas);
-    if (!sun.empty() && bounces != 0) sun_at_senders = light_.at_senders(sun, own, {});
-    const Fields found = fields(sky, colors, sun_at_senders, emission_, own, bounces);
-    const auto at_surfels = [&](const std::vector<float>& coefs) {
-        std::vector<Rgb> out(operator_.areas.size());
-        operator_.at_surfels.multiply(coefs, colors, [&](std::size_t i, const float* sum) {
-            for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, static_cast<double>(sum[c]));
-        });
-        return out;
-    };
-    return {at_surfels(found.direct), at_surfels(found.all)};
+    const Fields found =
+        fields(sky, colors, sun.empty() ? std::vector<float>() : senders.means(sun, operator_.areas), emission_,
+               reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas), bounces);
+    Irradiance out{at_surfels(found.direct), at_surfels(found.all)};
+    for (std::size_t i = 0; i < sun.size(); ++i) out.direct[i] += sun[i], out.all[i] += sun[i];
+    return out;
+}
+
+std::vector<Rgb> SkyTransfer::at_surfels(const std::vector<float>& coefs) const {
+    std::vector<Rgb> out(operator_.areas.size());
+    operator_.at_surfels.multiply(coefs, colors, [&](std::size_t i, const float* sum) {
+        for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, static_cast<double>(sum[c]));
+    });
+    return out;
 }
 
 std::vector<float> SkyTransfer::coefficients(const std::vector<std::uint32_t>& surfels, int bounces,

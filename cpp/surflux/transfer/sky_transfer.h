@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/lights/direct.h"
 #include "surflux/lights/sky_patches.h"
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
-#include "surflux/transfer/lamp_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/transport_operator.h"
@@ -29,16 +29,18 @@ public:
     const SkyPatches& patches() const { return patches_; }
     const SkyIrradiance& direct() const { return direct_; }
     const Figures& timings() const { return timings_; }  // of how it was made
-    const LampLight& light() const { return light_; }
     std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
 
-    // At all surfels, under a sky of such radiances of patches: its direct light, and with it what is reflected of that
-    // and of `sun`, lights whose direct light at surfels is that of light(). `bounces`: as sent_after() has it.
-    // `reflectance`: of each surfel, or empty for that of the scene.
+    // Direct irradiance of all surfels by other lights, as the sun.
+    std::vector<Rgb> sunlight(const std::vector<Light>& lights, const DirectOptions& options, std::uint64_t seed,
+                              const Progress& progress) const;
+    // At all surfels, under a sky of such radiances of patches, and with `sun` as their direct irradiance by other
+    // lights, or none. `bounces`: as sent_after() has it. `reflectance`: of each surfel, or empty for that of the
+    // scene.
     struct Irradiance {
         std::vector<Rgb> direct, all;
     };
-    Irradiance irradiance(const std::vector<Rgb>& radiances, const std::vector<Light>& sun,
+    Irradiance irradiance(const std::vector<Rgb>& radiances, const std::vector<Rgb>& sun,
                           const std::vector<Rgb>& reflectance, int bounces) const;
     // Irradiance at some surfels by each patch alone, with a radiance of 1: (surfels, patches, 3). What surfels emit is
     // left out.
@@ -53,10 +55,10 @@ private:
     // `sun`: irradiance of the nodes of the senders by other lights, or empty.
     Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& sun,
                   const std::vector<float>& emission, const std::vector<float>& reflectance, int bounces) const;
+    std::vector<Rgb> at_surfels(const std::vector<float>& coefs) const;
 
     std::shared_ptr<const CompiledScene> scene_;
     TransportOperator operator_;
-    LampLight light_;
     SkyPatches patches_;
     SkyIrradiance direct_;
     Figures timings_;

@@ -77,7 +77,7 @@ struct TransportOperator {
     SparseRows at_surfels;  // over each surfel
 
     SenderGroups senders;
-    SenderSamples samples;      // none where neither lamps nor the sun are to light them
+    SenderSamples samples;      // none where no lamps are to light them
     std::vector<double> areas;  // of each surfel what is not inside geometry
 
     // What is reflected again goes by way of the first levels alone, and of rows of surfels' own: another gather blurs

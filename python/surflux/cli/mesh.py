@@ -44,7 +44,7 @@ def patches_of_mesh(options, reflectance=None):
         surfels = Surfels.from_mesh(options.input, area, reflectance, threads=options.threads, progress=True)
         LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
     normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
-    is_level = up is None or tuple(up[:2]) == (0.0, 0.0)
+    is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
     if normals != "flip" and is_level and layer_of(surfels.points) == "terrain":
         share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
         if share > FACES_DOWN:

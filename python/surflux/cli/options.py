@@ -242,9 +242,9 @@ def _mesh_option(parser):
 
 def _normals_option(parser):
     text = (
-        'normals of a cloud: "check" (default) turns over what faces inwards, and says so, "keep" takes them as they '
+        'normals of a cloud or mesh: "check" (default) turns over what faces inwards, of meshes terrain that faces '
+        'down, and says so, "keep" takes them as they are, "flip" turns all over'
     )
-    text += 'are, "flip" turns all points over'
     parser.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
 
 

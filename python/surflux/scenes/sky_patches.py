@@ -139,8 +139,8 @@ class SkyPatches:
     def narrow_light(self, environment: Environment) -> float:
         """The share of an Environment's light, 0 to 1, that lies in small parts of patches, as that of a sun does.
 
-        Of pixels four times as bright as their patch and as the mean of all directions it is what they have more than
-        their patch: what `radiance` spreads.
+        Of pixels of the sky, four times as bright as their patch and as the mean of all directions, it is what they
+        have more than their patch: what `radiance` spreads.
 
         Raises:
             ValueError: not an Environment.
@@ -165,9 +165,10 @@ class SkyPatches:
         if not len(rows):
             return 0.0
         image_axes = np.asarray(environment._to_core().axes)
-        of_patch = radiances[self.index(np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes)]
+        patch = self.index(np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes)
+        of_patch = radiances[patch]
         bright, weights = pixels[rows, columns], weights[rows, columns]
-        is_narrow = bright > BRIGHT * of_patch
+        is_narrow = (patch > 0) & (bright > BRIGHT * of_patch)
         return float((weights * (bright - of_patch))[is_narrow].sum() / max(all_light, np.finfo(float).tiny))
 
 

@@ -12,6 +12,8 @@ from surflux.scenes.lights import DirectionalLight, Environment, PointLight, Spo
 HARDLY_LIT = 0.02
 # Of the direct light that fronts and backs get, what fronts get: below this share it is said.
 ON_FRONTS = 0.01
+# Length of the mean normal, above which surfels face about one way.
+ONE_WAY = 0.5
 # Surfels whose backs are looked at, drawn by area; 100 of them tell a hundredth.
 ASKED = 2000
 # Of what the light of a lamp meets, backs: above this share it is said.
@@ -70,20 +72,23 @@ def warn_of_backs(lights, surfels, direct, areas):
 
 
 def _warn_of_lamps_on_backs(lights, surfels):
-    """Warns, lamp by lamp, where fronts would get next to nothing of one even if nothing were in between.
+    """Warns, lamp by lamp, where all that it lights are backs, which light of a sky from below may hide.
 
-    So it is of a terrain whose faces are wound downwards: the sky, which lights it from below, hides that.
+    Of surfels that face the ground fronts count as they are lit; of others as they would be with nothing in between.
+    What faces one way and not down, as a facade or one side of a roof, a sun may well stand behind.
     """
     asked = _drawn_by_area(surfels.areas)
-    for index, light in enumerate(lights):
+    facing = surfels.normals[asked].mean(axis=0)
+    for light in lights:
         if isinstance(light, Environment) or not _shines(light):
             continue
-        fronts, backs = (_light_unoccluded(surfels, asked, [light], side) for side in (1.0, -1.0))
+        down = facing[2] < -ONE_WAY
+        if np.linalg.norm(facing) > ONE_WAY and not down:
+            continue
+        fronts = _light_of(surfels, asked, [light]) if down else _light_unoccluded(surfels, asked, [light], 1.0)
+        backs = _light_unoccluded(surfels, asked, [light], -1.0)  # soon found; so are most lamps done with
         if fronts < ON_FRONTS * backs and fronts < ON_FRONTS * _light_on_backs(surfels, asked, [light]):
-            warn(
-                f"lights: light {index}, {type(light).__name__}, shines on backs of surfels alone: normals face away "
-                f"from it ({TURN}), or it stands behind all there is"
-            )
+            warn(f"{light!r} shines on backs of surfels alone: normals face away from it ({TURN})")
 
 
 def warn_of_power_into_backs(figures):
@@ -153,6 +158,11 @@ def _light_unoccluded(surfels, asked, lights, side):
     points, normals = surfels.positions[asked], side * surfels.normals[asked]
     alone = make_core(points[:1], normals[:1], surfels.radii[asked[:1]])  # no obstacle to any other
     return _mean_of(alone, lights, points, normals)
+
+
+def _light_of(surfels, asked, lights):
+    """Mean direct irradiance, channels added up, of the asked of the surfels."""
+    return _mean_of(surfels, lights, surfels.positions[asked], surfels.normals[asked])
 
 
 def _light_on_backs(surfels, asked, lights):

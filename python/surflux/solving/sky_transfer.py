@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.passes import stage, watched
+from surflux._base.passes import report, stage, watched
 from surflux._base.types import Progress
 from surflux._base.warn import warn
 from surflux.scenes.lights import Environment, environments_among
@@ -21,6 +21,7 @@ from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.transfer import LARGEST, Transfer
 
+SUN_RAYS = 16, 64  # probes and shadow rays of each surfel, as of solve
 NARROW = 0.1  # of an environment's light: more than that in small parts of patches is told
 
 
@@ -51,8 +52,8 @@ class SkyTransfer(Transfer):
         """The scene under a sky, of which each patch is even. It is linear in the sky.
 
         The sun of a Sky stays sharp: it is a light of its own, as in `solve`, found by rays to each surfel. A sun in an
-        Environment, or in radiances, is as wide as its patch (see `patches` of `precompute_transfer`): so are its
-        shadows and what it throws through windows, of which this warns.
+        Environment, or in radiances, is as wide as its patch (see `patches` of `precompute_transfer`), and so are its
+        shadows and what it throws through windows; of an Environment's this warns.
 
         Args:
             sky: Sky; Environment; or radiances of the patches and of the ground, in their order: (patches,) or
@@ -80,16 +81,17 @@ class SkyTransfer(Transfer):
         """
         radiances, sun = self._parts_of(sky)
         reflectance = self._reflectance(reflectance)
+        seconds = {}
         with watched(threads, progress):
             start = perf_counter()
-            lights = [light._to_core() for light in sun]
-            direct, irradiance = self._core.irradiance(radiances, lights, reflectance, self._bounces(bounces))
-            direct, irradiance = np.asarray(direct), np.asarray(irradiance)
-            seconds = {"irradiance": perf_counter() - start}
-            if sun:
-                of_sun = np.asarray(self._core.direct(lights, 16, 64, 0, stage("sun")))
-                direct, irradiance = direct + of_sun, irradiance + of_sun
-                seconds["sun"] = perf_counter() - start - seconds["irradiance"]
+            report(stage("irradiance"), 0, 1)
+            if sun is not None:
+                sun = np.asarray(self._core.sunlight([sun._to_core()], *SUN_RAYS, 0, stage("sun")))
+                seconds["sun"] = perf_counter() - start
+                start = perf_counter()
+            found = self._core.irradiance(radiances, sun, reflectance, self._bounces(bounces))
+            direct, irradiance = map(np.asarray, found)
+            seconds["irradiance"] = perf_counter() - start
         is_light = isinstance(sky, (Environment, Sky))
         lights = [sky if is_light else self.patches.environment(radiances)]
         scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
@@ -103,7 +105,7 @@ class SkyTransfer(Transfer):
         return self._add_account(found)
 
     def _parts_of(self, sky):
-        """(patches, 3) radiances of a sky, and lights of which they have nothing: its sun."""
+        """(patches, 3) radiances of a sky, and its sun, of which they have nothing, or None."""
         if isinstance(sky, Sky):
             radiances, sun = sky.patch_radiances(self.patches), sky.sun
         elif isinstance(sky, Environment):
@@ -122,7 +124,7 @@ class SkyTransfer(Transfer):
         check.in_range("sky", radiances, 0.0, LARGEST)
         if isinstance(sky, Environment):
             _warn_of_narrow_light(sky, self.patches)
-        return radiances, [] if sun is None else [sun]
+        return radiances, sun
 
     def coefficients(
         self,

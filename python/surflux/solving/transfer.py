@@ -21,7 +21,7 @@ from surflux.solutions.rendering import Walls
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_power_into_backs
 
-FILE_KIND, FILE_VERSION = "surflux.transfer", 3
+FILE_KIND, FILE_VERSION = "surflux.transfer", 2
 LARGEST = 1e30  # of light, in its own unit: the sums of an operator are float32, which ends at 3.4e38
 
 

@@ -92,11 +92,32 @@ def test_lit_scenes_and_lamps_that_light_nothing_but_themselves_are_not_warned_o
 @SOLVERS
 def test_a_lamp_that_a_sky_hides_the_lack_of_is_named(solver):
     """Of a floor that faces down half the light of an environment is left, and nothing of the sun."""
-    lights = [sf.Environment(1.0), sf.DirectionalLight([0, 0, -1], 5.0), sf.PointLight([0.5, 0.5, 1.0], 5.0)]
+    sun, lamp = sf.DirectionalLight([0, 0, -1], 5.0), sf.PointLight([0.5, 0.5, 1.0], 5.0)
+    lights = [sf.Environment(1.0), sun, lamp]
     _, said = solved(solver, sf.Scene([FLOOR.flipped()], lights))
-    assert [text.split(",")[0] for text in said] == ["lights: light 1", "lights: light 2"]
-    assert all("shines on backs of surfels alone" in text for text in said)
+    assert [text.split(" shines on backs of surfels alone: ")[0] for text in said] == [repr(sun), repr(lamp)]
     assert solved(solver, sf.Scene([FLOOR], lights))[1] == []
+
+
+@pytest.mark.parametrize("height", [0.05, 0.5])
+def test_steep_terrain_that_is_wound_downwards_is_told(height):
+    """Slopes whose fronts the sun would meet, were nothing in the way."""
+    x, y = np.meshgrid(np.linspace(0, 10, 41), np.linspace(0, 10, 41))
+    corners = np.stack([x, y, height * np.sin(2 * x) * np.sin(2 * y)], axis=2).reshape(-1, 3)
+    quads = [[k, k + 41, k + 42, k + 1] for j in range(40) for k in range(41 * j, 41 * j + 40)]
+    hills = sf.Surfels.from_mesh((corners, quads))
+    sky = sf.Sky.from_sun(40.0, 160.0, direct_normal=800.0, diffuse=100.0)
+    _, said = solved(sf.solve, sf.Scene([hills], [sky]))
+    assert any("shines on backs of surfels alone" in text for text in said)
+    assert solved(sf.solve, sf.Scene([hills.flipped()], [sky]))[1] == []
+
+
+def test_a_sun_behind_a_facade_or_a_roof_side_is_nothing_to_tell():
+    facade = sf.Surfels.from_mesh(([[0, 0, 0], [9, 0, 0], [9, 0, 5], [0, 0, 5]], [[0, 1, 2, 3]]), 0.5)
+    roof = sf.Surfels.from_mesh(([[0, 0, 0], [9, 0, 0], [9, 4, 4], [0, 4, 4]], [[0, 1, 2, 3]]), 0.5)
+    behind = sf.Sky.from_sun(20.0, 20.0, direct_normal=500.0, diffuse=80.0)
+    for surfels in (facade, roof):
+        assert solved(sf.solve, sf.Scene([surfels], [behind]))[1] == []
 
 
 @SOLVERS

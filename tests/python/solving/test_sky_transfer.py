@@ -106,9 +106,9 @@ def test_the_sun_of_a_sky_is_no_part_of_its_patch(seed):
     assert relative_rms(found.direct, true.direct, room.areas) < 0.03
     assert relative_rms(found.irradiance, true.irradiance, room.areas) < 0.03
     reflected = found.irradiance - found.direct, true.irradiance - true.direct
-    assert relative_rms(*reflected, room.areas) < 0.12
+    assert relative_rms(*reflected, room.areas) < 0.08
     means = (np.average(part[:, 0], weights=room.areas) for part in reflected)
-    assert next(means) == pytest.approx(next(means), rel=0.03)
+    assert next(means) == pytest.approx(next(means), rel=0.02)
     assert abs(found.history[0]["power_lost"]) < 0.02 * found.history[0]["power_in"]
     assert set(found.timings) == {"irradiance", "sun"}
 
@@ -129,14 +129,18 @@ def test_the_sun_comes_back_with_a_file(transfer, tmp_path):
     np.testing.assert_array_equal(again.relight(sky).irradiance, transfer.relight(sky).irradiance)
 
 
-def test_relight_with_a_sun_can_be_cancelled(transfer):
-    with pytest.raises(sf.Cancelled):
-        transfer.relight(sf.Sky.from_sun(30.0, 150.0, direct_normal=600.0, diffuse=90.0), progress=lambda *_: False)
+def test_relight_can_be_cancelled(transfer):
+    sky = sf.Sky.from_sun(30.0, 150.0, direct_normal=600.0, diffuse=90.0)
+    for light in (sky, sf.Environment(1.0), SKY):
+        with pytest.raises(sf.Cancelled):
+            transfer.relight(light, progress=lambda *_: False)
+    with pytest.raises(sf.Cancelled):  # at the sun
+        transfer.relight(sky, progress=lambda done, total: total == 1)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 30.0])
 def test_a_sun_in_an_image_is_told(transfer, azimuth):
-    """A hundredth of a per cent of the directions with most of the light; an even or a smooth sky has none of it."""
+    """A hundredth of a per cent of the directions with a third of the light; an even or a smooth sky has none of it."""
     image = np.ones((64, 128, 3))
     image[10, 40] = 5000.0
     with pytest.warns(UserWarning, match=r"^sky: \d\d% of this environment's light is narrower .* of 12 degrees"):
@@ -145,6 +149,9 @@ def test_a_sun_in_an_image_is_told(transfer, azimuth):
     assert transfer.patches.narrow_light(sf.Environment(smooth)) == 0.0
     assert transfer.patches.narrow_light(sf.Environment(2.0)) == 0.0
     assert transfer.patches.narrow_light(sf.Environment(0.0 * image)) == 0.0
+    ground = np.ones((64, 128, 3))
+    ground[50, 40] = 5000.0  # one patch, whose width more patches do not change
+    assert transfer.patches.narrow_light(sf.Environment(ground)) == 0.0
     few = sf.Environment(np.where(image > 1, 1.0, 0.0), azimuth=azimuth)
     assert transfer.patches.narrow_light(few) > 0.8
 
