@@ -5,6 +5,7 @@ import numpy as np
 import surflux as sf
 from surflux import _core
 from surflux._base import check
+from surflux.geometry.winding import opposite_edges
 from surflux.scenes.coincidence import coincidence_of, rounded_for
 
 LISTED = 10  # of the largest patches
@@ -12,8 +13,11 @@ LISTED = 10  # of the largest patches
 DIRECTIONS, ALL_AROUND = 256, 0.9
 
 
-def checked(options, scene):
-    """What is found in a scene: a dict for programs, and lines of text. Writes options.output, if any."""
+def checked(options, scene, mesh=None):
+    """What is found in a scene: a dict for programs, and lines of text. Writes options.output, if any.
+
+    mesh: the Mesh that it was made of, if it was one.
+    """
     cloud = scene.surfels
     wrong, unclear, rooms, number = [], [], [], 0
     for index, one in enumerate(scene.objects):
@@ -35,6 +39,14 @@ def checked(options, scene):
     result |= {"largest": [{"surfels": size, "center": center} for size, center in largest], "output": options.output}
 
     place = rounded_for(cloud)
+    if mesh is not None:
+        edges = opposite_edges(mesh)
+        result["opposite_edges"] = len(edges)
+        if len(edges):
+            lines.append(
+                f"{check.counted(len(edges), 'edge')} shared by faces that are wound opposite ways, so that one of "
+                f"them faces the other side, the first around ({place(edges[0].mean(axis=0))})"
+            )
     for index, inside in rooms:
         lines.append(f"object {index} is a room: {inside} stands inside, and sees fronts all around")
     counted = check.counted(len(cloud), "surfel")

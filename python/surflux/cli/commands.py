@@ -30,6 +30,7 @@ from surflux.cli.pictures import (
 from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
+from surflux.geometry.meshes import read_mesh
 from surflux.pictures.animation import check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
@@ -157,6 +158,7 @@ def _check_cloud(options):
         if options.points is not None:
             raise ValueError("--points: is for a cloud")
         scene = sf.Scene([patches_of_mesh(options)])
+        return told(options, *checking.checked(options, scene, read_mesh(options.input)))
     else:
         scene = sf.Scene([_cloud(options)])
     return told(options, *checking.checked(options, scene))

@@ -156,6 +156,29 @@ def test_a_mesh_turned_inside_out_is_turned_by_an_option_of_solve(check, tmp_pat
     assert "these are all faces of the mesh: `surflux solve --normals flip`" in check("box.obj", "--bodies")
 
 
+@pytest.mark.parametrize("suffix", ["obj", "stl"])
+def test_a_lid_that_is_wound_the_other_way_is_told(suffix, check, tmp_path):
+    """Its normal is square to those around, and says nothing of a side; its edges do."""
+    vertices, faces, _ = shapes.box(patches=1, inward=False)
+    vertices, faces = np.asarray(vertices), [list(face) for face in faces]
+
+    def written(faces):
+        if suffix == "obj":
+            corners = [f"v {x} {y} {z}\n" for x, y, z in vertices]
+            text = "".join(corners + [f"f {' '.join(str(k + 1) for k in face)}\n" for face in faces])
+            (tmp_path / "box.obj").write_text(text)
+        else:
+            pytest.importorskip("trimesh").Trimesh(
+                vertices, [[f[0], f[k], f[k + 1]] for f in faces for k in (1, 2)], process=False
+            ).export("box.stl")
+        return check(f"box.{suffix}", "--bodies")
+
+    assert "wound opposite ways" not in written(faces)
+    assert "4 edges shared by faces that are wound opposite ways, so that one" in written([faces[0][::-1], *faces[1:]])
+    assert json.loads(check(f"box.{suffix}", "--json"))["opposite_edges"] == 4
+    assert "wound opposite ways" not in written([*faces, *(face[::-1] for face in faces)])  # both sides
+
+
 @pytest.mark.parametrize("suffix", ["ply", "stl", "glb"])
 def test_faces_of_other_files_are_checked(suffix, check):
     trimesh = pytest.importorskip("trimesh")
