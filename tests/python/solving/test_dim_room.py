@@ -32,7 +32,7 @@ def test_a_dim_room_has_its_light(dark):
         assert figures["error"] < 0.02  # of both rooms: no sign of it
         assert figures["local_error"] <= figures["local_error_p90"]
         history.append(figures["local_error_p90"])
-    assert history[0] < 0.2 < history[1]
+    assert history[0] < 0.23 < history[1]  # .13 to .21 of six seeds, by the RMS of both .26 to .39 of four
 
 
 @pytest.mark.slow
