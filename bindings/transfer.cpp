@@ -138,6 +138,24 @@ std::vector<Rgb> to_reflectance(const py::object& reflectance) {
     return reflectance.is_none() ? std::vector<Rgb>() : to_vec3s(reflectance.cast<Doubles>(), "reflectance");
 }
 
+// What lights bring to all surfels directly.
+template <class Transfer>
+using DirectLight = std::vector<Rgb> (Transfer::*)(const std::vector<Light>&, const DirectOptions&, std::uint64_t,
+                                                   const Progress&) const;
+template <class Transfer>
+void bind_direct(py::class_<Transfer>& to, const char* name, DirectLight<Transfer> direct) {
+    to.def(
+        name,
+        [direct](const Transfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays,
+                 std::uint64_t seed, const py::object& progress) {
+            const Progress report = to_progress(progress);
+            return handed_over(
+                without_gil([&] { return (transfer.*direct)(lights, {probes, shadow_rays}, seed, report); }));
+        },
+        py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
+        py::arg("progress") = py::none());
+}
+
 // What all kinds of transfer tell of their operator.
 template <class Transfer>
 void bind_operator(py::class_<Transfer>& to) {
@@ -213,17 +231,8 @@ void bind_transfer(py::module_& module) {
                 return handed_over(
                     without_gil([&] { return transfer.indirect(lights, own, {bounces, shadow_rays, seed}); }));
             },
-            py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("shadow_rays"), py::arg("seed"))
-        .def(
-            "direct",
-            [](const LocalTransfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays,
-               std::uint64_t seed, const py::object& progress) {
-                const Progress report = to_progress(progress);
-                return handed_over(
-                    without_gil([&] { return transfer.direct(lights, {probes, shadow_rays}, seed, report); }));
-            },
-            py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
-            py::arg("progress") = py::none());
+            py::arg("lights"), py::arg("reflectance"), py::arg("bounces"), py::arg("shadow_rays"), py::arg("seed"));
+    bind_direct(local, "direct", &LocalTransfer::direct);
     local.def_static("of_arrays", &local_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
         .def("arrays", [](const py::object& self) {
             return operator_arrays(self.cast<const LocalTransfer&>().transport(), self);
@@ -281,16 +290,6 @@ void bind_transfer(py::module_& module) {
             },
             py::arg("radiances"), py::arg("sun"), py::arg("reflectance"), py::arg("bounces"))
         .def(
-            "sunlight",
-            [](const SkyTransfer& transfer, const std::vector<Light>& lights, int probes, int shadow_rays,
-               std::uint64_t seed, const py::object& progress) {
-                const Progress report = to_progress(progress);
-                return handed_over(
-                    without_gil([&] { return transfer.sunlight(lights, {probes, shadow_rays}, seed, report); }));
-            },
-            py::arg("lights"), py::arg("probes"), py::arg("shadow_rays"), py::arg("seed"),
-            py::arg("progress") = py::none())
-        .def(
             "coefficients",
             [](const SkyTransfer& transfer, const Indices& surfels, int bounces, const py::object& progress) {
                 const std::vector<std::uint32_t> of = to_vector(surfels);
@@ -304,6 +303,7 @@ void bind_transfer(py::module_& module) {
             py::arg("surfels"), py::arg("bounces"), py::arg("progress") = py::none());
     sky.def_static("of_arrays", &sky_of_arrays, py::arg("scene"), py::arg("arrays"), py::arg("timings"))
         .def("arrays", &sky_arrays);
+    bind_direct(sky, "sunlight", &SkyTransfer::sunlight);
     bind_operator(sky);
 }
 

@@ -16,12 +16,10 @@ def pictures():
 
 
 # Measured, but not by `--site`: README.md has the size of what script/setup installs, and what the text of a row says
-# of pyviewfactor; install.md sizes of downloads and of the file that script/wheel makes; limits.md the noise of light
-# that is gathered under a mesh lamp, of a user's room and of the one in test_irradiance_at.py.
+# of pyviewfactor; install.md sizes of downloads and of the file that script/wheel makes.
 ELSEWHERE = {
     "README.md": {"2.5 GB", "7e-10"},
     "install.md": {"0.5 GB", "0.2 GB", "2.5 GB", "0.35 GB", "18 MB"},
-    "limits.md": {"1.3 %", "7.5 %", "1.2 %"},
 }
 # Not measured: what is asked for, what a format or a formula makes, and what a test asserts.
 GIVEN = {
@@ -30,6 +28,7 @@ GIVEN = {
     "light-a-cloud.md": {"1 %"},  # error=0.01
     "roofs-and-facades.md": {"1 %"},  # of normals, above which a warning comes
     "limits.md": {"1 %", "4e-7"},  # of light on backs, above which a warning comes; some units of single precision
+    "daylight.md": {"8 %", "1 %"},  # test_light_at_points.py
     "tiles.md": {"3 %"},  # of a tile's side
     "final-images.md": {
         "12 bytes",  # three floats

@@ -151,7 +151,10 @@ class SkyPatches:
         >>> round(sf.SkyPatches(145).narrow_light(sf.Environment(image)), 2)
         0.26
         """
-        radiances = self.radiance(environment).sum(axis=1)
+        return self._narrow_light(environment, self.radiance(environment))
+
+    def _narrow_light(self, environment, radiances):
+        """The same, with what `radiance` says of it."""
         if environment.image is None:
             return 0.0
         pixels = np.asarray(environment.image, dtype=float).sum(axis=2)
@@ -160,13 +163,13 @@ class SkyPatches:
         weights = np.repeat((edges[:-1] - edges[1:])[:, None], width, axis=1)
         all_light = (weights * pixels).sum()
         rows, columns = np.nonzero(pixels > BRIGHT * all_light / weights.sum())
-        z = 0.5 * (edges[rows] + edges[rows + 1])
-        level, phi = np.sqrt(1.0 - z * z), np.pi - 2.0 * np.pi * (columns + 0.5) / width
         if not len(rows):
             return 0.0
+        z = 0.5 * (edges[rows] + edges[rows + 1])
+        level, phi = np.sqrt(1.0 - z * z), np.pi - 2.0 * np.pi * (columns + 0.5) / width
         image_axes = np.asarray(environment._to_core().axes)
         patch = self.index(np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes)
-        of_patch = radiances[patch]
+        of_patch = radiances[patch].sum(axis=1)
         bright, weights = pixels[rows, columns], weights[rows, columns]
         is_narrow = (patch > 0) & (bright > BRIGHT * of_patch)
         return float((weights * (bright - of_patch))[is_narrow].sum() / max(all_light, np.finfo(float).tiny))

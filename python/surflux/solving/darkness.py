@@ -79,11 +79,11 @@ def _warn_of_lamps_on_backs(lights, surfels):
     """
     asked = _drawn_by_area(surfels.areas)
     facing = surfels.normals[asked].mean(axis=0)
+    down = facing[2] < -ONE_WAY
+    if np.linalg.norm(facing) > ONE_WAY and not down:
+        return
     for light in lights:
         if isinstance(light, Environment) or not _shines(light):
-            continue
-        down = facing[2] < -ONE_WAY
-        if np.linalg.norm(facing) > ONE_WAY and not down:
             continue
         fronts = _light_of(surfels, asked, [light]) if down else _light_unoccluded(surfels, asked, [light], 1.0)
         backs = _light_unoccluded(surfels, asked, [light], -1.0)  # soon found; so are most lamps done with

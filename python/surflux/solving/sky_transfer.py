@@ -123,7 +123,7 @@ class SkyTransfer(Transfer):
             radiances = check.finite_array("sky", radiances, (count, 3))
         check.in_range("sky", radiances, 0.0, LARGEST)
         if isinstance(sky, Environment):
-            _warn_of_narrow_light(sky, self.patches)
+            _warn_of_narrow_light(sky, self.patches, radiances)
         return radiances, sun
 
     def coefficients(
@@ -165,8 +165,8 @@ class SkyTransfer(Transfer):
             return self._core.coefficients(chosen, self._bounces(bounces), stage("coefficients"))
 
 
-def _warn_of_narrow_light(environment, patches):
-    share = patches.narrow_light(environment)
+def _warn_of_narrow_light(environment, patches, radiances):
+    share = patches._narrow_light(environment, radiances)
     if share > NARROW:
         width = np.degrees(np.sqrt(patches.solid_angles[1]))
         warn(
