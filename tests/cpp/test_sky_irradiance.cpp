@@ -162,7 +162,9 @@ std::vector<Rgb> on_floor(const Scene& scene, const std::vector<Vec3>& points, i
     const Tracer tracer(scene);
     std::vector<Place> places;
     for (const Vec3& p : points) places.push_back({p, up, tracer.departure(p, up).surfel});
-    return sky_irradiance(tracer, SkyCells(scene.lights), SurfelPoints(scene.surfels), places, rays, seed, {}, errors);
+    SkyLight found = sky_irradiance(tracer, SkyCells(scene.lights), SurfelPoints(scene.surfels), places, rays, seed);
+    if (errors) *errors = found.errors;
+    return found.irradiance;
 }
 
 Surfels screen() {  // fills all that lies on the side of x > 1, up to 45 degrees seen from the origin

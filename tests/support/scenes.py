@@ -39,3 +39,12 @@ def two_cells():
     mesh = np.array(quads).reshape(-1, 3), np.arange(4 * len(quads)).reshape(-1, 4)
     cells = sf.Surfels.from_mesh(mesh, patch_area=0.002, reflectance=0.7)
     return sf.Scene([cells], [sf.PointLight([0.5, 0.5, 0.5], 1.0)])
+
+
+def room_with_a_window(area, reflectance):
+    """(walls of a room of 6 by 5 by 3 m that face inwards, with a hole to the south, +y being north; its corners)."""
+    corners = [[x, y, z] for z in (0, 3) for y in (0, 5) for x in (0, 6)]
+    window = [[1.5, 0, 1.0], [4.5, 0, 1.0], [4.5, 0, 2.4], [1.5, 0, 2.4]]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 2, 6, 4], [1, 5, 7, 3], [2, 3, 7, 6]]
+    faces += [[0, 8, 9, 1], [1, 9, 10, 5], [5, 10, 11, 4], [4, 11, 8, 0]]
+    return sf.Surfels.from_mesh((corners + window, faces), area, reflectance), np.array(window)

@@ -21,8 +21,8 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
     std::vector<Rgb> out = direct_irradiance(scene, tracer, points_of, places, options, seed, progress);
     const SkyCells sky(scene.lights, SkyCells::Sources::all);
     if (sky.empty()) return out;
-    const std::vector<Rgb> from_sky = refined_sky_irradiance(tracer, sky, points_of, places, rays, seed, progress);
-    for (std::size_t k = 0; k < out.size(); ++k) out[k] += from_sky[k];
+    const SkyLight light = refined_sky_irradiance(tracer, sky, points_of, places, rays, seed, progress);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] += light.irradiance[k];
     return out;
 }
 

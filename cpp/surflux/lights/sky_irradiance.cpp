@@ -15,9 +15,11 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 // this, measured.
 constexpr double evenness = 1.0;
 constexpr std::uint64_t refined_stream = 0x4ef1e;
-constexpr double seen_well = 0.2;   // share of the sky's light that rays all over it tell well
-constexpr int least_refined = 256;  // rays: fewer tell little of where the sky is seen
-constexpr int most_of_part = 64;    // rays of a part of the sky around which some are free
+constexpr double seen_well = 0.2;    // share of the sky's light that rays all over it tell well
+constexpr int least_refined = 256;   // rays: fewer tell little of where the sky is seen
+constexpr int most_of_part = 64;     // rays of a part of the sky around which some are free
+constexpr double much_hidden = 5.0;  // times the level of the light
+constexpr int least_behind = 512;    // rays behind openings
 
 // What arrives at one place of one tree of the sky.
 class Arriving {
@@ -25,9 +27,14 @@ public:
     Arriving(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points, int rays, bool is_refined)
         : tracer_(tracer), sky_(sky), points_(points), most_rays_(rays), is_refined_(is_refined) {}
 
-    Rgb irradiance(std::size_t tree, const Place& place, std::uint64_t seed, double& variance) {
-        Rgb all = sky_.find_parts(tree, place.normal, parts_);
-        if (parts_.empty()) return {};
+    struct Sums {
+        Rgb irradiance;
+        double variance = 0.0, hidden = 0.0;
+    };
+
+    void add(std::size_t tree, const Place& place, std::uint64_t seed, Sums& to) {
+        const Rgb all = sky_.find_parts(tree, place.normal, parts_);
+        if (parts_.empty()) return;
         EvenPoints even(points_.extends(place) ? 4 : 2, seed, stream_of(place));
         faced_ = arrived_ = {};
         taken_ = traced_ = free_count_ = 0;
@@ -40,14 +47,15 @@ public:
             shoot(most_rays_, tree, place, even);
         }
         const double share = traced_ > 0 ? static_cast<double>(free_count_) / traced_ : 1.0;
-        if (is_refined_ && !sky_.is_narrow(tree) && taken_ >= least_refined && share < seen_well)
-            return refined(tree, place, all, seed);
-        if (free_count_ == 0) return {};
-        if (free_count_ == traced_) return all;
-        const double error = luminance(all) * evenness * std::sqrt(share * (1.0 - share)) / std::pow(taken_, 0.75);
-        variance += error * error;
-        for (int c = 0; c < 3; ++c) all[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
-        return all;
+        Rgb found = all;
+        if (is_refined_ && !sky_.is_narrow(tree) && taken_ >= least_refined && share < seen_well) {
+            found = refined(tree, place, all, seed, to.variance);
+        } else if (free_count_ < traced_) {
+            to.variance += squared(luminance(all)) * variance_of_share(share, taken_);
+            for (int c = 0; c < 3; ++c) found[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
+        }
+        to.irradiance += found;
+        if (!sky_.is_narrow(tree)) to.hidden += luminance(all - found);
     }
 
 private:
@@ -58,7 +66,7 @@ private:
 
     // By other rays: one in each part of the square, about as many parts as there were rays, and as many again in those
     // around which some were free.
-    Rgb refined(std::size_t tree, const Place& place, const Rgb& all, std::uint64_t seed) {
+    Rgb refined(std::size_t tree, const Place& place, const Rgb& all, std::uint64_t seed, double& variance) {
         int side = 1;
         while (4 * side * side <= taken_) side *= 2;
         const auto part_of = [&](double u) { return std::min(side - 1, static_cast<int>(u * side)); };
@@ -72,27 +80,68 @@ private:
         }
         const auto seen = static_cast<int>(std::count(seen_.begin(), seen_.end(), 1));
         const int of_seen = std::clamp(taken_ / std::max(1, seen), 1, most_of_part);
-        faced_ = arrived_ = {};
         rays_.clear();
         light_.clear();
         at_.clear();
         Random random(seed + refined_stream, stream_of(place));
+        std::vector<std::size_t> end;
         for (int part = 0; part < side * side; ++part) {
             const int count = seen_[static_cast<std::size_t>(part)] ? of_seen : 1;
-            EvenPoints even(2, random.bits(), 0);
+            EvenPoints even(points_.extends(place) ? 4 : 2, random.bits(), 0);
             for (int k = 0; k < count; ++k) {
                 const double* u = even.next();
-                add({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0 / count}, tree, place,
-                    place.position);
+                aim({(part / side + u[0]) / side, (part % side + u[1]) / side, 1.0 / count}, tree, place,
+                    points_.at(place, u[2], u[3]));
             }
+            end.push_back(rays_.size());
         }
         trace();
+        return of_parts(all, side * side - seen, of_seen, end, variance);
+    }
+
+    // Of rays of parts of the sky, those of part k ending at end[k]: one of each of some parts, `of_seen` of each
+    // other.
+    Rgb of_parts(const Rgb& all, int unseen, int of_seen, const std::vector<std::size_t>& end, double& variance) const {
+        struct Light {
+            Rgb faced, arrived;
+        };
+        Light sum, of_unseen;
+        double squares = 0.0;
+        const auto error_of = [&](const Light& of, int rays) {
+            const double faced = luminance(of.faced);
+            return faced > 0.0 ? squared(faced) * variance_of_share(luminance(of.arrived) / faced, rays) : 0.0;
+        };
+        std::size_t ray = 0;
+        for (std::size_t part = 0; part < end.size(); ++part) {
+            Light own;
+            for (; ray < end[part]; ++ray) {
+                const Rgb light = at_[ray].weight * light_[ray];
+                own.faced += light;
+                if (free_[ray]) own.arrived += light;
+            }
+            sum.faced += own.faced;
+            sum.arrived += own.arrived;
+            if (seen_[part]) {
+                squares += error_of(own, of_seen);
+            } else {
+                of_unseen.faced += own.faced;
+                of_unseen.arrived += own.arrived;
+            }
+        }
+        if (unseen > 0) squares += error_of(of_unseen, unseen);
         Rgb out;
-        for (int c = 0; c < 3; ++c) out[c] = faced_[c] > 0.0 ? all[c] * arrived_[c] / faced_[c] : 0.0;
+        for (int c = 0; c < 3; ++c) out[c] = sum.faced[c] > 0.0 ? all[c] * sum.arrived[c] / sum.faced[c] : 0.0;
+        const double faced = luminance(sum.faced);
+        if (faced > 0.0) variance += squared(luminance(all) / faced) * squares;
         return out;
     }
 
-    void add(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
+    static double squared(double x) { return x * x; }
+    static double variance_of_share(double share, int rays) {
+        return squared(evenness) * std::max(0.0, share * (1.0 - share)) / std::pow(rays, 1.5);
+    }
+
+    void aim(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
         Vec3 direction;
         const SkyCells::Part& cell = sky_.sample(tree, parts_, at.u, at.v, direction);
         const double cosine = dot(place.normal, direction);
@@ -124,7 +173,7 @@ private:
         at_.clear();
         for (; taken_ < count; ++taken_) {
             const double* u = even.next();
-            add({u[0], u[1], 1.0}, tree, place, points_.at(place, u[2], u[3]));
+            aim({u[0], u[1], 1.0}, tree, place, points_.at(place, u[2], u[3]));
         }
         trace();
     }
@@ -143,21 +192,22 @@ private:
     std::vector<char> free_, seen_;
 };
 
-std::vector<Rgb> irradiance_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                               const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
-                               const Progress& progress, std::vector<float>* errors) {
-    std::vector<Rgb> out(places.size());
-    if (errors) errors->assign(places.size(), 0.0f);
+SkyLight light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                  const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
+                  const Progress& progress) {
+    SkyLight out{std::vector<Rgb>(places.size()), std::vector<float>(places.size()), std::vector<float>(places.size())};
     if (sky.empty()) return out;
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
             Arriving arriving(tracer, sky, points, rays, is_refined);
             for (std::size_t k = begin; k < end; ++k) {
-                double variance = 0.0;
+                Arriving::Sums sums;
                 for (std::size_t tree = 0; tree < sky.trees(); ++tree)
-                    out[k] += arriving.irradiance(tree, places[k], seed + sky_stream + tree, variance);
-                if (errors) (*errors)[k] = static_cast<float>(std::sqrt(variance));
+                    arriving.add(tree, places[k], seed + sky_stream + tree, sums);
+                out.irradiance[k] = sums.irradiance;
+                out.errors[k] = static_cast<float>(std::sqrt(sums.variance));
+                out.hidden[k] = static_cast<float>(sums.hidden);
             }
         },
         progress);
@@ -166,16 +216,42 @@ std::vector<Rgb> irradiance_of(const Tracer& tracer, const SkyCells& sky, const 
 
 }  // namespace
 
-std::vector<Rgb> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                                const std::vector<Place>& places, int rays, std::uint64_t seed,
-                                const Progress& progress, std::vector<float>* errors) {
-    return irradiance_of(tracer, sky, points, places, rays, false, seed, progress, errors);
+SkyLight sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                        const std::vector<Place>& places, int rays, std::uint64_t seed, const Progress& progress) {
+    return light_of(tracer, sky, points, places, rays, false, seed, progress);
 }
 
-std::vector<Rgb> refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                                        const std::vector<Place>& places, int rays, std::uint64_t seed,
-                                        const Progress& progress) {
-    return irradiance_of(tracer, sky, points, places, rays, true, seed, progress, nullptr);
+SkyLight refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                const Progress& progress) {
+    return light_of(tracer, sky, points, places, rays, true, seed, progress);
+}
+
+void refine_behind_openings(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                            const std::vector<Place>& places, int rays, double level, std::uint64_t seed,
+                            const Progress& progress, const Team& team, SkyLight& found) {
+    std::vector<std::size_t> few;
+    std::vector<Place> again;
+    for (std::size_t k = 0; k < places.size(); ++k)
+        if (static_cast<double>(found.hidden[k]) > much_hidden * level) few.push_back(k), again.push_back(places[k]);
+    if (few.empty()) return;
+    struct Sky {
+        Rgb irradiance;
+        float error, hidden;
+    };
+    const auto refined = shared_values<Sky>(team, "direct light", seed, again, [&](const std::vector<Place>& at) {
+        const SkyLight light =
+            refined_sky_irradiance(tracer, sky, points, at, std::max(least_behind, rays), seed, progress);
+        std::vector<Sky> out;
+        for (std::size_t j = 0; j < at.size(); ++j)
+            out.push_back({light.irradiance[j], light.errors[j], light.hidden[j]});
+        return out;
+    });
+    for (std::size_t j = 0; j < few.size(); ++j) {
+        found.irradiance[few[j]] = refined[j].irradiance;
+        found.errors[few[j]] = refined[j].error;
+        found.hidden[few[j]] = refined[j].hidden;
+    }
 }
 
 }  // namespace surflux

@@ -6,7 +6,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/lights/light_sampled_irradiance.h"
-#include "surflux/lights/sky_irradiance.h"
 
 namespace surflux {
 
@@ -42,6 +41,7 @@ void LitPoints::update(const Progress& progress) {
     };
     parallel_for(places.size(), 1024, find_place, standing_at(0, places.size(), progress));
     Light found = team_.shares() ? shine_together(points, places, progress) : shine(points, places, progress);
+    if (has_sky()) refine_sky(points, places, found, progress);
     const auto append = [](auto& to, auto&& more) {
         if (to.empty()) return void(to = std::move(more));
         to.reserve(to.size() + more.size());  // and no more: most points were there from the beginning
@@ -49,42 +49,48 @@ void LitPoints::update(const Progress& progress) {
     };
     append(lights_, std::move(found.lights));
     append(emitters_, std::move(found.emitters));
-    append(sky_, std::move(found.sky));
-    append(standard_error_, std::move(found.standard_error));
+    append(sky_, std::move(found.sky.irradiance));
+    append(standard_error_, std::move(found.errors));
 }
 
 LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<Place>& places,
                                   const Progress& progress) const {
-    // Parts are small, and there are four of them.
-    const auto each = [first = lights_.empty()](int rays) { return first ? rays : std::max(1, rays / 2); };
     const DirectOptions direct{each(options_.probes), each(options_.rays)};
     Light out;
     std::vector<Rgb> errors;
     out.lights = direct_irradiance(scene_, tracer_, points, places, direct, seed_, progress, &errors);
-    out.standard_error.reserve(errors.size());
-    for (const Rgb& error : errors) out.standard_error.push_back(static_cast<float>(luminance(error)));
+    out.errors.reserve(errors.size());
+    for (const Rgb& error : errors) out.errors.push_back(static_cast<float>(luminance(error)));
     std::vector<Rgb>().swap(errors);
     const DirectOptions samples = light_sampling_options(options_, light_samples_);
     if (has_emitters())
         out.emitters =
             emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress);
-    if (has_sky()) {
-        std::vector<float> of_sky;
-        out.sky =
-            sky_irradiance(tracer_, *cells_, points, places, each(light_samples_ / 2), seed_ + 1, progress, &of_sky);
-        for (std::size_t k = 0; k < of_sky.size(); ++k)
-            out.standard_error[k] = std::hypot(out.standard_error[k], of_sky[k]);
-    }
+    if (has_sky()) out.sky = sky_irradiance(tracer_, *cells_, points, places, sky_rays(), seed_ + 1, progress);
     return out;
+}
+
+void LitPoints::refine_sky(const SurfelPoints& points, const std::vector<Place>& places, Light& found,
+                           const Progress& progress) {
+    if (lights_.empty())
+        level_ = rms_luminance(places.size(), [&](std::size_t k) {
+            return found.lights[k] + (found.emitters.empty() ? Rgb{} : found.emitters[k]) + found.sky.irradiance[k];
+        });
+    refine_behind_openings(tracer_, *cells_, points, places, sky_rays(), level_, seed_ + 1, progress, team_, found.sky);
+    for (std::size_t k = 0; k < places.size(); ++k) found.errors[k] = std::hypot(found.errors[k], found.sky.errors[k]);
 }
 
 LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std::vector<Place>& places,
                                            const Progress& progress) const {
     Light own, all;
     all.lights.resize(places.size());
-    all.standard_error.resize(places.size());
+    all.errors.resize(places.size());
     if (has_emitters()) all.emitters.resize(places.size());
-    if (has_sky()) all.sky.resize(places.size());
+    if (has_sky()) {
+        all.sky.irradiance.resize(places.size());
+        all.sky.errors.resize(places.size());
+        all.sky.hidden.resize(places.size());
+    }
     exchange_places(
         team_, "direct light", seed_, places,
         [&](const std::vector<Place>& mine) { own = shine(points, mine, progress); },

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "surflux/lights/direct.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sky_cells.h"
+#include "surflux/lights/sky_irradiance.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
@@ -21,7 +23,7 @@ class LitPoints {
 public:
     // Without sampler and sky, of lights alone. Emitters get a quarter of `light_samples`, and all where some are
     // blocked, and as many cosine-distributed rays, too: both parts of their MIS estimate are had here, and none of
-    // that steep light has to be interpolated. Half of `light_samples` go to the sky.
+    // that steep light has to be interpolated. Half of `light_samples` go to the sky, and more behind openings.
     LitPoints(const Scene& scene, const SurfelPoints& surfels, const Tracer& tracer, const SurfelTree& tree,
               const LightSampler* emitters, const SkyCells* sky, const DirectOptions& options, int light_samples,
               std::uint64_t seed, Team team = {});
@@ -45,18 +47,24 @@ public:
     }
 
 private:
-    // Of some points: irradiance, the last two empty where there are none, and standard errors.
+    // Of some points; those of emitters and skies are empty where there are none.
     struct Light {
-        std::vector<Rgb> lights, emitters, sky;
-        std::vector<float> standard_error;
+        std::vector<Rgb> lights, emitters;
+        std::vector<float> errors;  // standard errors of the luminance of `lights`
+        SkyLight sky;
         template <class Visit>
         void for_each(const Visit& visit) {
-            visit(lights), visit(emitters), visit(sky), visit(standard_error);
+            visit(lights), visit(emitters), visit(errors), visit(sky.irradiance), visit(sky.errors), visit(sky.hidden);
         }
     };
     Light shine(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
     // The same, of which each process of the team makes a part.
     Light shine_together(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
+    void refine_sky(const SurfelPoints& points, const std::vector<Place>& places, Light& found,
+                    const Progress& progress);
+    // Parts are small, and there are four of them.
+    int each(int rays) const { return lights_.empty() ? rays : std::max(1, rays / 2); }
+    int sky_rays() const { return each(light_samples_ / 2); }
     bool has_emitters() const { return sampled_emitters_ && !sampled_emitters_->empty(); }
     bool has_sky() const { return cells_ && !cells_->empty(); }
 
@@ -72,6 +80,7 @@ private:
     Team team_;
     std::vector<Rgb> lights_, emitters_, sky_;  // the last two empty where there are none
     std::vector<float> standard_error_;
+    double level_ = 0.0;  // RMS of the luminance of what the first points have
 };
 
 }  // namespace surflux

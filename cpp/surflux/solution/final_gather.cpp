@@ -1,7 +1,9 @@
 #include "surflux/solution/final_gather.h"
 
+#include <algorithm>
+
 #include "surflux/core/sampling.h"
-#include "surflux/lights/sample_points.h"
+#include "surflux/lights/light_sampled_irradiance.h"
 
 namespace surflux {
 
@@ -13,35 +15,41 @@ FinalGather::FinalGather(const Scene& scene, const Tracer& tracer, const Sight& 
       nodes_(nodes),
       light_(light),
       fields_(fields),
-      reflects_(reflects) {}
+      reflects_(reflects),
+      emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
+      points_(scene.surfels) {}
 
-Rgb FinalGather::sent(std::uint32_t surfel, const Vec3& at) const {
+Rgb FinalGather::reflected(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
-    const Rgb &rho = s.reflectance[surfel], &emission = s.emission[surfel];
-    if (!reflects_ || rho == Rgb{}) return emission;
+    const Rgb& rho = s.reflectance[surfel];
+    if (!reflects_ || rho == Rgb{}) return {};
     thread_local std::vector<Interpolation::Weight> near;
     const Vec3& normal = s.normals[surfel];
     nodes_.interpolation().at(at, normal, scene_.object[surfel], near);
-    if (!sight_.keep_joined(at, normal, nodes_.sites(), light_, near)) return emission;
+    if (!sight_.keep_joined(at, normal, nodes_.sites(), light_, near)) return {};
     Rgb irradiance;
     for (const NodalField::Values& field : fields_) irradiance += nodes_.at(field, at, normal, near);
-    return emission + rho * irradiance;
+    return rho * irradiance;
 }
 
-Rgb FinalGather::operator()(const Departure& place, int rays, std::uint64_t seed) const {
+Rgb FinalGather::operator()(const Departure& departure, int rays, std::uint64_t seed) const {
+    const Place place{departure.position, departure.normal, departure.surfel, Place::point};
     const Frame frame = frame_around(place.normal);
-    EvenPoints even(2, seed, stream_of({place.position, place.normal, place.surfel, Place::point}));
+    EvenPoints even(2, seed, stream_of(place));
     std::vector<Ray> shot;
     std::vector<Hit> hits;
     for (int r = 0; r < rays; ++r) {
         const double* u = even.next();
-        shot.push_back({place, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+        shot.push_back({departure, frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
     }
     tracer_.closest(shot, hits);
     Rgb sum;
     for (std::size_t r = 0; r < shot.size(); ++r)
-        if (hits[r].front) sum += sent(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
-    return sum / rays;
+        if (hits[r].front)
+            sum += emitters_.found_at_end(place.normal, shot[r].direction, hits[r]) +
+                   reflected(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
+    const DirectOptions samples{std::max(1, rays / 4), rays};
+    return sum / rays + light_sampled_irradiance(tracer_, emitters_, points_, {place}, samples, seed)[0];
 }
 
 }  // namespace surflux

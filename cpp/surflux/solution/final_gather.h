@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/lights/light_sampler.h"
+#include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/sight.h"
@@ -11,8 +13,8 @@
 namespace surflux {
 
 // Final gathering where interpolation has no node in sight: irradiance from surfels, estimated by cosine-distributed
-// rays that look up the interpolated radiosity where they end. An end with no node in sight either, as inside a column
-// that a slab covers, only emits.
+// rays that look up the interpolated radiosity where they end, and for small emissive surfels by next event estimation,
+// too (LightSampler). An end with no node in sight either, as inside a column that a slab covers, only emits.
 class FinalGather {
 public:
     // `fields` make up the irradiance that is reflected, if any is.
@@ -23,7 +25,7 @@ public:
     Rgb operator()(const Departure& place, int rays, std::uint64_t seed) const;
 
 private:
-    Rgb sent(std::uint32_t surfel, const Vec3& at) const;
+    Rgb reflected(std::uint32_t surfel, const Vec3& at) const;
 
     const Scene& scene_;
     const Tracer& tracer_;
@@ -32,6 +34,8 @@ private:
     const std::vector<double>& light_;  // of nodes, of all fields
     const std::vector<NodalField::Values>& fields_;
     bool reflects_;
+    LightSampler emitters_;
+    SurfelPoints points_;
 };
 
 }  // namespace surflux

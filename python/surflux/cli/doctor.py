@@ -51,7 +51,8 @@ def examined(options, limit, solve_options):
     notes = [note for note in dict.fromkeys(said) if not any(note in line for line in lines)]
     notes = [note for note in notes if "has no light: it gets" not in note]  # a line of its own
     lines += [f"note: {note}" for note in notes]
-    lines.append(f"next: {result['next']}")
+    if "next" in result:
+        lines.append(f"next: {result['next']}")
     return {"input": options.input, **result, "notes": notes}, lines
 
 
@@ -194,7 +195,6 @@ def _picture(options):
     height, width = image.shape[:2]
     brightest = float(np.max(image))
     result = {"kind": "picture", "size": [width, height], "mean": image.mean(axis=(0, 1)), "largest": brightest}
-    result["next"] = f"surflux relight SCENE.toml --environment {_quoted(options)}"
     mean = ", ".join(f"{v:.3g}" for v in result["mean"])
     lines = [
         f"{options.input}: a picture, {width} x {height} pixels, no points",
@@ -203,6 +203,7 @@ def _picture(options):
     if width != 2 * height:
         lines.append("no latitude-longitude image by its shape: these are twice as wide as high")
     else:
+        result["next"] = f"surflux relight SCENE.toml --environment {_quoted(options)}"
         lines.append(
             'taken for a latitude-longitude image, it lights scenes: [[light]] type = "environment", image = ...'
         )

@@ -10,6 +10,7 @@ from surflux._base import check
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
 from surflux.points.cleaning import cleaned, known_classes
+from surflux.points.seen_from import has_one_height, high_above, layer_of
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
@@ -88,6 +89,9 @@ def scene_of_scan(options, scan, frame):
         )
     moved = _in_frame(scan, frame)[used]
     viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
+    if viewpoint is None and moved.normals is None and _is_steep_layer(moved):
+        viewpoint = high_above(moved.points.min(axis=0), moved.points.max(axis=0))
+        LOG.info("%s: estimated normals face upwards, for all is seen from above (--viewpoint: elsewhere)", scan.name)
     reflectance = None if options.colors else options.albedo
     orient = options.normals in (None, "check")
     whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
@@ -109,6 +113,12 @@ def scene_of_scan(options, scan, frame):
         hint = "if they are the wrong way round, --viewpoint X,Y,Z or --normals flip turns them"
         warn(f"{100.0 * down.mean():.0f} % of the points face the ground; {hint}")
     return sf.Scene(objects, name=Path(options.input).stem), surfel, told
+
+
+def _is_steep_layer(scan):
+    """Whether all of a Scan is seen from above, as a steep roof is, of which nothing says from where it was seen."""
+    scanned = np.any(np.isfinite(scan.viewpoints))
+    return not scanned and layer_of(scan.points) != "terrain" and has_one_height(scan.points)
 
 
 def _in_frame(scan, frame):

@@ -16,6 +16,7 @@ from surflux.scenes import weather
 _UNLOCATED = {".toml", *(f".{suffix}" for suffix in MESHES)}  # files that have no coordinate reference system
 _FAR = 50.0  # km, from where a place is not the one of the weather any more
 _EARTH = 6371.0  # km
+_SMALL = 1.0  # m, from end to end: no roof
 _NONE = "--place: wanted LAT,LON in degrees"
 
 
@@ -91,6 +92,7 @@ def site_of(options, points, found):
         vertical = horizontal if about.vertical is None else about.vertical
     north = options.north if options.north is not None else 0.0 if about is None else about.north
     frame = Frame(north, horizontal, vertical)
+    _warn_of_small_sites(options, frame.horizontal * np.ptp(points[:, :2], axis=0).max())
     place = options.place
     if place is None and found is not None:
         place = found.latitude, found.longitude
@@ -113,6 +115,14 @@ def site_of(options, points, found):
     if options.year is None:
         return Site(frame, place, hours, f"{check.counted(len(options.time), 'clear hour')}")
     return Site(frame, place, hours, f"{options.year} under clear skies")
+
+
+def _warn_of_small_sites(options, width):
+    if width < _SMALL:
+        warn(
+            f"{options.input}: all of it lies within {width:.2g} m; longitudes and latitudes have to be projected to "
+            "metres (pyproj), other units are told by --unit, metres of one"
+        )
 
 
 def _georeference(options, place):

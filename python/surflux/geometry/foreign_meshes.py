@@ -50,7 +50,7 @@ def convert(mesh):
         return _from_trimesh(mesh.to_mesh())
     if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
         return _from_open3d(mesh.to_legacy())
-    if hasattr(mesh, "dump"):  # trimesh.Scene of older versions
+    if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene of older versions
         return _from_trimesh(mesh.dump(concatenate=True))
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _from_meshio(mesh)

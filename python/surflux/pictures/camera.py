@@ -65,7 +65,7 @@ class Camera:
         if size == 0.0:
             raise ValueError("up: wanted a direction, got zero")
         if np.linalg.norm(np.cross(view / distance, self._up / size)) <= 1e-6:
-            raise ValueError("up: wanted a direction not parallel to the view")
+            raise ValueError("up: wanted a direction not parallel to the view, as (0, 1, 0) from straight above")
 
     @property
     def eye(self) -> Floats:

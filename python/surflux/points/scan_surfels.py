@@ -9,10 +9,10 @@ from surflux._base.files import file_error
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
-from surflux.geometry.estimates import estimated_normals, outward_normals, percent
+from surflux.geometry.estimates import estimated_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
 from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
-from surflux.points.seen_from import seen_from, viewed_from
+from surflux.points.seen_from import normals_of_seen, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
 
@@ -149,14 +149,7 @@ def _complete_normals(path, arrays, viewpoint, orient):
         if viewpoint is not None:
             return None
         known = _towards_scanners(arrays)
-        guess = seen_from(os.fsdecode(path), arrays["points"]) if known is None else None
-        if known is None and guess is None:
-            return outward_normals(arrays["points"], os.fsdecode(path), orient)
-        if guess is None:
-            return known
-        normals = np.array(estimated_normals(arrays["points"], guess))
-        found = facing_of(arrays["points"], normals, guess[None])
-        return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
+        return normals_of_seen(os.fsdecode(path), arrays["points"], orient) if known is None else known
     out, estimated = with_estimated(arrays["points"], normals, bad, viewpoint) if np.any(bad) else (normals, None)
     if orient is not None and not len(arrays.get("triangles", ())):
         places = orient if viewpoint is None else np.vstack([orient, viewpoint])

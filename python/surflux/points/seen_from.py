@@ -4,6 +4,8 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.passes import LOG
+from surflux.geometry.estimates import estimated_normals, outward_normals
+from surflux.geometry.facing import facing_of
 
 _FEW = 1000  # points: their columns do not tell a layer from a body
 _PER_COLUMN = 16  # points
@@ -12,6 +14,7 @@ _SINGLE = 0.7  # of the columns have to be thin
 _OUTER = 0.01  # of the points on either side do not count
 _LOWEST = 0.3  # of its narrower side a terrain rises, at most: tiles of LiDAR .2, a piece of a room .4
 _STEEPEST = 1.2  # tangent of the widest angle at which depth cameras see
+_NARROW = 0.3  # tangent of a cone that level ground far above the origin fills as well
 _ASKED, _NEAR = 30_000, 4  # points of which the distance to the fourth neighbour is looked at
 # How the logarithm of that distance follows the one of the distance from a scanner: by 1.2, with a correlation of .9,
 # in a room that a scanner turned in; by .5 at most from elsewhere, and by 0 on bodies, which are sampled evenly.
@@ -22,15 +25,29 @@ _HIGH = 100.0  # extents: from so far above all of a terrain is seen
 def seen_from(path, points):
     """(3,) from where points without normals were seen, or None; what was taken for granted is logged.
 
-    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees. One that
-    has one height at each place is a terrain, or a tile of airborne LiDAR, seen from above, z up. Points that lie apart
-    as far as they are from the origin, but for a factor, were seen by a scanner there, which turns by even angles.
-    Bodies and rooms otherwise are none of these: their columns go through more than one wall.
+    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees, unless
+    the cone is narrow and what fills it level. One that has one height at each place is a terrain, or a tile of
+    airborne LiDAR, seen from above, z up. Points that lie apart as far as they are from the origin, but for a factor,
+    were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are none of these: their
+    columns go through more than one wall.
     """
     place, how = viewed_from(points)
     if place is not None:
         LOG.info("%s: estimated normals face %s (viewpoint: elsewhere)", path, how)
     return place
+
+
+def normals_of_seen(name, points, places=None):
+    """(n, 3) unit normals, estimated, of points (n, 3) of which nobody says from where they were seen.
+
+    They face the place of seen_from, or else outwards (outward_normals); what was taken for granted is logged.
+    """
+    place = seen_from(name, points)
+    if place is None:
+        return outward_normals(points, name, places)
+    normals = np.array(estimated_normals(points, place))
+    found = facing_of(points, normals, place[None])
+    return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
 
 
 def viewed_from(points):
@@ -54,11 +71,17 @@ def layer_of(points):
     """What single layer points (n, 3) are: the "frame" of a depth camera, a "terrain", a scanner's "turn", or None."""
     if len(points) < _FEW:
         return None
-    if _faces_origin(points):
+    is_terrain = _is_low(points) and has_one_height(points)
+    if _faces_origin(points, _NARROW if is_terrain else 0.0):
         return "frame"
-    if _is_low(points) and _is_layer(points[:, :2], points[:, 2]):
+    if is_terrain:
         return "terrain"
     return "turn" if _thin_out_from_origin(points) else None
+
+
+def has_one_height(points):
+    """Whether points (n, 3) have, nearly everywhere, one height z."""
+    return len(points) >= _FEW and _is_layer(points[:, :2], points[:, 2])
 
 
 def up_of_frame(points):
@@ -89,13 +112,13 @@ def _thin_out_from_origin(points):
     return _SLOPES[0] < slope < _SLOPES[1] and mixed > _CORRELATION * np.std(away) * np.sqrt(own)
 
 
-def _faces_origin(points):
+def _faces_origin(points, narrowest):
     depth = points[:, 2]
     if not (np.all(depth > 0.0) or np.all(depth < 0.0)):
         return False
     slopes = points[:, :2] / depth[:, None]
     widest = np.quantile(np.linalg.norm(slopes, axis=1), 1.0 - _OUTER)
-    return widest < _STEEPEST and _is_layer(slopes, np.log(np.abs(depth)))
+    return narrowest <= widest < _STEEPEST and _is_layer(slopes, np.log(np.abs(depth)))
 
 
 def _is_layer(places, depth):

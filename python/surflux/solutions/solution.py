@@ -180,8 +180,8 @@ class Solution:
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
         normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right, but
-        under surfels that shine, as mesh lamps do, it is noisier than what is interpolated: take more rays there.
+        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right
+        there, and near surfels that shine, as lamps that are meshes do, closer than surfels are wide.
 
         Args:
             points: (m, 3).

@@ -102,6 +102,11 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
 
     def say():
         warn_of_layers(scene)
+        if core.surfels.has_specular:
+            warn(
+                "specular is left out: solvers reflect diffusely; precompute_transfer(lighting='distant') and "
+                "reference_radiance have it"
+            )
         residual = result["history"][-1]["residual"]
         if converges and residual > options["tolerance"]:
             warn(f"the linear solver stopped at a residual of {residual:.2g}")

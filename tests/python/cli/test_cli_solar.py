@@ -95,6 +95,23 @@ def test_north_turns_what_faces_the_sun(here, run):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_a_single_steep_roof_faces_the_sky(here, run, seed):
+    """Too steep for terrain, and which way it faced was chance."""
+    xy = np.random.default_rng(seed).uniform(-3, 3, (2000, 2))
+    np.savetxt("roof.csv", np.c_[xy, 8 + 0.7 * xy[:, 1]], delimiter=",", header="x,y,z", comments="")
+    _, _, messages = run("solar", "roof.csv", *PLACE, "--time", NOON, *FEW)
+    assert "face upwards, for all is seen from above" in messages
+    assert "face the ground" not in messages
+
+
+def test_degrees_are_no_metres(here, run):
+    xy = np.random.default_rng(0).uniform([8.5, 47.4], [8.51, 47.41], (2000, 2))
+    np.savetxt("degrees.csv", np.c_[xy, np.full(2000, 400.0)], delimiter=",", header="x,y,z", comments="")
+    _, _, messages = run("solar", "degrees.csv", *PLACE, "--time", NOON, *FEW)
+    assert "all of it lies within 0.01 m; longitudes and latitudes have to be projected" in messages
+
+
 def test_vegetation_shades_and_has_no_values(here, run):
     points, upper = layers()
     status, out, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)

@@ -144,11 +144,13 @@ def test_estimated_normals_see_rooms_and_plates(caplog):
         corners = np.sum(np.minimum(points, [5, 4, 3] - points) < 0.15, axis=1) >= 2  # points lie .13 apart
         assert not np.any(wrong & ~corners)
         plate = box(20_000, (4, 3, 0.1))  # three times as thick as points lie apart
-        assert right(sf.Surfels(plate.points).normals, plate.normals).mean() > 0.999
-        open_shell = plate.points[plate.points[:, 2] > 0.09]
-        sf.Surfels(open_shell)
+        upright = plate.points[:, [2, 0, 1]]
+        for points, normals in ((plate.points, plate.normals), (upright, plate.normals[:, [2, 0, 1]])):
+            assert right(sf.Surfels(points).normals, normals).mean() > 0.999
+        sf.Surfels(upright[upright[:, 0] > 0.09])  # an open shell
     said = [record.message for record in caplog.records]
     assert "points: estimated normals face inwards, as of a room (viewpoint: elsewhere)" in said
+    assert "points: estimated normals face upwards, as of a terrain seen from above (viewpoint: elsewhere)" in said
     assert "points: estimated normals face outwards, as of bodies seen from outside (viewpoint: elsewhere)" in said
     assert any("100 % of the points are on open surfaces, which may face either way" in line for line in said)
 

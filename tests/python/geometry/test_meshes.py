@@ -200,6 +200,10 @@ def test_refuses_missing_files(tmp_path, name):
     ("mesh", "reason"),
     [
         (5, "mesh: wanted a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces), got int"),
+        (
+            np.zeros((4, 3)),
+            "mesh: wanted a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces), got",
+        ),
         ((SQUARE,), "mesh: wanted a path"),
         ((SQUARE[:, :2], [[0, 1, 2]]), "mesh vertices: wanted shape (v, 3), got (4, 2)"),
         (("text", [[0, 1, 2]]), "mesh: wanted vertices (v, 3) and faces of indices, got"),

@@ -45,6 +45,13 @@ def test_read_only_copies():
             array[0] = 1
 
 
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_solvers_say_that_they_leave_it_out(solver):
+    mirror = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, radii=1.0, reflectance=0.2, specular=0.7)
+    with pytest.warns(UserWarning, match="specular is left out: solvers reflect diffusely"):
+        solver(sf.Scene([mirror], lights=[sf.Environment(1.0)]))
+
+
 def test_goes_with_selections_and_copies():
     s = shiny()
     assert_gloss(s[[3, 0]], K[[3, 0]], S[[3, 0]])

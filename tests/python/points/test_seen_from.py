@@ -49,6 +49,23 @@ def test_terrain_faces_upwards(tmp_path, seed, caplog):
     assert (below.normals[:, 2] < 0).mean() > 0.995
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_terrain_of_arrays_faces_upwards_as_that_of_files(seed):
+    """Sloping, flat or bumpy: which way it faced was chance, and a third of the seeds had no sky, without a word."""
+    random = np.random.default_rng(seed)
+    xy = random.uniform(-50, 50, (3000, 2))
+    slope, bumps = 0.1 * (seed % 3), 0.5 * (seed % 4)
+    terrain = sf.Surfels(np.c_[xy, slope * xy[:, 0] + bumps * np.sin(xy[:, 0] / 7) + 0.02 * random.normal(size=3000)])
+    assert (terrain.normals[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("height", [200.0, 400.0, -200.0])
+def test_terrain_far_above_the_origin_is_no_frame(height):
+    """Level ground fills a cone around z, as what a depth camera sees does, but a narrow one."""
+    xy = np.random.default_rng(0).uniform(-40, 40, (5000, 2))
+    assert seen_from("hill", np.c_[xy, np.sin(xy[:, 0] / 9) + height])[2] > 1000.0
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_depth_camera_is_at_the_origin(tmp_path, sign):
     points = depth_image(sign)

@@ -341,12 +341,8 @@ def test_points_in_mid_air_are_warned_of_once_with_their_number(solver):
         solution.irradiance_at(floor, -up(floor))  # from below
 
 
-def test_light_gathered_under_surfels_that_shine_wants_more_rays_than_what_is_interpolated():
-    """A lamp of .6 x 1.2 m, A = .72, 2.9 m up covers A cos^2 / (pi d^2) of a place's hemisphere: .009 to .027.
-
-    Drawn at random, 1024 rays that meet it have 1 / sqrt(1024 x .009) = 33 % of noise at most; stratified they have
-    less, and at least sqrt(8) times less if there are 8 times as many.
-    """
+def test_light_gathered_under_surfels_that_shine_is_as_good_as_what_is_interpolated():
+    """By rays that meet them by chance, nine of a thousand, it was off by 3.5 to 7 %."""
     corners, faces, _ = shapes.box(patches=1, inward=True)
     room = sf.Surfels.from_mesh((np.asarray(corners) * [4.0, 5.0, 3.0], faces), 0.04)
     lamp = [[1.7, 1.9, 2.9], [1.7, 3.1, 2.9], [2.3, 3.1, 2.9], [2.3, 1.9, 2.9]], [[0, 1, 2, 3]]
@@ -358,12 +354,9 @@ def test_light_gathered_under_surfels_that_shine_wants_more_rays_than_what_is_in
     def off(**how):
         return np.sqrt(np.mean((solution.irradiance_at(at, up(at), **how) / expected - 1.0) ** 2))
 
-    interpolated = off()
-    assert interpolated < 0.013
+    assert off() < 0.013
     for seed in range(3):
-        few, many = (off(indirect="gathered", rays=rays, seed=seed) for rays in (1024, 8192))
-        assert 2.0 * interpolated < few < 0.33
-        assert many < few / np.sqrt(8.0)
+        assert off(indirect="gathered", seed=seed) < 0.013
 
 
 def test_mid_air_of_a_file_is_not_gathered(tmp_path):

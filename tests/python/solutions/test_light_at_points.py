@@ -29,6 +29,21 @@ def test_light_through_a_window_far_away(image):
         assert np.all(np.abs(off.mean(axis=0)) < 4.0 * rms / np.sqrt(60))
 
 
+@pytest.mark.parametrize("edge", [1.0, 0.3, 0.1])
+def test_light_gathered_under_a_lamp_that_is_a_mesh(edge):
+    """In a black room, in closed form: of 1024 rays some find it, and single values were off by 3, 19, 120 % (RMS)."""
+    floor = patch([-2, -2, 0], [4, 0, 0], [0, 4, 0], 0.0, 0.0, 0.03)
+    corners = edge * np.array([[-0.5, -0.5, 0], [-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0]]) + [0, 0, 2.6]
+    lamp = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 0.02, 0.0, emission=2000.0)
+    solution = sf.solve(sf.Scene([floor, lamp]), insert=False)
+    places = np.c_[np.random.default_rng(0).uniform(-1.9, 1.9, (40, 2)), np.full(40, 0.75)]
+    facing = np.tile([0.0, 0.0, 1.0], (40, 1))
+    true = 2000.0 * element_to_polygon(places, facing, corners)
+    for seed in range(3):
+        found = solution.irradiance_at(places, facing, indirect="gathered", seed=seed)[:, 0]
+        np.testing.assert_allclose(found, true, rtol=0.01)
+
+
 @pytest.mark.parametrize(("half", "area"), [(2.0, 0.0625), (3.0, 0.04), (2.0, 0.04)])
 def test_light_does_not_jump_at_corners_of_equal_patches(half, area):
     """Beneath the middle of a lamp: eight patches are as far as the ninth, and had no say there alone."""

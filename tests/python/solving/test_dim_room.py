@@ -22,17 +22,26 @@ def dark(request):
 
 @pytest.mark.slow
 def test_a_dim_room_has_its_light(dark):
-    """By the RMS of both rooms, its mean was 20 % too dark. Of errors by local light the estimate knows, too."""
+    """By the RMS of both rooms, its mean was 20 % too dark."""
     scene, seed, reference, noise = dark
-    solution, history = sf.solve(scene, seed=seed), []
+    solution = sf.solve(scene, seed=seed)
     assert abs(reference.of(solution).sum() / reference.mean.sum() - 1.0) < 0.05 + 2 * noise
-    with tuned(BY_RMS):
-        by_rms = sf.solve(scene, seed=seed)
-    for figures in (solution.history[-1], by_rms.history[-1]):
-        assert figures["error"] < 0.02  # of both rooms: no sign of it
-        assert figures["local_error"] <= figures["local_error_p90"]
-        history.append(figures["local_error_p90"])
-    assert history[0] < 0.23 < history[1]  # .13 to .21 of six seeds, by the RMS of both .26 to .39 of four
+
+
+@pytest.mark.slow
+def test_estimates_of_a_dim_room():
+    """Of errors by local light the estimate knows, too; of the error of both rooms there is no sign of it."""
+    scene, p90 = door_ajar(1.0), []
+    for seed in range(3):
+        solution = sf.solve(scene, seed=seed)
+        with tuned(BY_RMS):
+            by_rms = sf.solve(scene, seed=seed)
+        for figures in (solution.history[-1], by_rms.history[-1]):
+            assert figures["error"] < 0.02
+            assert figures["local_error"] <= figures["local_error_p90"]
+            p90.append(figures["local_error_p90"])
+    assert np.mean(p90[::2]) < 0.2, p90
+    assert np.mean(p90[1::2]) > 0.25, p90
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import pytest
 
 import surflux as sf
 from cases.builders import cube_inside
+from scenes import room_with_a_window
 
 SKY = np.random.default_rng(1).uniform(0.2, 3.0, (146, 3))
 
@@ -86,19 +87,10 @@ def test_a_room_with_a_window_is_lit_through_it(seed):
     assert relative_rms(found.irradiance, true.irradiance, areas) < 0.05
 
 
-def room_with_a_window(area):
-    """Walls of a room of 6 by 5 by 3 m that face inwards, with a hole to the south, +y being north."""
-    corners = [[x, y, z] for z in (0, 3) for y in (0, 5) for x in (0, 6)]
-    corners += [[x, 0, z] for z in (1.0, 2.4) for x in (1.5, 4.5)]
-    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 2, 6, 4], [1, 5, 7, 3], [2, 3, 7, 6]]
-    faces += [[0, 8, 9, 1], [1, 9, 11, 5], [5, 11, 10, 4], [4, 10, 8, 0]]
-    return sf.Surfels.from_mesh((corners, faces), area, 0.6)
-
-
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_sun_of_a_sky_is_no_part_of_its_patch(seed):
     """Through a window a patch of 12 degrees falls somewhere else: it was off by 35 % of the RMS."""
-    room = room_with_a_window(0.06)
+    room, _ = room_with_a_window(0.06, 0.6)
     sky = sf.Sky.from_sun(40.0, 190.0, direct_normal=700.0, diffuse=100.0)
     scene = sf.Scene([room], lights=[sky])
     found = sf.precompute_transfer(scene, "sky", bounces=None, seed=seed).relight(sky)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quick import quick
-from scenes import cube_inside, surfels_of
+from scenes import cube_inside, room_with_a_window, surfels_of
 from surflux import Environment, PointLight, Scene, Surfels, _core
 from surflux.scenes import shapes
 
@@ -104,6 +104,13 @@ def solved(scene, team=None, transport="rays", seed=5, **options):
     return *(found[name] for name in SOLVED), np.array(found["error"]), np.array(repr(history))
 
 
+def meshless(scene, team=None):
+    options = {"levels": 2, "epsilon_e": 0.04, "epsilon_omega": 0.05, "rays": 64, "bounces": -1, "tolerance": 1e-4}
+    more = {"radius": 0.0, "indirect_only": True, "probes": 8, "shadow_rays": 32, "seed": 5}
+    found = _core.solve_meshless(scene, **options, **more, team=team)
+    return found["radiosity"], found["irradiance"], found["direct"]
+
+
 def traced(scene, team=None, seed=3):
     at = np.random.default_rng(1).uniform(size=(20, 3)) * [1, 1, 0]
     return _core.reference_irradiance(scene, at, np.tile([0.0, 0, 1], (20, 1)), 256, seed, team=team)[:2]
@@ -141,6 +148,13 @@ def test_what_many_rays_gather_is_shared_too():
     assert "gathering of light" in meeting.passes
     few.results(lambda team: solved(room, team, insert=False))
     assert "gathering of light" not in few.passes  # done sooner than exchanged
+
+
+@pytest.mark.parametrize("work", [solved, meshless])
+def test_light_behind_a_window_is_shared_too(work):
+    room = Scene([room_with_a_window(0.5, 0.6)[0]], [Environment(np.ones((8, 16, 3)))])._to_core()
+    alone, meeting = work(room), Meeting(3)
+    assert all(same(found, alone) for found in meeting.results(lambda team: work(room, team)))
 
 
 def test_a_team_does_not_make_what_seeds_do_not(scene):
