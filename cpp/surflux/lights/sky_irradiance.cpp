@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surflux/core/morton.h"
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
 
@@ -15,11 +16,15 @@ constexpr std::uint64_t sky_stream = 0x5c7a7;
 // this, measured.
 constexpr double evenness = 1.0;
 constexpr std::uint64_t refined_stream = 0x4ef1e;
-constexpr double seen_well = 0.2;    // share of the sky's light that rays all over it tell well
-constexpr int least_refined = 256;   // rays: fewer tell little of where the sky is seen
-constexpr int most_of_part = 64;     // rays of a part of the sky around which some are free
-constexpr double much_hidden = 5.0;  // times the level of the light
-constexpr int least_behind = 512;    // rays behind openings
+constexpr double seen_well = 0.2;     // share of the sky's light that rays all over it tell well
+constexpr int least_refined = 256;    // rays: fewer tell little of where the sky is seen
+constexpr int most_of_part = 64;      // rays of a part of the sky around which some are free
+constexpr double little = 0.02;       // of the light: noise beside it that does not matter
+constexpr std::size_t region = 1024;  // places that lie together
+constexpr double much_hidden = 5.0;   // times what arrives around
+constexpr int least_behind = 512;     // rays behind openings
+
+double squared(double x) { return x * x; }
 
 // What arrives at one place of one tree of the sky.
 class Arriving {
@@ -29,7 +34,7 @@ public:
 
     struct Sums {
         Rgb irradiance;
-        double variance = 0.0, hidden = 0.0;
+        double variance = 0.0, arrived = 0.0, hidden = 0.0;
     };
 
     void add(std::size_t tree, const Place& place, std::uint64_t seed, Sums& to) {
@@ -55,7 +60,9 @@ public:
             for (int c = 0; c < 3; ++c) found[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
         }
         to.irradiance += found;
-        if (!sky_.is_narrow(tree)) to.hidden += luminance(all - found);
+        if (sky_.is_narrow(tree)) return;
+        to.arrived += luminance(found);
+        to.hidden += luminance(all - found);
     }
 
 private:
@@ -136,7 +143,6 @@ private:
         return out;
     }
 
-    static double squared(double x) { return x * x; }
     static double variance_of_share(double share, int rays) {
         return squared(evenness) * std::max(0.0, share * (1.0 - share)) / std::pow(rays, 1.5);
     }
@@ -195,7 +201,8 @@ private:
 SkyLight light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
                   const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
                   const Progress& progress) {
-    SkyLight out{std::vector<Rgb>(places.size()), std::vector<float>(places.size()), std::vector<float>(places.size())};
+    const std::vector<float> none(places.size());
+    SkyLight out{std::vector<Rgb>(places.size()), none, none, none};
     if (sky.empty()) return out;
     parallel_blocks(
         places.size(), 16,
@@ -207,10 +214,35 @@ SkyLight light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints&
                     arriving.add(tree, places[k], seed + sky_stream + tree, sums);
                 out.irradiance[k] = sums.irradiance;
                 out.errors[k] = static_cast<float>(std::sqrt(sums.variance));
+                out.arrived[k] = static_cast<float>(sums.arrived);
                 out.hidden[k] = static_cast<float>(sums.hidden);
             }
         },
         progress);
+    return out;
+}
+
+std::vector<std::size_t> places_behind_openings(const std::vector<Place>& places, int rays,
+                                                const std::vector<float>& others, const SkyLight& found,
+                                                const Progress& progress) {
+    std::vector<std::size_t> out;
+    std::vector<Vec3> positions;
+    for (const Place& place : places) positions.push_back(place.position);
+    const std::vector<std::uint32_t> order = morton_order(positions, progress);
+    const double noise = evenness / std::pow(rays, 0.75);
+    for (std::size_t begin = 0; begin < order.size(); begin += region) {
+        const std::size_t end = std::min(order.size(), begin + region);
+        double squares = 0.0;
+        for (std::size_t i = begin; i < end; ++i) squares += squared(static_cast<double>(found.arrived[order[i]]));
+        const double level = std::sqrt(squares / static_cast<double>(end - begin));
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t k = order[i];
+            const auto hidden = static_cast<double>(found.hidden[k]);
+            const bool is_noisy = noise * std::sqrt(level * hidden) > little * static_cast<double>(others[k]);
+            if (level > 0.0 && hidden > much_hidden * level && is_noisy) out.push_back(k);
+        }
+    }
+    std::sort(out.begin(), out.end());
     return out;
 }
 
@@ -228,28 +260,28 @@ SkyLight refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const
 }
 
 void refine_behind_openings(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                            const std::vector<Place>& places, int rays, double level, std::uint64_t seed,
-                            const Progress& progress, const Team& team, SkyLight& found) {
-    std::vector<std::size_t> few;
+                            const std::vector<Place>& places, int rays, const std::vector<float>& others,
+                            std::uint64_t seed, const Progress& progress, const Team& team, SkyLight& found) {
+    const std::vector<std::size_t> few = places_behind_openings(places, rays, others, found, progress);
     std::vector<Place> again;
-    for (std::size_t k = 0; k < places.size(); ++k)
-        if (static_cast<double>(found.hidden[k]) > much_hidden * level) few.push_back(k), again.push_back(places[k]);
+    for (const std::size_t k : few) again.push_back(places[k]);
     if (few.empty()) return;
     struct Sky {
         Rgb irradiance;
-        float error, hidden;
+        float error, arrived, hidden;
     };
     const auto refined = shared_values<Sky>(team, "direct light", seed, again, [&](const std::vector<Place>& at) {
         const SkyLight light =
             refined_sky_irradiance(tracer, sky, points, at, std::max(least_behind, rays), seed, progress);
         std::vector<Sky> out;
         for (std::size_t j = 0; j < at.size(); ++j)
-            out.push_back({light.irradiance[j], light.errors[j], light.hidden[j]});
+            out.push_back({light.irradiance[j], light.errors[j], light.arrived[j], light.hidden[j]});
         return out;
     });
     for (std::size_t j = 0; j < few.size(); ++j) {
         found.irradiance[few[j]] = refined[j].irradiance;
         found.errors[few[j]] = refined[j].error;
+        found.arrived[few[j]] = refined[j].arrived;
         found.hidden[few[j]] = refined[j].hidden;
     }
 }

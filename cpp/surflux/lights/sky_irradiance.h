@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -13,10 +12,11 @@
 namespace surflux {
 
 // What arrives at places from the images of Environments. `errors`: estimated standard errors of the luminance, 0 where
-// all rays agree; `hidden`: of the luminance, what surfaces keep off, without narrow bright spots.
+// all rays agree. `arrived`, `hidden`: of the luminance, without narrow bright spots, what arrives and what surfaces
+// keep off.
 struct SkyLight {
     std::vector<Rgb> irradiance;
-    std::vector<float> errors, hidden;
+    std::vector<float> errors, arrived, hidden;
 };
 
 // On the shapes of `points`: what each cell of the sky brings to the place where nothing is in the way, in closed form,
@@ -34,19 +34,11 @@ SkyLight refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const
                                 const std::vector<Place>& places, int rays, std::uint64_t seed,
                                 const Progress& progress = {});
 
-// RMS of the luminance of light(k), k < count.
-template <class Light>
-double rms_luminance(std::size_t count, const Light& light) {
-    double squares = 0.0;
-    for (std::size_t k = 0; k < count; ++k) squares += luminance(light(k)) * luminance(light(k));
-    return count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0.0;
-}
-
-// Of a scene whose surfels have irradiance of the RMS `level`: finds those of `found`, which are of `rays`, anew by
-// refined_sky_irradiance, 512 rays or more, of which five times as much is hidden. These are most of a room with a
-// window, and none in the open.
+// Finds those places of a scene anew, by refined_sky_irradiance of 512 rays or more, of which five times as much is
+// hidden as places around them have of the sky (RMS of a thousand), and this is noise beside the `others`, luminance
+// from elsewhere. These are most of a room with a window, and none in the open. `found` is of `rays`.
 void refine_behind_openings(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                            const std::vector<Place>& places, int rays, double level, std::uint64_t seed,
-                            const Progress& progress, const Team& team, SkyLight& found);
+                            const std::vector<Place>& places, int rays, const std::vector<float>& others,
+                            std::uint64_t seed, const Progress& progress, const Team& team, SkyLight& found);
 
 }  // namespace surflux

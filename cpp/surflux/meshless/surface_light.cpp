@@ -33,27 +33,28 @@ std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const
     const int sky_rays = light_samples_ / 2;
     struct Lit {
         Rgb lights, sky;
-        float hidden;
+        float error, arrived, hidden;
     };
-    const auto found = shared_values<Lit>(team_, "direct light", seed_, places, [&](const std::vector<Place>& at) {
+    const auto lit = shared_values<Lit>(team_, "direct light", seed_, places, [&](const std::vector<Place>& at) {
         const std::vector<Rgb> lights = direct_irradiance(scene_, tracer_, points_, at, options_, seed_, progress);
         const SkyLight sky = sky_irradiance(tracer_, sky_cells_, points_, at, sky_rays, seed_ + 1, progress);
         std::vector<Lit> out;
-        for (std::size_t k = 0; k < at.size(); ++k) out.push_back({lights[k], sky.irradiance[k], sky.hidden[k]});
+        for (std::size_t k = 0; k < at.size(); ++k)
+            out.push_back({lights[k], sky.irradiance[k], sky.errors[k], sky.arrived[k], sky.hidden[k]});
         return out;
     });
-    std::vector<Rgb> out;
     SkyLight sky;
-    for (const Lit& lit : found) {
-        out.push_back(lit.lights + lit.sky);
-        sky.irradiance.push_back(lit.sky);
-        sky.hidden.push_back(lit.hidden);
+    std::vector<float> others;
+    for (const Lit& of : lit) {
+        sky.irradiance.push_back(of.sky);
+        sky.errors.push_back(of.error);
+        sky.arrived.push_back(of.arrived);
+        sky.hidden.push_back(of.hidden);
+        others.push_back(static_cast<float>(luminance(of.lights + of.sky)) - of.arrived);
     }
-    sky.errors.resize(places.size());
-    const std::vector<Rgb>& all = direct_.empty() ? out : direct_;  // the first that are asked for are all surfels
-    const double level = rms_luminance(all.size(), [&](std::size_t k) { return all[k]; });
-    refine_behind_openings(tracer_, sky_cells_, points_, places, sky_rays, level, seed_ + 1, progress, team_, sky);
-    for (std::size_t k = 0; k < out.size(); ++k) out[k] = found[k].lights + sky.irradiance[k];
+    refine_behind_openings(tracer_, sky_cells_, points_, places, sky_rays, others, seed_ + 1, progress, team_, sky);
+    std::vector<Rgb> out;
+    for (std::size_t k = 0; k < places.size(); ++k) out.push_back(lit[k].lights + sky.irradiance[k]);
     return out;
 }
 

@@ -71,12 +71,14 @@ LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<
 }
 
 void LitPoints::refine_sky(const SurfelPoints& points, const std::vector<Place>& places, Light& found,
-                           const Progress& progress) {
-    if (lights_.empty())
-        level_ = rms_luminance(places.size(), [&](std::size_t k) {
-            return found.lights[k] + (found.emitters.empty() ? Rgb{} : found.emitters[k]) + found.sky.irradiance[k];
-        });
-    refine_behind_openings(tracer_, *cells_, points, places, sky_rays(), level_, seed_ + 1, progress, team_, found.sky);
+                           const Progress& progress) const {
+    std::vector<float> others(places.size());
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const Rgb emitted = found.emitters.empty() ? Rgb{} : found.emitters[k];
+        others[k] =
+            static_cast<float>(luminance(found.lights[k] + emitted + found.sky.irradiance[k])) - found.sky.arrived[k];
+    }
+    refine_behind_openings(tracer_, *cells_, points, places, sky_rays(), others, seed_ + 1, progress, team_, found.sky);
     for (std::size_t k = 0; k < places.size(); ++k) found.errors[k] = std::hypot(found.errors[k], found.sky.errors[k]);
 }
 
@@ -89,6 +91,7 @@ LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std
     if (has_sky()) {
         all.sky.irradiance.resize(places.size());
         all.sky.errors.resize(places.size());
+        all.sky.arrived.resize(places.size());
         all.sky.hidden.resize(places.size());
     }
     exchange_places(

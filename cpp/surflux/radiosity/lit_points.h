@@ -54,14 +54,15 @@ private:
         SkyLight sky;
         template <class Visit>
         void for_each(const Visit& visit) {
-            visit(lights), visit(emitters), visit(errors), visit(sky.irradiance), visit(sky.errors), visit(sky.hidden);
+            visit(lights), visit(emitters), visit(errors), visit(sky.irradiance), visit(sky.errors);
+            visit(sky.arrived), visit(sky.hidden);
         }
     };
     Light shine(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
     // The same, of which each process of the team makes a part.
     Light shine_together(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;
     void refine_sky(const SurfelPoints& points, const std::vector<Place>& places, Light& found,
-                    const Progress& progress);
+                    const Progress& progress) const;
     // Parts are small, and there are four of them.
     int each(int rays) const { return lights_.empty() ? rays : std::max(1, rays / 2); }
     int sky_rays() const { return each(light_samples_ / 2); }
@@ -80,7 +81,6 @@ private:
     Team team_;
     std::vector<Rgb> lights_, emitters_, sky_;  // the last two empty where there are none
     std::vector<float> standard_error_;
-    double level_ = 0.0;  // RMS of the luminance of what the first points have
 };
 
 }  // namespace surflux

@@ -7,10 +7,11 @@ import numpy as np
 
 import surflux as sf
 from surflux._base import check
-from surflux._base.passes import LOG
+from surflux._base.passes import LOG, watched
 from surflux._base.warn import warn
+from surflux.geometry.estimates import outward_normals
 from surflux.points.cleaning import cleaned, known_classes
-from surflux.points.seen_from import has_one_height, high_above, layer_of
+from surflux.points.seen_from import high_above, is_terrain
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
@@ -89,11 +90,11 @@ def scene_of_scan(options, scan, frame):
         )
     moved = _in_frame(scan, frame)[used]
     viewpoint = None if options.viewpoint is None else frame.points(options.viewpoint)
-    if viewpoint is None and moved.normals is None and _is_steep_layer(moved):
-        viewpoint = high_above(moved.points.min(axis=0), moved.points.max(axis=0))
-        LOG.info("%s: estimated normals face upwards, for all is seen from above (--viewpoint: elsewhere)", scan.name)
     reflectance = None if options.colors else options.albedo
     orient = options.normals in (None, "check")
+    is_guessed = viewpoint is None and moved.normals is None and not np.any(np.isfinite(moved.viewpoints))
+    if is_guessed and not is_terrain(moved.points):
+        moved, orient = replace(moved, normals=_towards_sky(moved, options.threads)), False
     whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
     groups, objects = [np.flatnonzero(told), np.flatnonzero(~told)], [whole]
     if min(map(len, groups)) < _FEW:
@@ -115,10 +116,11 @@ def scene_of_scan(options, scan, frame):
     return sf.Scene(objects, name=Path(options.input).stem), surfel, told
 
 
-def _is_steep_layer(scan):
-    """Whether all of a Scan is seen from above, as a steep roof is, of which nothing says from where it was seen."""
-    scanned = np.any(np.isfinite(scan.viewpoints))
-    return not scanned and layer_of(scan.points) != "terrain" and has_one_height(scan.points)
+def _towards_sky(scan, threads):
+    """Estimated normals of a Scan: outwards, and those of open sheets, as of a roof alone, upwards."""
+    sky = high_above(scan.points.min(axis=0), scan.points.max(axis=0))
+    with watched(threads, True):
+        return outward_normals(scan.points, scan.name, towards=sky, place="the sky")
 
 
 def _in_frame(scan, frame):

@@ -20,15 +20,20 @@ def estimated_normals(points, viewpoint):
     return _core.estimate_normals(points, min(NORMAL_NEIGHBORS, len(points) - 1), viewpoint, progress=stage("normals"))
 
 
-def outward_normals(points, name="points", places=None):
+def outward_normals(points, name="points", places=None, towards=None, place=""):
     """(n, 3) unit normals of checked points of which nothing says from where they were seen.
 
     They face the side from which rays see each sheet; what closes around one of the places (k, 3) is seen from there.
-    What was taken for granted is logged, under that name.
+    Most of an open sheet faces `towards` (3,), where it is given: `place` in words. What was taken for granted is
+    logged, under that name.
     """
     normals = np.array(estimated_normals(points, None))
     found = facing_of(points, normals, places)
     normals[found.turned] *= -1.0
+    if towards is not None:
+        _, sheet = np.unique(found.margin, return_inverse=True)  # one of each sheet
+        facing = np.bincount(sheet, weights=np.sum((towards - points) * normals, axis=1))[sheet]
+        normals[found.open & (facing < 0.0)] *= -1.0
     unsure = np.mean(found.open)
     rooms = np.mean(found.room)
     if rooms > _SAID:
@@ -36,7 +41,8 @@ def outward_normals(points, name="points", places=None):
     else:
         where = "outwards, as of bodies seen from outside"
     if unsure > _SAID:
-        where += f"; {percent(unsure)} of the points are on open surfaces, which may face either way"
+        may = f"are taken to face {place}" if towards is not None else "may face either way"
+        where += f"; {percent(unsure)} of the points are on open surfaces, which {may}"
     LOG.info("%s: estimated normals face %s (viewpoint: elsewhere)", name, where)
     return normals
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux._base import check
+from surflux._base.warn import warn
 
 USUAL_EXPONENT = 20.0
 NO_GLOSS = {"specular": None, "exponent": None}  # for the core
@@ -16,6 +17,15 @@ def gloss_arrays(specular, exponent, n, what="surfel"):
     if not specular.any() and np.all(exponent == USUAL_EXPONENT):
         return {}
     return {"specular": specular, "exponent": exponent}
+
+
+def warn_of_gloss(surfels):
+    """Says of surfels of the core that what they reflect around the mirror direction is left out, if any do."""
+    if surfels.has_specular:
+        warn(
+            "specular is left out: all that is computed here is reflected diffusely; "
+            "precompute_transfer(lighting='distant') and reference_radiance have it"
+        )
 
 
 def require_energy(reflectance, gloss):

@@ -14,26 +14,28 @@ _SINGLE = 0.7  # of the columns have to be thin
 _OUTER = 0.01  # of the points on either side do not count
 _LOWEST = 0.3  # of its narrower side a terrain rises, at most: tiles of LiDAR .2, a piece of a room .4
 _STEEPEST = 1.2  # tangent of the widest angle at which depth cameras see
-_NARROW = 0.3  # tangent of a cone that level ground far above the origin fills as well
+_NARROW = 0.3  # tangent of a cone that what stands far above the origin fills as well
 _ASKED, _NEAR = 30_000, 4  # points of which the distance to the fourth neighbour is looked at
 # How the logarithm of that distance follows the one of the distance from a scanner: by 1.2, with a correlation of .9,
 # in a room that a scanner turned in; by .5 at most from elsewhere, and by 0 on bodies, which are sampled evenly.
 _SLOPES, _CORRELATION, _SPREAD = (0.7, 1.6), 0.6, 0.15
 _HIGH = 100.0  # extents: from so far above all of a terrain is seen
+_UPWARDS = "upwards, as of a terrain seen from above"
+_FACING = "%s: estimated normals face %s (viewpoint: elsewhere)"
 
 
 def seen_from(path, points):
     """(3,) from where points without normals were seen, or None; what was taken for granted is logged.
 
-    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees, unless
-    the cone is narrow and what fills it level. One that has one height at each place is a terrain, or a tile of
-    airborne LiDAR, seen from above, z up. Points that lie apart as far as they are from the origin, but for a factor,
-    were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are none of these: their
-    columns go through more than one wall.
+    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees; but a
+    narrow cone is filled by hills and roofs, too, which have one height at each place. Such a layer that is low is a
+    terrain, or a tile of airborne LiDAR, seen from above, z up. Points that lie apart as far as they are from the
+    origin, but for a factor, were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are
+    none of these: their columns go through more than one wall.
     """
     place, how = viewed_from(points)
     if place is not None:
-        LOG.info("%s: estimated normals face %s (viewpoint: elsewhere)", path, how)
+        LOG.info(_FACING, path, how)
     return place
 
 
@@ -43,8 +45,18 @@ def normals_of_seen(name, points, places=None):
     They face the place of seen_from, or else outwards (outward_normals); what was taken for granted is logged.
     """
     place = seen_from(name, points)
-    if place is None:
-        return outward_normals(points, name, places)
+    return outward_normals(points, name, places) if place is None else _towards(points, place)
+
+
+def normals_of_array(points):
+    """The same of points that are no file's: of these the origin says nothing, and terrain alone faces a place."""
+    if not is_terrain(points):
+        return outward_normals(points)
+    LOG.info(_FACING, "points", _UPWARDS)
+    return _towards(points, high_above(points.min(axis=0), points.max(axis=0)))
+
+
+def _towards(points, place):
     normals = np.array(estimated_normals(points, place))
     found = facing_of(points, normals, place[None])
     return np.where((found.turned & ~found.open)[:, None], -normals, normals)  # both sides of a plate
@@ -56,7 +68,7 @@ def viewed_from(points):
     if kind == "frame":
         return np.zeros(3), "the origin, as if a depth camera were there"
     if kind == "terrain":
-        return high_above(points.min(axis=0), points.max(axis=0)), "upwards, as of a terrain seen from above"
+        return high_above(points.min(axis=0), points.max(axis=0)), _UPWARDS
     if kind == "turn":
         return np.zeros(3), "the origin, as if a scanner had turned there"
     return None, ""
@@ -71,17 +83,20 @@ def layer_of(points):
     """What single layer points (n, 3) are: the "frame" of a depth camera, a "terrain", a scanner's "turn", or None."""
     if len(points) < _FEW:
         return None
-    is_terrain = _is_low(points) and has_one_height(points)
-    if _faces_origin(points, _NARROW if is_terrain else 0.0):
+    if _faces_origin(points, _NARROW if _has_one_height(points) else 0.0):
         return "frame"
-    if is_terrain:
+    if is_terrain(points):
         return "terrain"
     return "turn" if _thin_out_from_origin(points) else None
 
 
-def has_one_height(points):
-    """Whether points (n, 3) have, nearly everywhere, one height z."""
-    return len(points) >= _FEW and _is_layer(points[:, :2], points[:, 2])
+def is_terrain(points):
+    """Whether points (n, 3) have, nearly everywhere, one height z, and little of it."""
+    return len(points) >= _FEW and _is_low(points) and _has_one_height(points)
+
+
+def _has_one_height(points):
+    return _is_layer(points[:, :2], points[:, 2])
 
 
 def up_of_frame(points):

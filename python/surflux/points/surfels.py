@@ -19,7 +19,7 @@ from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, read_mesh
 from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
-from surflux.points.seen_from import normals_of_seen
+from surflux.points.seen_from import normals_of_array
 from surflux.points.writing import ply_path, save_surfels
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ class Surfels:
             Open3D, pyvista or trimesh, whose normals count where none are given (and its colours for
             reflectance=None).
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
-            line, and to orient them as `read` does: terrain upwards, the frame of a depth camera towards its origin,
-            all else to the side from which each sheet is seen (see `facing`; needs 3 points).
+            line, and to orient them to the side from which each sheet is seen (see `facing`; needs 3 points), those of
+            terrain upwards.
         radii: (n,) or one number, above 0, in the unit of points; None: no gaps (see below; needs 2 points).
         areas: (n,) or one number, at least 0: effective areas; None leaves them open until a solver asks.
         reflectance: linear, in [0, 1): one number, RGB (3,), one number each (n,) or one RGB each (n, 3).
@@ -108,9 +108,7 @@ class Surfels:
         two_sided = check.flag("two_sided", two_sided)
         with watched(threads, progress):
             if normals is None:
-                normals = (
-                    normals_of_seen("points", points) if viewpoint is None else estimated_normals(points, viewpoint)
-                )
+                normals = normals_of_array(points) if viewpoint is None else estimated_normals(points, viewpoint)
             if radii is None:
                 radii = estimated_radii(points, normals)
         core = make_core(points, normals, radii, areas, reflectance, emission, **gloss)

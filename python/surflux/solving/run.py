@@ -12,6 +12,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.warn import warn
+from surflux.geometry.gloss import warn_of_gloss
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight, environments_among
@@ -102,11 +103,7 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
 
     def say():
         warn_of_layers(scene)
-        if core.surfels.has_specular:
-            warn(
-                "specular is left out: solvers reflect diffusely; precompute_transfer(lighting='distant') and "
-                "reference_radiance have it"
-            )
+        warn_of_gloss(core.surfels)
         residual = result["history"][-1]["residual"]
         if converges and residual > options["tolerance"]:
             warn(f"the linear solver stopped at a residual of {residual:.2g}")

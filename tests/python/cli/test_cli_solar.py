@@ -94,15 +94,30 @@ def test_north_turns_what_faces_the_sun(here, run):
     assert shade.max() < 0.6 * south.min()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_a_single_steep_roof_faces_the_sky(here, run, seed):
     """Too steep for terrain, and which way it faced was chance."""
     xy = np.random.default_rng(seed).uniform(-3, 3, (2000, 2))
     np.savetxt("roof.csv", np.c_[xy, 8 + 0.7 * xy[:, 1]], delimiter=",", header="x,y,z", comments="")
     _, _, messages = run("solar", "roof.csv", *PLACE, "--time", NOON, *FEW)
-    assert "face upwards, for all is seen from above" in messages
+    assert "100 % of the points are on open surfaces, which are taken to face the sky" in messages
     assert "face the ground" not in messages
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_walls_below_a_roof_face_outwards(here, run, seed):
+    """Sparse, as airborne scanners see them, and rough by 1 cm: they were not to face the sky each point by itself."""
+    random = np.random.default_rng(seed)
+    roof = np.c_[random.uniform(0, 10, (4000, 2)), np.full(4000, 5.0)]
+    across, up = random.uniform(0, 10, 2800), random.uniform(0, 5, 2800)
+    wall, side = np.arange(2800) % 2, np.arange(2800) // 2 % 2 * 10.0
+    walls = np.where(wall[:, None] == 0, np.c_[across, side, up], np.c_[side, across, up])
+    points = np.vstack([roof, walls]) + random.normal(0.0, 0.01, (6800, 3))
+    np.savetxt("house.csv", points, delimiter=",", header="x,y,z", comments="")
+    run("solar", "house.csv", *PLACE, "--time", NOON, *FEW, "-o", "house.npz")
+    kwh = sf.read_scan("house.npz").attributes["kwh"]
+    south, north = (kwh[4000:][(wall == 0) & (side == y)] for y in (0.0, 10.0))
+    assert np.quantile(south, 0.05) > 3.0 * np.quantile(north, 0.95)
 
 
 def test_degrees_are_no_metres(here, run):
@@ -112,6 +127,7 @@ def test_degrees_are_no_metres(here, run):
     assert "all of it lies within 0.01 m; longitudes and latitudes have to be projected" in messages
 
 
+@pytest.mark.slow
 def test_vegetation_shades_and_has_no_values(here, run):
     points, upper = layers()
     status, out, err = run("solar", "layers.npz", *PLACE, "--time", NOON, *FEW)

@@ -45,10 +45,19 @@ def test_read_only_copies():
             array[0] = 1
 
 
-@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+@pytest.mark.parametrize(
+    "solver",
+    [
+        sf.solve,
+        sf.solve_meshless,
+        lambda scene: sf.precompute_transfer(scene, "sky"),
+        lambda scene: sf.precompute_transfer(scene, "local"),
+    ],
+    ids=["solve", "meshless", "sky", "local"],
+)
 def test_solvers_say_that_they_leave_it_out(solver):
     mirror = sf.Surfels([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, radii=1.0, reflectance=0.2, specular=0.7)
-    with pytest.warns(UserWarning, match="specular is left out: solvers reflect diffusely"):
+    with pytest.warns(UserWarning, match="specular is left out: all that is computed here"):
         solver(sf.Scene([mirror], lights=[sf.Environment(1.0)]))
 
 
