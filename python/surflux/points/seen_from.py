@@ -83,7 +83,8 @@ def layer_of(points):
     """What single layer points (n, 3) are: the "frame" of a depth camera, a "terrain", a scanner's "turn", or None."""
     if len(points) < _FEW:
         return None
-    if _faces_origin(points, _NARROW if _has_one_height(points) else 0.0):
+    widest = _cone_seen_from_origin(points)
+    if widest is not None and (widest >= _NARROW or not _has_one_height(points)):
         return "frame"
     if is_terrain(points):
         return "terrain"
@@ -127,13 +128,14 @@ def _thin_out_from_origin(points):
     return _SLOPES[0] < slope < _SLOPES[1] and mixed > _CORRELATION * np.std(away) * np.sqrt(own)
 
 
-def _faces_origin(points, narrowest):
+def _cone_seen_from_origin(points):
+    """Tangent of the angle around z of a layer that the origin sees once in each direction; None for other points."""
     depth = points[:, 2]
     if not (np.all(depth > 0.0) or np.all(depth < 0.0)):
-        return False
+        return None
     slopes = points[:, :2] / depth[:, None]
     widest = np.quantile(np.linalg.norm(slopes, axis=1), 1.0 - _OUTER)
-    return narrowest <= widest < _STEEPEST and _is_layer(slopes, np.log(np.abs(depth)))
+    return widest if widest < _STEEPEST and _is_layer(slopes, np.log(np.abs(depth))) else None
 
 
 def _is_layer(places, depth):
