@@ -53,13 +53,14 @@ py::tuple direction_sums(const Doubles& normals, const Bytes& bits, const Double
     return py::make_tuple(to_array(sums.arrived), to_array(sums.unoccluded));
 }
 
-// (m, 3): irradiance from lights and Environments, traced anew from places on surfaces.
-py::array direct_at_places(const CompiledScene& scene, const Doubles& points, const Doubles& normals, int rays,
-                           std::uint64_t seed, const py::object& progress) {
+// (m, 3): irradiance that direct_at or emitted_at traces anew from places on surfaces.
+template <auto irradiance_at>
+py::array traced(const CompiledScene& scene, const Doubles& points, const Doubles& normals, int rays,
+                 std::uint64_t seed, const py::object& progress) {
     const PointsAndNormals at = to_points_and_normals(points, normals);
     const Progress report = to_progress(progress);
     return to_array(without_gil(
-        [&] { return direct_at(scene.scene(), scene.tracer(report), at.points, at.normals, rays, seed, report); }));
+        [&] { return irradiance_at(scene.scene(), scene.tracer(report), at.points, at.normals, rays, seed, report); }));
 }
 
 // (m, 3): points of surfaces, those that lie behind theirs moved up to it.
@@ -103,8 +104,10 @@ void bind_lights(py::module_& module) {
             py::arg("normals"), py::arg("bits"));
     module.def("free_directions", &free_directions, py::arg("scene"), py::arg("directions"),
                py::arg("progress") = py::none(), py::arg("surfels") = py::none());
-    module.def("direct_at", &direct_at_places, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("rays"),
-               py::arg("seed"), py::arg("progress"));
+    module.def("direct_at", &traced<direct_at>, py::arg("scene"), py::arg("points"), py::arg("normals"),
+               py::arg("rays"), py::arg("seed"), py::arg("progress"));
+    module.def("emitted_at", &traced<emitted_at>, py::arg("scene"), py::arg("points"), py::arg("normals"),
+               py::arg("rays"), py::arg("seed"), py::arg("progress"));
     module.def("onto_surface", &onto_surface_of, py::arg("scene"), py::arg("points"), py::arg("normals"));
     module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
                py::arg("cosine"));

@@ -289,7 +289,6 @@ py::dict solve_scene(const std::shared_ptr<CompiledScene>& scene, int levels, do
     py::dict out = to_dict(scene->scene(), std::move(found.solution));
     out["field"] = py::cast(without_gil([&] { return std::make_unique<FieldOnScene>(found.field, scene); }));
     out["lit"] = to_array(found.lit);
-    out["emitted"] = to_array(found.emitted);
     return out;
 }
 

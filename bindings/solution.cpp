@@ -1,4 +1,4 @@
-#include <optional>
+#include <string>
 
 #include "convert.h"
 #include "rooms.h"
@@ -16,13 +16,24 @@ namespace {
 constexpr int own_rays = 256;
 
 // Interpolates fields of a solution from values at its surfels to any places; with its scene, not across walls. Where
-// `reflects` is given, objects are those of the scene, the first field is light from surfels, the second direct light,
-// and places on surfaces from which none of the surfels around can be seen find them by rays of their own: from surfels
-// that send what they receive, besides emission, or emission alone.
+// it is said where the light of each field comes from, objects are those of the scene, and places on surfaces from
+// which none of the surfels around can be seen find it by rays of their own.
 struct Field {
+    // Lights and Environments; small emissive surfels; all surfels, which reflect what all fields have; or all but the
+    // emissive ones.
+    enum class Source { lights, emitters, surfels, other_surfels };
+    static Source source_named(const std::string& name) {
+        if (name == "lights") return Source::lights;
+        if (name == "emitters") return Source::emitters;
+        require(name == "surfels" || name == "other surfels", "sources: there is no ", name);
+        return name == "surfels" ? Source::surfels : Source::other_surfels;
+    }
+
     Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values,
-          std::shared_ptr<CompiledScene> in, const py::object& progress, std::optional<bool> reflects)
+          std::shared_ptr<CompiledScene> in, const py::object& progress, const std::vector<std::string>& named)
         : nodes(nodes_at(surfels, to_vector(objects))), compiled(std::move(in)) {
+        require(named.empty() || named.size() == values.size(), "sources: wanted one for each field");
+        for (const std::string& name : named) sources.push_back(source_named(name));
         std::vector<std::vector<Rgb>> known;
         for (const Doubles& field : values) known.push_back(to_vec3s(field, "values"));
         const Progress report = to_progress(progress);
@@ -31,8 +42,8 @@ struct Field {
                 scene = &compiled->scene();
                 tracer = &compiled->tracer();
                 sight = std::make_unique<Sight>(*tracer, *scene);
-                if (reflects)
-                    gather = std::make_unique<FinalGather>(*scene, *tracer, *sight, nodes, light, fields, *reflects);
+                if (!sources.empty())
+                    gather = std::make_unique<FinalGather>(*scene, *tracer, *sight, nodes, light, fields);
             }
             light.assign(nodes.size(), 0.0);
             for (const std::vector<Rgb>& field : known) {
@@ -49,6 +60,7 @@ struct Field {
         const PointsAndNormals given = to_points_and_normals(points, normals);
         const std::vector<Vec3>&places = given.points, &facing = given.normals;
         std::vector<Rgb> out(places.size());
+        std::vector<char> lost(places.size());  // walls stand before all that they could be interpolated from
         const Progress report = to_progress(progress);
         without_gil([&] {
             parallel_blocks(
@@ -64,7 +76,7 @@ struct Field {
                         nodes.interpolation().at(places[k], facing[k], object, near);
                         if (sight && !sight->keep_joined(places[k], facing[k], nodes.sites(), light, near)) {
                             if (from.surfel != Hit::none) {
-                                out[k] = found_there(field, from);
+                                lost[k] = 1;
                                 continue;
                             }
                             near.resize(1);  // off all surfaces: the heaviest alone
@@ -74,12 +86,14 @@ struct Field {
                     }
                 },
                 report);
+            find_lost(field, given, lost, out);
             return 0;
         });
         return to_array(out);
     }
 
-    // Of the first field, what rays from each place find: surfels that send what they receive, besides emission.
+    // What rays from each place find: surfels that send what they receive, and what they emit but for small emissive
+    // ones.
     py::array_t<double> gathered(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
                                  const py::object& progress) const {
         require(gather != nullptr, "field: it has no scene to gather in");
@@ -98,10 +112,26 @@ struct Field {
         return to_array(out);
     }
 
-    // Where walls stand before all that it could be interpolated from.
-    Rgb found_there(std::size_t field, const Departure& from) const {
-        if (field == 0) return (*gather)(from, own_rays, 0);
-        return surflux::direct_at(*scene, *tracer, {from.position}, {from.normal}, own_rays, 0)[0];
+    void find_lost(std::size_t field, const PointsAndNormals& given, const std::vector<char>& lost,
+                   std::vector<Rgb>& out) const {
+        std::vector<std::size_t> which;
+        std::vector<Vec3> at, facing;
+        for (std::size_t k = 0; k < lost.size(); ++k) {
+            if (!lost[k]) continue;
+            which.push_back(k);
+            at.push_back(given.points[k]);
+            facing.push_back(given.normals[k]);
+        }
+        if (which.empty()) return;
+        const Source source = sources[field];
+        if (source == Source::surfels || source == Source::other_surfels)
+            parallel_for(which.size(), 8, [&](std::size_t j) {
+                out[which[j]] = (*gather)(tracer->departure(at[j], facing[j]), own_rays, 0);
+            });
+        if (source == Source::other_surfels) return;
+        const auto traced = (source == Source::lights ? direct_at : emitted_at);
+        const std::vector<Rgb> found = traced(*scene, *tracer, at, facing, own_rays, 0, {});
+        for (std::size_t j = 0; j < which.size(); ++j) out[which[j]] += found[j];
     }
 
     static NodalField nodes_at(const Surfels& surfels, std::vector<std::uint32_t> objects) {
@@ -114,6 +144,7 @@ struct Field {
     const Tracer* tracer = nullptr;
     std::unique_ptr<Sight> sight;
     std::unique_ptr<FinalGather> gather;
+    std::vector<Source> sources;  // of fields; none where nothing is asked about it
     std::vector<NodalField::Values> fields;
     std::vector<double> light;
 };
@@ -123,9 +154,9 @@ struct Field {
 void bind_solution(py::module_& module) {
     py::class_<Field>(module, "Field")
         .def(py::init<const Surfels&, const Indices&, const std::vector<Doubles>&, std::shared_ptr<CompiledScene>,
-                      const py::object&, std::optional<bool>>(),
+                      const py::object&, const std::vector<std::string>&>(),
              py::arg("surfels"), py::arg("objects"), py::arg("values"), py::arg("scene"), py::arg("progress"),
-             py::arg("reflects") = py::none())
+             py::arg("sources") = std::vector<std::string>())
         .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("gathered", &Field::gathered, py::arg("points"), py::arg("normals"), py::arg("rays"), py::arg("seed"),
              py::arg("progress"));

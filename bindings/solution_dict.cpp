@@ -39,6 +39,8 @@ py::dict to_dict(const Scene& scene, Solution&& solution) {
     out["radiosity"] = handed_over(std::move(solution.radiosity));
     out["irradiance"] = handed_over(std::move(solution.irradiance));
     out["direct"] = handed_over(std::move(solution.direct));
+    out["emitted"] =
+        solution.emitted.empty() ? py::object(py::none()) : py::object(handed_over(std::move(solution.emitted)));
     out["error"] = solution.error;
     out["timings"] = timings;
     out["history"] = history;

@@ -157,14 +157,11 @@ TEST(SkyCells, SamplesFallInProportionToWhatCellsBring) {
 }
 
 // At places on a floor, with and without a screen beside them.
-std::vector<Rgb> on_floor(const Scene& scene, const std::vector<Vec3>& points, int rays, std::uint64_t seed = 0,
-                          std::vector<float>* errors = nullptr) {
+std::vector<SkyLight> on_floor(const Scene& scene, const std::vector<Vec3>& points, int rays, std::uint64_t seed = 0) {
     const Tracer tracer(scene);
     std::vector<Place> places;
     for (const Vec3& p : points) places.push_back({p, up, tracer.departure(p, up).surfel});
-    SkyLight found = sky_irradiance(tracer, SkyCells(scene.lights), SurfelPoints(scene.surfels), places, rays, seed);
-    if (errors) *errors = found.errors;
-    return found.irradiance;
+    return sky_irradiance(tracer, SkyCells(scene.lights), SurfelPoints(scene.surfels), places, rays, seed);
 }
 
 Surfels screen() {  // fills all that lies on the side of x > 1, up to 45 degrees seen from the origin
@@ -176,11 +173,10 @@ Surfels screen() {  // fills all that lies on the side of x > 1, up to 45 degree
 
 TEST(SkyIrradiance, IsExactInTheOpen) {
     const Scene scene = scene_of({floor_of(4)}, {image_of(32, 16)});
-    std::vector<float> errors;
-    const Rgb found = on_floor(scene, {{0.1, 0.2, 0}}, 8, 0, &errors)[0],
-              all = of_all_trees(SkyCells(scene.lights), up);
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(found[c], all[c]);
-    EXPECT_EQ(errors[0], 0.0f);
+    const SkyLight found = on_floor(scene, {{0.1, 0.2, 0}}, 8)[0];
+    const Rgb all = of_all_trees(SkyCells(scene.lights), up);
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(found.irradiance[c], all[c]);
+    EXPECT_EQ(found.error, 0.0);
 }
 
 TEST(SkyIrradiance, BesideAWallIsWhatItsHeightSays) {
@@ -193,10 +189,10 @@ TEST(SkyIrradiance, BesideAWallIsWhatItsHeightSays) {
     constexpr int seeds = 32;
     for (int many = 0; many < 2; ++many)
         for (std::uint64_t seed = 0; seed < seeds; ++seed) {
-            std::vector<float> errors;
-            const Rgb found = on_floor(scene, {{0, 0.01, 0}}, many ? 1024 : 64, seed, &errors)[0];
+            const SkyLight at = on_floor(scene, {{0, 0.01, 0}}, many ? 1024 : 64, seed)[0];
+            const Rgb found = at.irradiance;
             squared[many] += (found.x - wanted) * (found.x - wanted) / seeds;
-            if (many == 0) stated += static_cast<double>(errors[0]) / luminance({1, 2, 3}) / seeds;
+            if (many == 0) stated += at.error / luminance({1, 2, 3}) / seeds;
             EXPECT_NEAR(found.z, 3.0 * found.x, 1e-5);
         }
     // 16 times as many rays: by n^-3/4 an eighth of the error, at random a quarter.
@@ -216,7 +212,7 @@ TEST(SkyIrradiance, WhatHidesLessThanOneRayIsNotLost) {
     std::vector<Vec3> points;
     for (int k = 0; k < places; ++k) points.push_back({-1.9999, 2.0 * (k + 0.5) / places, 0});
     double mean = 0.0;
-    for (const Rgb& found : on_floor(scene, points, 32)) mean += (pi - found.x) / places;
+    for (const SkyLight& found : on_floor(scene, points, 32)) mean += (pi - found.irradiance.x) / places;
     EXPECT_NEAR(mean, hidden, 0.05 * hidden);
 }
 
@@ -230,15 +226,16 @@ TEST(SkyIrradiance, TheSunInAPixelHasShadowsWithSharpEdges) {
     const double far = 1.0 - std::tan(pi * 33 / 128), near = 1.0 - std::tan(pi * 32 / 128) / std::cos(2 * pi / 256);
     std::vector<Vec3> points;
     for (int k = 0; k < 200; ++k) points.push_back({-0.2 + 0.0019 * k, 0.3, 0});
-    const std::vector<Rgb> found = on_floor(scene, points, 64);
+    const std::vector<SkyLight> found = on_floor(scene, points, 64);
     const double sun = of_all_trees(SkyCells({e}), up).x;
     for (std::size_t k = 0; k < points.size(); ++k) {
         if (points[k].x < far - 1e-3) {
-            EXPECT_NEAR(found[k].x, sun, 1e-3 * sun) << points[k].x;
+            EXPECT_NEAR(found[k].irradiance.x, sun, 1e-3 * sun) << points[k].x;
         }
         if (points[k].x > near + 1e-3) {
-            EXPECT_LT(found[k].x, 0.1 * pi) << points[k].x;
-            EXPECT_GT(found[k].x, 0.05 * pi) << points[k].x;  // the rest of the sky is not lost beside the sun
+            EXPECT_LT(found[k].irradiance.x, 0.1 * pi) << points[k].x;
+            EXPECT_GT(found[k].irradiance.x, 0.05 * pi)
+                << points[k].x;  // the rest of the sky is not lost beside the sun
         }
     }
 }
@@ -247,8 +244,8 @@ TEST(SkyIrradiance, NothingRisesOverAPlaneThatTurnsAway) {
     Environment e = image_of(32, 16);
     for (std::size_t k = 0; k < e.pixels.size() / 2; ++k) e.pixels[k] = {};  // dark above
     const Scene scene = scene_of({floor_of(4)}, {e});
-    EXPECT_LT(luminance(on_floor(scene, {{0, 0, 0}}, 64)[0]), 1e-3);
-    EXPECT_TRUE(on_floor(scene_of({floor_of(4)}, {Environment{}}), {{0, 0, 0}}, 64)[0] == Rgb{});
+    EXPECT_LT(luminance(on_floor(scene, {{0, 0, 0}}, 64)[0].irradiance), 1e-3);
+    EXPECT_TRUE(on_floor(scene_of({floor_of(4)}, {Environment{}}), {{0, 0, 0}}, 64)[0].irradiance == Rgb{});
 }
 
 }  // namespace

@@ -32,12 +32,8 @@ public:
     Arriving(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points, int rays, bool is_refined)
         : tracer_(tracer), sky_(sky), points_(points), most_rays_(rays), is_refined_(is_refined) {}
 
-    struct Sums {
-        Rgb irradiance;
-        double variance = 0.0, arrived = 0.0, hidden = 0.0;
-    };
-
-    void add(std::size_t tree, const Place& place, std::uint64_t seed, Sums& to) {
+    // Of one more tree; `variance`: of what arrives.
+    void add(std::size_t tree, const Place& place, std::uint64_t seed, SkyLight& to, double& variance) {
         const Rgb all = sky_.find_parts(tree, place.normal, parts_);
         if (parts_.empty()) return;
         EvenPoints even(points_.extends(place) ? 4 : 2, seed, stream_of(place));
@@ -54,9 +50,9 @@ public:
         const double share = traced_ > 0 ? static_cast<double>(free_count_) / traced_ : 1.0;
         Rgb found = all;
         if (is_refined_ && !sky_.is_narrow(tree) && taken_ >= least_refined && share < seen_well) {
-            found = refined(tree, place, all, seed, to.variance);
+            found = refined(tree, place, all, seed, variance);
         } else if (free_count_ < traced_) {
-            to.variance += squared(luminance(all)) * variance_of_share(share, taken_);
+            variance += squared(luminance(all)) * variance_of_share(share, taken_);
             for (int c = 0; c < 3; ++c) found[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
         }
         to.irradiance += found;
@@ -198,24 +194,20 @@ private:
     std::vector<char> free_, seen_;
 };
 
-SkyLight light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                  const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
-                  const Progress& progress) {
-    const std::vector<float> none(places.size());
-    SkyLight out{std::vector<Rgb>(places.size()), none, none, none};
+std::vector<SkyLight> light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                               const std::vector<Place>& places, int rays, bool is_refined, std::uint64_t seed,
+                               const Progress& progress) {
+    std::vector<SkyLight> out(places.size());
     if (sky.empty()) return out;
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
             Arriving arriving(tracer, sky, points, rays, is_refined);
             for (std::size_t k = begin; k < end; ++k) {
-                Arriving::Sums sums;
+                double variance = 0.0;
                 for (std::size_t tree = 0; tree < sky.trees(); ++tree)
-                    arriving.add(tree, places[k], seed + sky_stream + tree, sums);
-                out.irradiance[k] = sums.irradiance;
-                out.errors[k] = static_cast<float>(std::sqrt(sums.variance));
-                out.arrived[k] = static_cast<float>(sums.arrived);
-                out.hidden[k] = static_cast<float>(sums.hidden);
+                    arriving.add(tree, places[k], seed + sky_stream + tree, out[k], variance);
+                out[k].error = std::sqrt(variance);
             }
         },
         progress);
@@ -223,7 +215,7 @@ SkyLight light_of(const Tracer& tracer, const SkyCells& sky, const SurfelPoints&
 }
 
 std::vector<std::size_t> places_behind_openings(const std::vector<Place>& places, int rays,
-                                                const std::vector<float>& others, const SkyLight& found,
+                                                const std::vector<double>& others, const std::vector<SkyLight>& found,
                                                 const Progress& progress) {
     std::vector<std::size_t> out;
     std::vector<Vec3> positions;
@@ -233,12 +225,12 @@ std::vector<std::size_t> places_behind_openings(const std::vector<Place>& places
     for (std::size_t begin = 0; begin < order.size(); begin += region) {
         const std::size_t end = std::min(order.size(), begin + region);
         double squares = 0.0;
-        for (std::size_t i = begin; i < end; ++i) squares += squared(static_cast<double>(found.arrived[order[i]]));
+        for (std::size_t i = begin; i < end; ++i) squares += squared(found[order[i]].arrived);
         const double level = std::sqrt(squares / static_cast<double>(end - begin));
         for (std::size_t i = begin; i < end; ++i) {
             const std::size_t k = order[i];
-            const auto hidden = static_cast<double>(found.hidden[k]);
-            const bool is_noisy = noise * std::sqrt(level * hidden) > little * static_cast<double>(others[k]);
+            const double hidden = found[k].hidden;
+            const bool is_noisy = noise * std::sqrt(level * hidden) > little * others[k];
             if (level > 0.0 && hidden > much_hidden * level && is_noisy) out.push_back(k);
         }
     }
@@ -248,42 +240,30 @@ std::vector<std::size_t> places_behind_openings(const std::vector<Place>& places
 
 }  // namespace
 
-SkyLight sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                        const std::vector<Place>& places, int rays, std::uint64_t seed, const Progress& progress) {
+std::vector<SkyLight> sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                     const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                     const Progress& progress) {
     return light_of(tracer, sky, points, places, rays, false, seed, progress);
 }
 
-SkyLight refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                                const std::vector<Place>& places, int rays, std::uint64_t seed,
-                                const Progress& progress) {
+std::vector<SkyLight> refined_sky_irradiance(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
+                                             const std::vector<Place>& places, int rays, std::uint64_t seed,
+                                             const Progress& progress) {
     return light_of(tracer, sky, points, places, rays, true, seed, progress);
 }
 
 void refine_behind_openings(const Tracer& tracer, const SkyCells& sky, const SurfelPoints& points,
-                            const std::vector<Place>& places, int rays, const std::vector<float>& others,
-                            std::uint64_t seed, const Progress& progress, const Team& team, SkyLight& found) {
+                            const std::vector<Place>& places, int rays, const std::vector<double>& others,
+                            std::uint64_t seed, const Progress& progress, const Team& team,
+                            std::vector<SkyLight>& found) {
     const std::vector<std::size_t> few = places_behind_openings(places, rays, others, found, progress);
     std::vector<Place> again;
     for (const std::size_t k : few) again.push_back(places[k]);
     if (few.empty()) return;
-    struct Sky {
-        Rgb irradiance;
-        float error, arrived, hidden;
-    };
-    const auto refined = shared_values<Sky>(team, "direct light", seed, again, [&](const std::vector<Place>& at) {
-        const SkyLight light =
-            refined_sky_irradiance(tracer, sky, points, at, std::max(least_behind, rays), seed, progress);
-        std::vector<Sky> out;
-        for (std::size_t j = 0; j < at.size(); ++j)
-            out.push_back({light.irradiance[j], light.errors[j], light.arrived[j], light.hidden[j]});
-        return out;
+    const auto refined = shared_values<SkyLight>(team, "direct light", seed, again, [&](const std::vector<Place>& at) {
+        return refined_sky_irradiance(tracer, sky, points, at, std::max(least_behind, rays), seed, progress);
     });
-    for (std::size_t j = 0; j < few.size(); ++j) {
-        found.irradiance[few[j]] = refined[j].irradiance;
-        found.errors[few[j]] = refined[j].error;
-        found.arrived[few[j]] = refined[j].arrived;
-        found.hidden[few[j]] = refined[j].hidden;
-    }
+    for (std::size_t j = 0; j < few.size(); ++j) found[few[j]] = refined[j];
 }
 
 }  // namespace surflux

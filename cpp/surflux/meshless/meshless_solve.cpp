@@ -221,7 +221,7 @@ void MeshlessRadiosity::write() {
     out_.surfels = s;
     for (std::size_t i = 0; i < n; ++i) {
         found_.lit.push_back(light_.direct_beside_basis(i));
-        found_.emitted.push_back(light_.emitted_at_surfel(i));
+        if (!light_.emitters().empty()) out_.emitted.push_back(light_.emitted_at_surfel(i));
     }
     std::vector<std::uint32_t> own(n, Receivers::none);
     for (std::size_t k = 0; k < refined.size(); ++k) own[refined[k]] = static_cast<std::uint32_t>(k);

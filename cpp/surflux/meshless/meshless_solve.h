@@ -30,8 +30,7 @@ struct MeshlessOptions {
 struct MeshlessSolution {
     Solution solution;  // at the scene's own surfels
     std::shared_ptr<const MeshlessField> field;
-    // What is not in the basis, at the surfels: from lights and Environments, and from emissive surfels.
-    std::vector<Rgb> lit, emitted;
+    std::vector<Rgb> lit;  // of solution.direct, what is not in the basis; solution.emitted never is
 };
 
 // Hierarchical radiosity in a meshless basis (L07 6.3): light is gathered at points of the coarsest level; where

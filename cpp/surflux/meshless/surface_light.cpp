@@ -31,30 +31,17 @@ SurfaceLight::SurfaceLight(const Scene& scene, const Tracer& tracer, const Direc
 
 std::vector<Rgb> SurfaceLight::direct_at(const std::vector<Place>& places, const Progress& progress) const {
     const int sky_rays = light_samples_ / 2;
-    struct Lit {
-        Rgb lights, sky;
-        float error, arrived, hidden;
-    };
-    const auto lit = shared_values<Lit>(team_, "direct light", seed_, places, [&](const std::vector<Place>& at) {
-        const std::vector<Rgb> lights = direct_irradiance(scene_, tracer_, points_, at, options_, seed_, progress);
-        const SkyLight sky = sky_irradiance(tracer_, sky_cells_, points_, at, sky_rays, seed_ + 1, progress);
-        std::vector<Lit> out;
-        for (std::size_t k = 0; k < at.size(); ++k)
-            out.push_back({lights[k], sky.irradiance[k], sky.errors[k], sky.arrived[k], sky.hidden[k]});
-        return out;
+    auto out = shared_values<Rgb>(team_, "direct light", seed_, places, [&](const std::vector<Place>& at) {
+        return direct_irradiance(scene_, tracer_, points_, at, options_, seed_, progress);
     });
-    SkyLight sky;
-    std::vector<float> others;
-    for (const Lit& of : lit) {
-        sky.irradiance.push_back(of.sky);
-        sky.errors.push_back(of.error);
-        sky.arrived.push_back(of.arrived);
-        sky.hidden.push_back(of.hidden);
-        others.push_back(static_cast<float>(luminance(of.lights + of.sky)) - of.arrived);
-    }
+    auto sky = shared_values<SkyLight>(team_, "light of the sky", seed_, places, [&](const std::vector<Place>& at) {
+        return sky_irradiance(tracer_, sky_cells_, points_, at, sky_rays, seed_ + 1, progress);
+    });
+    std::vector<double> others;
+    for (std::size_t k = 0; k < places.size(); ++k)
+        others.push_back(luminance(out[k] + sky[k].irradiance) - sky[k].arrived);
     refine_behind_openings(tracer_, sky_cells_, points_, places, sky_rays, others, seed_ + 1, progress, team_, sky);
-    std::vector<Rgb> out;
-    for (std::size_t k = 0; k < places.size(); ++k) out.push_back(lit[k].lights + sky.irradiance[k]);
+    for (std::size_t k = 0; k < places.size(); ++k) out[k] += sky[k].irradiance;
     return out;
 }
 

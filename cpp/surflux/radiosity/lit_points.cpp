@@ -49,7 +49,8 @@ void LitPoints::update(const Progress& progress) {
     };
     append(lights_, std::move(found.lights));
     append(emitters_, std::move(found.emitters));
-    append(sky_, std::move(found.sky.irradiance));
+    sky_.reserve(sky_.size() + found.sky.size());
+    for (const SkyLight& sky : found.sky) sky_.push_back(sky.irradiance);
     append(standard_error_, std::move(found.errors));
 }
 
@@ -72,14 +73,14 @@ LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<
 
 void LitPoints::refine_sky(const SurfelPoints& points, const std::vector<Place>& places, Light& found,
                            const Progress& progress) const {
-    std::vector<float> others(places.size());
+    std::vector<double> others(places.size());
     for (std::size_t k = 0; k < places.size(); ++k) {
         const Rgb emitted = found.emitters.empty() ? Rgb{} : found.emitters[k];
-        others[k] =
-            static_cast<float>(luminance(found.lights[k] + emitted + found.sky.irradiance[k])) - found.sky.arrived[k];
+        others[k] = luminance(found.lights[k] + emitted + found.sky[k].irradiance) - found.sky[k].arrived;
     }
     refine_behind_openings(tracer_, *cells_, points, places, sky_rays(), others, seed_ + 1, progress, team_, found.sky);
-    for (std::size_t k = 0; k < places.size(); ++k) found.errors[k] = std::hypot(found.errors[k], found.sky.errors[k]);
+    for (std::size_t k = 0; k < places.size(); ++k)
+        found.errors[k] = std::hypot(found.errors[k], static_cast<float>(found.sky[k].error));
 }
 
 LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std::vector<Place>& places,
@@ -88,12 +89,7 @@ LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std
     all.lights.resize(places.size());
     all.errors.resize(places.size());
     if (has_emitters()) all.emitters.resize(places.size());
-    if (has_sky()) {
-        all.sky.irradiance.resize(places.size());
-        all.sky.errors.resize(places.size());
-        all.sky.arrived.resize(places.size());
-        all.sky.hidden.resize(places.size());
-    }
+    if (has_sky()) all.sky.resize(places.size());
     exchange_places(
         team_, "direct light", seed_, places,
         [&](const std::vector<Place>& mine) { own = shine(points, mine, progress); },

@@ -51,11 +51,10 @@ private:
     struct Light {
         std::vector<Rgb> lights, emitters;
         std::vector<float> errors;  // standard errors of the luminance of `lights`
-        SkyLight sky;
+        std::vector<SkyLight> sky;
         template <class Visit>
         void for_each(const Visit& visit) {
-            visit(lights), visit(emitters), visit(errors), visit(sky.irradiance), visit(sky.errors);
-            visit(sky.arrived), visit(sky.hidden);
+            visit(lights), visit(emitters), visit(errors), visit(sky);
         }
     };
     Light shine(const SurfelPoints& points, const std::vector<Place>& places, const Progress& progress) const;

@@ -6,6 +6,7 @@
 #include "surflux/core/disjoint_sets.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere.h"
+#include "surflux/lights/light_sampler.h"
 #include "surflux/radiosity/closure.h"
 #include "surflux/solution/channels.h"
 #include "surflux/solution/conjugate_gradients.h"
@@ -20,10 +21,10 @@ constexpr int max_applications = 1000;
 
 // H of H = D + F (E + rho H). With M = A^-1/2 G A^-1/2 (G the closed exchange) the system
 // (I - sqrt(rho) M sqrt(rho)) y = sqrt(A rho) H0, H = H0 + A^-1/2 M sqrt(rho) y, H0 = D + F E,
-// is symmetric, positive definite as long as rho < 1, and takes rho = 0.
+// is symmetric, positive definite as long as rho < 1, and takes rho = 0. `emitted` is F E.
 LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const std::vector<Rgb>& direct,
                               double tolerance, const std::vector<std::uint32_t>& parts, std::vector<Rgb>& irradiance,
-                              std::size_t& channel_count, const Progress& progress) {
+                              std::vector<Rgb>& emitted, std::size_t& channel_count, const Progress& progress) {
     const Channels channels(is_grey(s.reflectance) && is_grey(s.emission) && is_grey(direct));
     channel_count = channels.count;
     const std::vector<double> rho = channels.pack(s.reflectance);
@@ -31,10 +32,12 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
 
     std::vector<double> h0, work, product;
     exchange.apply(channels.pack(s.emission), h0, channels.count);
+    for (std::size_t k = 0; k < h0.size(); ++k) h0[k] /= area(k);
+    emitted = channels.unpack(h0);
     const std::vector<double> d = channels.pack(direct);
     std::vector<double> b(h0.size()), weight(h0.size());
     for (std::size_t k = 0; k < h0.size(); ++k) {
-        h0[k] = d[k] + h0[k] / area(k);
+        h0[k] += d[k];
         b[k] = std::sqrt(area(k) * rho[k]) * h0[k];
         weight[k] = std::sqrt(rho[k] / area(k));
     }
@@ -96,8 +99,10 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
         out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
     const std::vector<std::uint32_t> parts = connected_parts(exchange, stage("solve"));
     std::size_t channels = 0;
-    const LinearReport linear =
-        solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance, channels, stage("solve"));
+    const LinearReport linear = solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance,
+                                                 out.emitted, channels, stage("solve"));
+    if (LightSampler(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels).empty())
+        out.emitted.clear();
     out.surfels = s;
     out.parents.resize(n);
     out.radiosity.resize(n);

@@ -1,28 +1,26 @@
 #include "surflux/solution/final_gather.h"
 
-#include <algorithm>
-
 #include "surflux/core/sampling.h"
-#include "surflux/lights/light_sampled_irradiance.h"
+#include "surflux/lights/light_sampler.h"
+#include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
 FinalGather::FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-                         const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects)
+                         const std::vector<double>& light, const std::vector<NodalField::Values>& fields)
     : scene_(scene),
       tracer_(tracer),
       sight_(sight),
       nodes_(nodes),
       light_(light),
       fields_(fields),
-      reflects_(reflects),
-      emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
-      points_(scene.surfels) {}
+      finds_emission_(LightSampler(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels).empty()) {
+}
 
 Rgb FinalGather::reflected(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
     const Rgb& rho = s.reflectance[surfel];
-    if (!reflects_ || rho == Rgb{}) return {};
+    if (rho == Rgb{}) return {};
     thread_local std::vector<Interpolation::Weight> near;
     const Vec3& normal = s.normals[surfel];
     nodes_.interpolation().at(at, normal, scene_.object[surfel], near);
@@ -44,12 +42,12 @@ Rgb FinalGather::operator()(const Departure& departure, int rays, std::uint64_t 
     }
     tracer_.closest(shot, hits);
     Rgb sum;
-    for (std::size_t r = 0; r < shot.size(); ++r)
-        if (hits[r].front)
-            sum += emitters_.found_at_end(place.normal, shot[r].direction, hits[r]) +
-                   reflected(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
-    const DirectOptions samples{std::max(1, rays / 4), rays};
-    return sum / rays + light_sampled_irradiance(tracer_, emitters_, points_, {place}, samples, seed)[0];
+    for (std::size_t r = 0; r < shot.size(); ++r) {
+        if (!hits[r].front) continue;
+        sum += reflected(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
+        if (finds_emission_) sum += scene_.surfels.emission[hits[r].surfel];
+    }
+    return sum / rays;
 }
 
 }  // namespace surflux

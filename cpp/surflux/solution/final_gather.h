@@ -3,8 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "surflux/lights/light_sampler.h"
-#include "surflux/lights/sample_points.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/sight.h"
@@ -13,13 +11,13 @@
 namespace surflux {
 
 // Final gathering where interpolation has no node in sight: irradiance from surfels, estimated by cosine-distributed
-// rays that look up the interpolated radiosity where they end, and for small emissive surfels by next event estimation,
-// too (LightSampler). An end with no node in sight either, as inside a column that a slab covers, only emits.
+// rays that look up the interpolated radiosity where they end. An end with no node in sight either, as inside a column
+// that a slab covers, only emits. Small emissive surfels are left to emitted_at().
 class FinalGather {
 public:
-    // `fields` make up the irradiance that is reflected, if any is.
+    // `fields` make up the irradiance that is reflected.
     FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-                const std::vector<double>& light, const std::vector<NodalField::Values>& fields, bool reflects);
+                const std::vector<double>& light, const std::vector<NodalField::Values>& fields);
 
     // Irradiance as the mean of `rays`, the same for the same place and seed.
     Rgb operator()(const Departure& place, int rays, std::uint64_t seed) const;
@@ -33,9 +31,7 @@ private:
     const NodalField& nodes_;
     const std::vector<double>& light_;  // of nodes, of all fields
     const std::vector<NodalField::Values>& fields_;
-    bool reflects_;
-    LightSampler emitters_;
-    SurfelPoints points_;
+    bool finds_emission_;
 };
 
 }  // namespace surflux

@@ -28,6 +28,7 @@ struct Solution {
     std::vector<Rgb> radiosity;          // B, exitance
     std::vector<Rgb> irradiance;         // H
     std::vector<Rgb> direct;             // the part of H from lights and Environments alone
+    std::vector<Rgb> emitted;            // that from small emissive surfels (LightSampler) alone; empty without them
     double error = 0.0;                  // the solver's own estimate of the relative RMS error of H; NaN where H is 0
     Figures timings;                     // stage, seconds
     std::vector<Figures> history;        // per iteration

@@ -25,7 +25,7 @@ def _layers(field, surfels, lamps, view, names, splat, band):
     if view.direct == "interpolated":
         exitance = exitance + surfels.reflectance * field.lit
     layers = [(exitance / np.pi, True), (surfels.reflectance, False)]
-    if field.emitted.any():
+    if field.emitted is not None:
         layers.append((surfels.reflectance * field.emitted / np.pi, False))
     seen = field.basis.image(lamps, view.camera, *band.fine, **band.part, culling=view.culling)
     if seen["hidden"].any():
@@ -56,6 +56,8 @@ def _fill_hidden(field, seen):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     others, direct = field.at_surfels(seen["position"][hidden], normals)
     on = seen["index"][hidden]
-    others, direct = np.maximum(others - field.emitted[on], 0.0), np.maximum(direct - field.lit[on], 0.0)
+    if field.emitted is not None:
+        others = np.maximum(others - field.emitted[on], 0.0)
+    direct = np.maximum(direct - field.lit[on], 0.0)
     seen["all"][hidden] = others + direct
     seen["direct"][hidden] = direct

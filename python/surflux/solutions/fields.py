@@ -1,9 +1,12 @@
 """Irradiance of a solution anywhere on surfaces, from what its solver knows."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.types import Floats
 from surflux._base.warn import warn
 
 RAYS = 1024  # of irradiance_at; 256 have four times as much noise through windows
@@ -50,63 +53,104 @@ def warn_of_mid_air(on_surface, has_scene):
         )
 
 
-class SurfelField:
-    """From values at surfels (Franke and Nielson 1980): direct light, and all else by itself."""
+def traced_direct(scene, points, normals, how, callback):
+    """(m, 3) irradiance from lights and Environments, by rays; scene: compiled."""
+    return _core.direct_at(scene, points, normals, how.rays, how.seed, callback)
 
-    def __init__(self, surfels, objects, others, direct, reflects, scene, callback):
-        """reflects: are `others` what surfels emit and reflect, or what they emit alone? scene: compiled, or None."""
+
+def traced_emitted(scene, points, normals, how, callback):
+    """The same from small surfels that shine."""
+    return _core.emitted_at(scene, points, normals, how.rays, how.seed, callback)
+
+
+class Light(NamedTuple):
+    """Irradiance at surfels, (n, 3) each, by where it comes from."""
+
+    direct: Floats  # lights and Environments
+    emitted: Floats | None  # small surfels that shine; None where it is not known apart from what others bring
+    others: Floats | None  # all other surfels; None where it is not asked for
+
+
+def light_of(solution):
+    """The Light of a solution."""
+    others = solution.irradiance - solution.direct
+    if solution._emitted is not None:
+        others -= solution._emitted
+    return Light(solution.direct, solution._emitted, others)
+
+
+class SurfelField:
+    """From values at surfels (Franke and Nielson 1980), each part of a Light by itself."""
+
+    def __init__(self, surfels, objects, light, scene, callback):
+        """scene: compiled, or None."""
+        others = "surfels" if light.emitted is None else "other surfels"
+        parts = {"lights": light.direct, "emitters": light.emitted, others: light.others}
+        parts = {source: values for source, values in parts.items() if values is not None}
         groups = objects
         if scene is None:
             # What is buried, as the floor below a plinth is, is no neighbour of what is lit beside it. Where light
             # bounces, nothing else is black. With a scene, rays tell.
-            groups = 2 * objects + (((others + direct) == 0).all(axis=1) & bool(np.any(others != 0)))
+            bounces = any(np.any(values) for source, values in parts.items() if source != "lights")
+            groups = 2 * objects + ((sum(parts.values()) == 0).all(axis=1) & bounces)
         groups = np.asarray(groups, dtype=np.uint32)
-        self._field = _core.Field(surfels._core, groups, [others, direct], scene, callback, reflects)
+        self._sources = list(parts)
+        self._field = _core.Field(surfels._core, groups, list(parts.values()), scene, callback, self._sources)
         self._scene = scene
+
+    def _from(self, sources, points, normals, callback):
+        """What comes from those of the sources that are known apart."""
+        found = np.zeros((len(points), 3))
+        for k, source in enumerate(self._sources):
+            if source in sources:
+                found += self._field.at(k, points, normals, callback)
+        return found
 
     def others(self, points, normals, callback):
         """All but direct light."""
-        return self._field.at(0, points, normals, callback)
+        return self._from(("emitters", "surfels", "other surfels"), points, normals, callback)
 
     def direct(self, points, normals, callback):
-        return self._field.at(1, points, normals, callback)
+        return self._from(("lights",), points, normals, callback)
 
     def irradiance(self, points, normals, how, callback):
+        if not how.is_traced:
+            return self.others(points, normals, callback) + self.direct(points, normals, callback)
+        at = (points, normals, how, callback)
         if how.is_gathered:
             others = self._field.gathered(points, normals, how.rays, how.seed, callback)
-        else:
-            others = self.others(points, normals, callback)
-        if not how.is_traced:
-            return others + self.direct(points, normals, callback)
-        return others + _core.direct_at(self._scene, points, normals, how.rays, how.seed, callback)
+            return others + traced_emitted(self._scene, *at) + traced_direct(self._scene, *at)
+        others = self._from(("surfels", "other surfels"), points, normals, callback)
+        if "emitters" in self._sources:
+            others += traced_emitted(self._scene, *at)
+        return others + traced_direct(self._scene, *at)
 
 
 def light_between(solution, points, normals, callback):
     """(irradiance, direct), (m, 3) each, at places on the surface of a solution, from values at its surfels."""
-    others, direct = solution.irradiance - solution.direct, solution.direct
     scene = None if solution._scene is None else solution._scene._to_core()
-    field = SurfelField(solution.surfels, solution.objects, others, direct, True, scene, callback)
+    field = SurfelField(solution.surfels, solution.objects, light_of(solution), scene, callback)
     direct = np.asarray(field.direct(points, normals, callback))
-    return np.asarray(field.others(points, normals, callback)) + direct, direct
+    return field.others(points, normals, callback) + direct, direct
 
 
 class BasisField:
     """From a meshless basis (L07 eq. 9); what is not in the basis, from values at surfels."""
 
-    def __init__(self, basis, scene, surfels, objects, others, direct, emitted, lit):
-        """scene: compiled. others, direct (n, 3): light at surfels, for places that see no function. emitted, lit
-        (n, 3): what of them the basis leaves out."""
-        self.basis, self.emitted, self.lit = basis, emitted, lit
+    def __init__(self, basis, scene, surfels, objects, light, lit):
+        """scene: compiled. light: at surfels, for places that see no function. lit (n, 3): what of light.direct the
+        basis leaves out, as it does light.emitted."""
+        self.basis, self.emitted, self.lit = basis, light.emitted, lit
         self.scene, self._at = scene, (surfels, objects)
-        self._light = others, direct
+        self._light = light
         self._surfels = self._rest = None
 
     def pickled(self):
         """What `basis_field` makes it from again, with the solution that it belongs to."""
-        return {"functions": self.basis.functions(), "emitted": self.emitted, "lit": self.lit}
+        return {"functions": self.basis.functions(), "lit": self.lit}
 
     def _make_surfels(self, callback):
-        return SurfelField(*self._at, *self._light, True, self.scene, callback)
+        return SurfelField(*self._at, self._light, self.scene, callback)
 
     def receivers(self):
         """(points, normals) where light was gathered."""
@@ -135,16 +179,16 @@ class BasisField:
 
     def _beside(self, points, normals, direct_in_basis, how, callback):
         """What is to be added to what the basis holds."""
-        if not how.is_traced:
-            rest = self._rest_of(callback)
-            return rest.irradiance(points, normals, how, callback) if rest else 0.0
-        traced = _core.direct_at(self.scene, points, normals, how.rays, how.seed, callback) - direct_in_basis
-        rest = self._rest_of(callback) if np.any(self.emitted) else None
-        return traced + (rest.others(points, normals, callback) if rest else 0.0)
+        if how.is_traced:
+            at = (self.scene, points, normals, how, callback)
+            return traced_direct(*at) + traced_emitted(*at) - direct_in_basis
+        rest = self._rest_of(callback)
+        return rest.irradiance(points, normals, how, callback) if rest else 0.0
 
     def _rest_of(self, callback):
-        if self._rest is None and (np.any(self.emitted) or np.any(self.lit)):
-            self._rest = SurfelField(*self._at, self.emitted, self.lit, False, self.scene, callback)
+        if self._rest is None and (self.emitted is not None or np.any(self.lit)):
+            rest = Light(self.lit, self.emitted, None)
+            self._rest = SurfelField(*self._at, rest, self.scene, callback)
         return self._rest
 
 
@@ -152,6 +196,4 @@ def basis_field(pickled, solution):
     """The BasisField of a solution that was pickled: the same functions, on its scene compiled anew."""
     scene = solution._scene._to_core()
     basis = _core.MeshlessField(pickled["functions"], scene)
-    at = solution.surfels, solution.objects
-    others = solution.irradiance - solution.direct
-    return BasisField(basis, scene, *at, others, solution.direct, pickled["emitted"], pickled["lit"])
+    return BasisField(basis, scene, solution.surfels, solution.objects, light_of(solution), pickled["lit"])

@@ -22,7 +22,7 @@ from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
 from surflux.solutions import rendering, showing, summaries, towards
 from surflux.solutions.about import about_solution, pixels_of
-from surflux.solutions.fields import RAYS, BasisField, Evaluation, SurfelField, basis_field, warn_of_mid_air
+from surflux.solutions.fields import RAYS, BasisField, Evaluation, SurfelField, basis_field, light_of, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
 
 
@@ -96,6 +96,7 @@ class Solution:
         radiosity: ArrayLike,
         irradiance: ArrayLike,
         direct: ArrayLike,
+        emitted: ArrayLike | None = None,
         levels: ArrayLike | None = None,
         cut: ArrayLike | None = None,
         error: float = math.nan,
@@ -106,7 +107,6 @@ class Solution:
         environments: Iterable[Environment] = (),
         camera: Camera | None = None,
         scene: Scene | None = None,
-        field: Any = None,
     ) -> None:
         self.surfels = surfels
         self.parents = _frozen(parents)
@@ -120,6 +120,7 @@ class Solution:
         self.radiosity = _frozen(radiosity)
         self.irradiance = _frozen(irradiance)
         self.direct = _frozen(direct)
+        self._emitted = None if emitted is None else _frozen(emitted)  # of H, by small surfels that shine, where known
         self.cut = None if cut is None else _frozen(cut)
         self.error = error
         self.timings = dict(timings or {})
@@ -128,7 +129,7 @@ class Solution:
         self.camera = camera
         self._lamps, self._environments = list(lamps), list(environments)  # what is seen of the lights
         self._scene = scene
-        self._known_field = field
+        self._known_field = None
         self._on_surface = None
         self._walls = rendering.Walls()
         self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
@@ -173,22 +174,22 @@ class Solution:
     ) -> Floats:
         """Irradiance H at any points on surfaces.
 
-        Direct light is found by rays from the points. All else is interpolated between surfels, to first order (Franke
-        and Nielson 1980), from those of one object that face about the same way; or gathered by rays, too (Reichert
-        1992), from surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
+        Direct light is found by rays from the points, and so is that of lamps that are meshes: of surfels that shine
+        and are at most 15 % of the surface. All else is interpolated between surfels, to first order (Franke and
+        Nielson 1980), from those of one object that face about the same way; or gathered by rays, too (Reichert 1992),
+        from surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
         Points behind their surface, as rounding puts them, are moved up to it, as far as half the radius of a surfel.
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
         normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right
-        there, and near surfels that shine, as lamps that are meshes do, closer than surfels are wide.
+        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right.
 
         Args:
             points: (m, 3).
             normals: (m, 3), of any length but 0.
-            direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster: off
-                at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
-                solutions from files, which hold no scene.
+            direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster, or
+                more beside lamps that are meshes: off at borders of shadows, by any amount near lamps closer than
+                surfels are wide. None: traced, but of solutions from files, which hold no scene.
             indirect: "interpolated", or "gathered", some milliseconds a point, which needs the scene, too.
             rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; three times as many
                 where little of the sky is seen. To a lamp an eighth, half of them where those disagree.
@@ -219,8 +220,7 @@ class Solution:
             scene = None if self._scene is None else self._scene._to_core()
             points = points if scene is None else _core.onto_surface(scene, points, normals)
             if self._field is None:
-                others = self.irradiance - self.direct
-                self._known_field = SurfelField(self.surfels, self.objects, others, self.direct, True, scene, callback)
+                self._known_field = SurfelField(self.surfels, self.objects, light_of(self), scene, callback)
             return np.asarray(self._field.irradiance(points, normals, how, callback))
 
     @overload

@@ -11,7 +11,7 @@ from surflux._base.types import FilePath, Progress
 from surflux.cluster.engines import shared_out
 from surflux.scenes.options import shadow_options
 from surflux.scenes.scene import Scene
-from surflux.solutions.fields import BasisField
+from surflux.solutions.fields import BasisField, light_of
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
 from surflux.solving.run import attempt_by, check_scene, require_no_deadline, with_areas
@@ -109,12 +109,11 @@ def solve_meshless(
 
     require_no_deadline(seconds, cluster)
 
-    def field(core, result, surfels):
-        light = result["irradiance"] - result["direct"], result["direct"]
+    def field(core, result, solution):
         basis = result["field"]
         if isinstance(basis, dict):
             basis = _core.MeshlessField(basis, core)
-        return BasisField(basis, core, surfels, result["objects"], *light, result["emitted"], result["lit"])
+        return BasisField(basis, core, solution.surfels, solution.objects, light_of(solution), result["lit"])
 
     def solver(core, progress, **options):
         return cluster.call(_program, scene, options, progress)

@@ -30,7 +30,7 @@ MUCH_ERROR = 0.25
 # Constants of a solver of _core that differ from its own: see tuned().
 _tuning: ContextVar[dict | None] = ContextVar("tuning", default=None)
 # What a solver of _core gives that a Solution takes as it is.
-FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "error")
+FOUND = ("parents", "objects", "levels", "cut", "radiosity", "irradiance", "direct", "emitted", "error")
 
 
 def check_scene(scene):
@@ -90,7 +90,7 @@ def with_areas(scene, threads, progress):
 def attempt_by(solver, scene, options, threads, progress, field=None, converges=True, deadline=None):
     """(Solution of a solver of _core, a function that warns of what is wrong with it).
 
-    field: (compiled scene, result, its Surfels) -> the Solution's field, or None. converges: whether its residual has
+    field: (compiled scene, result, Solution) -> the field of that, or None. converges: whether its residual has
     to come below options["tolerance"]. deadline: of perf_counter(); Overdue where the solver is not done by then.
     """
     _refuse_light_below_zero(scene)
@@ -125,8 +125,9 @@ def attempt_by(solver, scene, options, threads, progress, field=None, converges=
         environments=environments_among(scene.lights),
         camera=scene.camera,
         scene=scene,
-        field=None if field is None else field(core, result, surfels),
     )
+    if field is not None:
+        solution._known_field = field(core, result, solution)
     return solution, say
 
 

@@ -44,6 +44,46 @@ def test_light_gathered_under_a_lamp_that_is_a_mesh(edge):
         np.testing.assert_allclose(found, true, rtol=0.01)
 
 
+@pytest.mark.parametrize("solver", ["rays", "pairs", "meshless", "lights in the basis"])
+@pytest.mark.parametrize("height", [0.5, 0.1])
+def test_light_near_a_lamp_that_is_a_mesh(solver, height):
+    """Closer than patches are wide: interpolated light was off by 8 % (RMS) at half a metre, by 46 % at a tenth."""
+    floor = patch([-2, -2, 0], [4, 0, 0], [0, 4, 0], 0.0, 0.0, 0.1)
+    corners = 0.3 * np.array([[-0.5, -0.5, 0], [-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0]]) + [0.1, 0.05, height]
+    scene = sf.Scene([floor, sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), 0.02, 0.0, emission=2000.0)])
+    if solver in ("rays", "pairs"):
+        solution = sf.solve(scene, transport=solver)
+    else:
+        solution = sf.solve_meshless(scene, indirect_only=solver == "meshless")
+    x, y = np.meshgrid(*2 * [np.linspace(-1.5, 1.5, 20)])
+    points = np.c_[x.ravel(), y.ravel(), 0.0 * x.ravel()]
+    facing = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    true = 2000.0 * element_to_polygon(points, facing, corners)
+    for seed in range(3):
+        off = solution.irradiance_at(points, facing, seed=seed)[:, 0] - true
+        assert np.sqrt((off**2).mean()) < 0.005 * np.sqrt((true**2).mean())
+        assert np.all(np.abs(off) < 0.03 * true)
+
+
+@pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
+def test_what_a_lamp_that_is_a_mesh_brings_is_counted_once(solver):
+    """In a room that reflects, however light at places is found: beside path tracing."""
+    corners = [[x, y, z] for z in (0.0, 2.5) for y in (0, 3) for x in (0, 4)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [1, 5, 7, 3], [2, 3, 7, 6], [0, 4, 5, 1], [0, 2, 6, 4]]
+    edge = np.array([[-0.5, -0.5, 0], [-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0]])
+    lamp = (0.4 * edge + [2.0, 1.5, 1.5], [[0, 1, 2, 3]])
+    shade = (0.5 * edge[::-1] + [2.0, 1.5, 1.6], [[0, 1, 2, 3]])
+    things = [sf.Surfels.from_mesh((corners, faces), 0.1, 0.6), sf.Surfels.from_mesh(shade, 0.05, 0.5)]
+    scene = sf.Scene([*things, sf.Surfels.from_mesh(lamp, 0.02, 0.0, emission=2000.0)])
+    points = np.c_[np.random.default_rng(0).uniform(0.5, 2.5, (60, 2)), np.zeros(60)]
+    facing = np.tile([0.0, 0.0, 1.0], (60, 1))
+    true, error = sf.reference_irradiance(scene, points, facing, samples=4096)
+    solution = solver(scene)
+    for how in ({}, {"indirect": "gathered"}, {"direct": "interpolated"}):
+        found = solution.irradiance_at(points, facing, **how)
+        assert abs(found.mean() / true.mean() - 1.0) < 0.02 + 3.0 * error.mean() / true.mean() / np.sqrt(60)
+
+
 @pytest.mark.parametrize(("half", "area"), [(2.0, 0.0625), (3.0, 0.04), (2.0, 0.04)])
 def test_light_does_not_jump_at_corners_of_equal_patches(half, area):
     """Beneath the middle of a lamp: eight patches are as far as the ninth, and had no say there alone."""
@@ -52,7 +92,8 @@ def test_light_does_not_jump_at_corners_of_equal_patches(half, area):
     floor = patch([-half, -half, 0], [2 * half, 0, 0], [0, 2 * half, 0], 0.0, 0.0, area)
     solution = sf.solve(sf.Scene([floor, lamp]), transport="pairs", insert=False)
     x = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-6])
-    found = solution.irradiance_at(np.c_[x, 0 * x, 0 * x], np.tile([0.0, 0.0, 1.0], (len(x), 1)))[:, 0]
+    facing = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+    found = solution.irradiance_at(np.c_[x, 0 * x, 0 * x], facing, direct="interpolated")[:, 0]
     np.testing.assert_allclose(found, found[-1], rtol=1e-5)
     (true,) = 100.0 * element_to_polygon(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), corners)
     np.testing.assert_allclose(found, true, rtol=0.02)
