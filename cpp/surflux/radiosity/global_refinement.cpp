@@ -363,12 +363,10 @@ void GlobalRefinement::write_light() {
     out_.direct.resize(leaves.size());
     out_.levels.resize(leaves.size());
     out_.cut.resize(leaves.size());
-    if (!emitters_.empty()) out_.emitted.resize(leaves.size());
+    out_.emitted = sources_.from_emitters(leaves);
     const auto write_one = [&](std::size_t k) {
         out_.direct[k] += sources_.from_lights(leaves[k]);
-        const Rgb emitted = sources_.from_emitters(leaves[k]);
-        if (!emitters_.empty()) out_.emitted[k] = emitted;
-        out_.irradiance[k] += out_.direct[k] + emitted;
+        out_.irradiance[k] += out_.direct[k] + sources_.from_emitters(leaves[k]);
         out_.cut[k] = cut_.place_of[leaves[k]];
         out_.levels[k] = tree_.level(cut_.nodes[out_.cut[k]]);
     };

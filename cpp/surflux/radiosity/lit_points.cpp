@@ -106,6 +106,13 @@ LitPoints::Light LitPoints::shine_together(const SurfelPoints& points, const std
     return all;
 }
 
+std::vector<Rgb> LitPoints::from_emitters(const std::vector<std::uint32_t>& points) const {
+    std::vector<Rgb> out;
+    if (emitters_.empty()) return out;
+    for (const std::uint32_t p : points) out.push_back(emitters_[p]);
+    return out;
+}
+
 bool LitPoints::is_grey() const {
     return surflux::is_grey(lights_) && surflux::is_grey(emitters_) && surflux::is_grey(sky_);
 }

@@ -33,6 +33,8 @@ public:
 
     Rgb operator[](std::size_t p) const { return from_lights(p) + from_emitters(p); }
     Rgb from_emitters(std::size_t p) const { return emitters_.empty() ? Rgb{} : emitters_[p]; }
+    // The same of points; nothing where there are no emitters.
+    std::vector<Rgb> from_emitters(const std::vector<std::uint32_t>& points) const;
     // From what makes a Solution's direct light.
     Rgb from_lights(std::size_t p) const { return sky_.empty() ? lights_[p] : lights_[p] + sky_[p]; }
     // Estimated standard error of each, of its luminance.
