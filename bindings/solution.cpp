@@ -19,14 +19,14 @@ constexpr int own_rays = 256;
 // it is said where the light of each field comes from, objects are those of the scene, and places on surfaces from
 // which none of the surfels around can be seen find it by rays of their own.
 struct Field {
-    // Lights and Environments; small emissive surfels; all surfels, which reflect what all fields have; or all but the
-    // emissive ones.
-    enum class Source { lights, emitters, surfels, other_surfels };
+    // Lights and Environments; what small emissive surfels emit; what surfels emit and reflect of all that fields have;
+    // or that without what small ones emit.
+    enum class Source { lights, small_emission, surfels, reflection };
     static Source source_named(const std::string& name) {
         if (name == "lights") return Source::lights;
-        if (name == "emitters") return Source::emitters;
-        require(name == "surfels" || name == "other surfels", "sources: there is no ", name);
-        return name == "surfels" ? Source::surfels : Source::other_surfels;
+        if (name == "small emission") return Source::small_emission;
+        require(name == "surfels" || name == "reflection", "sources: there is no ", name);
+        return name == "surfels" ? Source::surfels : Source::reflection;
     }
 
     Field(const Surfels& surfels, const Indices& objects, const std::vector<Doubles>& values,
@@ -86,7 +86,7 @@ struct Field {
                     }
                 },
                 report);
-            find_lost(field, given, lost, out);
+            find_lost(field, given, lost, standing_at(places.size(), places.size(), report), out);
             return 0;
         });
         return to_array(out);
@@ -113,7 +113,7 @@ struct Field {
     }
 
     void find_lost(std::size_t field, const PointsAndNormals& given, const std::vector<char>& lost,
-                   std::vector<Rgb>& out) const {
+                   const Progress& progress, std::vector<Rgb>& out) const {
         std::vector<std::size_t> which;
         std::vector<Vec3> at, facing;
         for (std::size_t k = 0; k < lost.size(); ++k) {
@@ -124,13 +124,14 @@ struct Field {
         }
         if (which.empty()) return;
         const Source source = sources[field];
-        if (source == Source::surfels || source == Source::other_surfels)
-            parallel_for(which.size(), 8, [&](std::size_t j) {
-                out[which[j]] = (*gather)(tracer->departure(at[j], facing[j]), own_rays, 0);
-            });
-        if (source == Source::other_surfels) return;
+        const auto gather_one = [&](std::size_t j) {
+            out[which[j]] = (*gather)(tracer->departure(at[j], facing[j]), own_rays, 0);
+        };
+        if (source == Source::surfels || source == Source::reflection)
+            parallel_for(which.size(), 8, gather_one, progress);
+        if (source == Source::reflection) return;
         const auto traced = (source == Source::lights ? direct_at : emitted_at);
-        const std::vector<Rgb> found = traced(*scene, *tracer, at, facing, own_rays, 0, {});
+        const std::vector<Rgb> found = traced(*scene, *tracer, at, facing, own_rays, 0, progress);
         for (std::size_t j = 0; j < which.size(); ++j) out[which[j]] += found[j];
     }
 

@@ -15,8 +15,9 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
                            const std::vector<Vec3>& normals, int rays, std::uint64_t seed,
                            const Progress& progress = {});
 
-// The same from small emissive surfels, which are sampled as lights are (LightSampler): half as many light samples as
-// `rays`, and as many cosine-distributed rays, an eighth where they agree, twice as many close to emitters.
+// The same from small emissive surfels, which are sampled as lights are (LightSampler): a quarter as many light samples
+// as `rays`, and as many cosine-distributed rays; a quarter of that where none find any, four times as many close to
+// emitters.
 std::vector<Rgb> emitted_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                             const std::vector<Vec3>& normals, int rays, std::uint64_t seed,
                             const Progress& progress = {});

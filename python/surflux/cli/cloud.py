@@ -146,6 +146,8 @@ def camera_of_cloud(options, surfels):
     """
     if options.up is None:
         kind = layer_of(surfels.points)
+        if kind == "frame" and np.mean(np.sum(surfels.points * surfels.normals, axis=1) < 0.0) < 0.5:
+            kind = None  # of what shows the origin its backs no camera there saw anything
         if kind == "frame":
             if options.eye is None:
                 return _camera_of_frame(options, surfels)

@@ -93,7 +93,9 @@ def scene_of_scan(options, scan, frame):
     reflectance = None if options.colors else options.albedo
     orient = options.normals in (None, "check")
     is_guessed = viewpoint is None and moved.normals is None and not np.any(np.isfinite(moved.viewpoints))
-    if is_guessed and not is_terrain(moved.points):
+    if is_guessed and is_terrain(moved.points):
+        viewpoint = high_above(moved.points.min(axis=0), moved.points.max(axis=0))
+    elif is_guessed:
         moved, orient = replace(moved, normals=_towards_sky(moved, options.threads)), False
     whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
     groups, objects = [np.flatnonzero(told), np.flatnonzero(~told)], [whole]

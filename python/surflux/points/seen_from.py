@@ -15,6 +15,9 @@ _OUTER = 0.01  # of the points on either side do not count
 _LOWEST = 0.3  # of its narrower side a terrain rises, at most: tiles of LiDAR .2, a piece of a room .4
 _STEEPEST = 1.2  # tangent of the widest angle at which depth cameras see
 _NARROW = 0.3  # tangent of a cone that what stands far above the origin fills as well
+# Numbers of points in cells, so many on average, vary .76 times as much over the picture of a depth camera as over its
+# plane, or less; .9 times as much or more where the origin sees a terrain above or below it.
+_PER_CELL, _EVENER = 8, 0.85
 _ASKED, _NEAR = 30_000, 4  # points of which the distance to the fourth neighbour is looked at
 # How the logarithm of that distance follows the one of the distance from a scanner: by 1.2, with a correlation of .9,
 # in a room that a scanner turned in; by .5 at most from elsewhere, and by 0 on bodies, which are sampled evenly.
@@ -27,11 +30,12 @@ _FACING = "%s: estimated normals face %s (viewpoint: elsewhere)"
 def seen_from(path, points):
     """(3,) from where points without normals were seen, or None; what was taken for granted is logged.
 
-    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees; but a
-    narrow cone is filled by hills and roofs, too, which have one height at each place. Such a layer that is low is a
-    terrain, or a tile of airborne LiDAR, seen from above, z up. Points that lie apart as far as they are from the
-    origin, but for a factor, were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are
-    none of these: their columns go through more than one wall.
+    A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees; but hills
+    and roofs, which have one height at each place, fill a narrow cone, too. Such a layer that is low is a terrain, or a
+    tile of airborne LiDAR, seen from above, z up, however far above the origin it lies; unless the points are more
+    even as the origin sees them, as a camera's pixels are. Points that lie apart as far as they are from the origin,
+    but for a factor, were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are none of
+    these: their columns go through more than one wall.
     """
     place, how = viewed_from(points)
     if place is not None:
@@ -83,10 +87,13 @@ def layer_of(points):
     """What single layer points (n, 3) are: the "frame" of a depth camera, a "terrain", a scanner's "turn", or None."""
     if len(points) < _FEW:
         return None
+    low = is_terrain(points)
     widest = _cone_seen_from_origin(points)
-    if widest is not None and (widest >= _NARROW or not _has_one_height(points)):
-        return "frame"
-    if is_terrain(points):
+    if widest is not None:
+        is_frame = _is_even_from_origin(points) if low else widest >= _NARROW or not _has_one_height(points)
+        if is_frame:
+            return "frame"
+    if low:
         return "terrain"
     return "turn" if _thin_out_from_origin(points) else None
 
@@ -136,6 +143,21 @@ def _cone_seen_from_origin(points):
     slopes = points[:, :2] / depth[:, None]
     widest = np.quantile(np.linalg.norm(slopes, axis=1), 1.0 - _OUTER)
     return widest if widest < _STEEPEST and _is_layer(slopes, np.log(np.abs(depth))) else None
+
+
+def _is_even_from_origin(points):
+    """Whether points (n, 3) lie more evenly over what the origin sees along z than over x and y."""
+    places, depth = points[:, :2], points[:, 2]
+    return _unevenness(places / depth[:, None]) < _EVENER * _unevenness(places)
+
+
+def _unevenness(places):
+    """Of how many of places (n, 2) are in a cell, the standard deviation over the mean."""
+    low, high = np.quantile(places, [_OUTER, 1.0 - _OUTER], axis=0)
+    size = high - low
+    cells = np.maximum(1, np.round(size / np.sqrt(size[0] * size[1] * _PER_CELL / len(places)))).astype(int)
+    counts, _, _ = np.histogram2d(*places.T, bins=cells, range=np.c_[low, high])
+    return np.std(counts) / np.mean(counts)
 
 
 def _is_layer(places, depth):

@@ -63,12 +63,19 @@ def traced_emitted(scene, points, normals, how, callback):
     return _core.emitted_at(scene, points, normals, how.rays, how.seed, callback)
 
 
+def shines_as_mesh(surfels):
+    """Whether what shines are patches: of disks, which overlap, rays tell less than values between surfels."""
+    is_patch = np.zeros(len(surfels), bool)
+    is_patch[surfels.triangle_surfel] = True
+    return bool(np.all(is_patch | (surfels.emission == 0.0).all(axis=1)))
+
+
 class Light(NamedTuple):
     """Irradiance at surfels, (n, 3) each, by where it comes from."""
 
     direct: Floats  # lights and Environments
-    emitted: Floats | None  # small surfels that shine; None where it is not known apart from what others bring
-    others: Floats | None  # all other surfels; None where it is not asked for
+    emitted: Floats | None  # small surfels that shine; None where there are none, or it is not known apart
+    others: Floats | None  # all else, which surfels reflect; None where it is not asked for
 
 
 def light_of(solution):
@@ -84,8 +91,8 @@ class SurfelField:
 
     def __init__(self, surfels, objects, light, scene, callback):
         """scene: compiled, or None."""
-        others = "surfels" if light.emitted is None else "other surfels"
-        parts = {"lights": light.direct, "emitters": light.emitted, others: light.others}
+        others = "surfels" if light.emitted is None else "reflection"
+        parts = {"lights": light.direct, "small emission": light.emitted, others: light.others}
         parts = {source: values for source, values in parts.items() if values is not None}
         groups = objects
         if scene is None:
@@ -95,6 +102,7 @@ class SurfelField:
             groups = 2 * objects + ((sum(parts.values()) == 0).all(axis=1) & bounces)
         groups = np.asarray(groups, dtype=np.uint32)
         self._sources = list(parts)
+        self._traces_emitters = light.emitted is not None and shines_as_mesh(surfels)
         self._field = _core.Field(surfels._core, groups, list(parts.values()), scene, callback, self._sources)
         self._scene = scene
 
@@ -108,7 +116,7 @@ class SurfelField:
 
     def others(self, points, normals, callback):
         """All but direct light."""
-        return self._from(("emitters", "surfels", "other surfels"), points, normals, callback)
+        return self._from(("small emission", "surfels", "reflection"), points, normals, callback)
 
     def direct(self, points, normals, callback):
         return self._from(("lights",), points, normals, callback)
@@ -120,10 +128,11 @@ class SurfelField:
         if how.is_gathered:
             others = self._field.gathered(points, normals, how.rays, how.seed, callback)
             return others + traced_emitted(self._scene, *at) + traced_direct(self._scene, *at)
-        others = self._from(("surfels", "other surfels"), points, normals, callback)
-        if "emitters" in self._sources:
-            others += traced_emitted(self._scene, *at)
-        return others + traced_direct(self._scene, *at)
+        direct = traced_direct(self._scene, *at)
+        if not self._traces_emitters:
+            return direct + self.others(points, normals, callback)
+        others = self._from(("surfels", "reflection"), points, normals, callback)
+        return direct + others + traced_emitted(self._scene, *at)
 
 
 def light_between(solution, points, normals, callback):
@@ -179,11 +188,11 @@ class BasisField:
 
     def _beside(self, points, normals, direct_in_basis, how, callback):
         """What is to be added to what the basis holds."""
-        if how.is_traced:
-            at = (self.scene, points, normals, how, callback)
-            return traced_direct(*at) + traced_emitted(*at) - direct_in_basis
+        if how.is_traced and self.emitted is None:
+            return traced_direct(self.scene, points, normals, how, callback) - direct_in_basis
         rest = self._rest_of(callback)
-        return rest.irradiance(points, normals, how, callback) if rest else 0.0
+        found = rest.irradiance(points, normals, how, callback) if rest else 0.0
+        return found - direct_in_basis if how.is_traced else found
 
     def _rest_of(self, callback):
         if self._rest is None and (self.emitted is not None or np.any(self.lit)):

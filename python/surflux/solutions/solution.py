@@ -174,10 +174,10 @@ class Solution:
     ) -> Floats:
         """Irradiance H at any points on surfaces.
 
-        Direct light is found by rays from the points, and so is that of lamps that are meshes: of surfels that shine
-        and are at most 15 % of the surface. All else is interpolated between surfels, to first order (Franke and
-        Nielson 1980), from those of one object that face about the same way; or gathered by rays, too (Reichert 1992),
-        from surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
+        Direct light is found by rays from the points, and so is that of lamps that are meshes, of at most 15 % of the
+        surface, but of relit solutions. All else is interpolated between surfels, to first order (Franke and Nielson
+        1980), from those of one object that face about the same way; or gathered by rays, too (Reichert 1992), from
+        surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
         Points behind their surface, as rounding puts them, are moved up to it, as far as half the radius of a surfel.
 
         What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
@@ -187,12 +187,12 @@ class Solution:
         Args:
             points: (m, 3).
             normals: (m, 3), of any length but 0.
-            direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster, or
-                more beside lamps that are meshes: off at borders of shadows, by any amount near lamps closer than
-                surfels are wide. None: traced, but of solutions from files, which hold no scene.
+            direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster: off
+                at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
+                solutions from files, which hold no scene.
             indirect: "interpolated", or "gathered", some milliseconds a point, which needs the scene, too.
             rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; three times as many
-                where little of the sky is seen. To a lamp an eighth, half of them where those disagree.
+                where little of the sky is seen. To a light half as many, or an eighth; to all mesh lamps a quarter.
             seed: of the rays.
             threads, progress: see `solve`.
 

@@ -52,6 +52,22 @@ def test_large_faces_are_cut(here, run):
     assert np.all(found.normals[:, 2] == -1.0)
 
 
+def test_faces_that_turn_their_backs_to_the_origin_are_no_frame(here, run):
+    """A table top above the origin, and a bumpy one before it: pictures were taken from the origin, and empty."""
+    (here / "top.obj").write_text("v 0 0 5\nv 2 0 5\nv 2 2 5\nv 0 2 5\nf 1 2 3 4\n")
+    x, y = np.meshgrid(*2 * [np.linspace(-1, 1, 60)])
+    corners = np.stack([x, y, 2.0 + 0.4 * np.cos(2 * x) * np.cos(2 * y)], axis=-1).reshape(-1, 3)
+    a = (np.arange(59)[:, None] * 60 + np.arange(59)).ravel() + 1
+    quads = np.stack([a, a + 1, a + 61, a + 60], axis=1)
+    lines = ["v {} {} {}\n".format(*c) for c in corners] + ["f {} {} {} {}\n".format(*q) for q in quads]
+    (here / "bumps.obj").write_text("".join(lines))
+    for name in ("top.obj", "bumps.obj"):
+        status, _, err = run("solve", name, "--rays", 16, "--size", "80x60")
+        assert status == 0, err
+        assert "depth camera" not in err
+        assert "the picture is empty" not in err
+
+
 def test_a_terrain_that_is_wound_downwards_is_turned_over(here, run):
     """It was black, its picture blank, without a word. --normals keep leaves it, and then says what that means."""
     corners = [(x, y, 0.1 * np.sin(3.0 * x)) for y in np.linspace(0, 2, 9) for x in np.linspace(0, 2, 9)]

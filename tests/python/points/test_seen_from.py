@@ -59,11 +59,27 @@ def test_terrain_of_arrays_faces_upwards_as_that_of_files(seed):
     assert (terrain.normals[:, 2] > 0).all()
 
 
-@pytest.mark.parametrize("height", [200.0, 400.0, -200.0])
-def test_terrain_far_above_the_origin_is_no_frame(height):
-    """Level ground fills a cone around z, as what a depth camera sees does, but a narrow one."""
-    xy = np.random.default_rng(0).uniform(-40, 40, (5000, 2))
-    assert seen_from("hill", np.c_[xy, np.sin(xy[:, 0] / 9) + height])[2] > 1000.0
+@pytest.mark.parametrize("height", [50.0, 80.0, 150.0, 400.0, -60.0, -200.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_terrain_above_the_origin_is_no_frame(height, seed):
+    """In local x and y, with its elevation, it fills a cone around z as what a depth camera sees, and faced down."""
+    random = np.random.default_rng(seed)
+    xy = random.uniform(-40, 40, (5000 if seed % 2 else 1200, 2)) * [1.0, 0.6]
+    hill = np.c_[xy, np.sin(xy[:, 0] / 9) + height]
+    town = np.c_[xy, 8.0 * (np.abs(xy - [10, 5]) < [12, 8]).all(axis=1) + height]
+    slope = np.c_[xy, 0.1 * xy[:, 0] + 0.05 * random.normal(size=len(xy)) + height]
+    for terrain in (hill, town, slope):
+        assert seen_from("terrain", terrain)[2] > 1000.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.01])
+def test_a_wall_that_a_depth_camera_sees_is_no_terrain(noise):
+    """It has one height z, too, and little of it, where the camera looks at it at ten degrees from straight on."""
+    u, v = np.meshgrid(np.linspace(-0.55, 0.55, 320), np.linspace(-0.41, 0.41, 240))
+    rays = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    away = 2.0 / (rays @ [np.sin(np.radians(10)), 0.0, np.cos(np.radians(10))])
+    away *= 1.0 + noise * np.random.default_rng(0).normal(size=len(away))
+    np.testing.assert_array_equal(seen_from("wall", rays * away[:, None]), 0.0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -1,5 +1,7 @@
 """Solution.irradiance_at against closed forms, where few rays or few surfels have the say."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -61,8 +63,38 @@ def test_light_near_a_lamp_that_is_a_mesh(solver, height):
     true = 2000.0 * element_to_polygon(points, facing, corners)
     for seed in range(3):
         off = solution.irradiance_at(points, facing, seed=seed)[:, 0] - true
-        assert np.sqrt((off**2).mean()) < 0.005 * np.sqrt((true**2).mean())
-        assert np.all(np.abs(off) < 0.03 * true)
+        assert np.sqrt((off**2).mean()) < 0.002 * np.sqrt((true**2).mean())
+        assert np.all(np.abs(off) < 0.01 * true)
+
+
+def test_light_below_many_lamps_that_are_meshes():
+    """In a hall of 36: they are sampled by what they bring, not by power alone, which was off by 1.3 %."""
+    edge = np.array([[-0.15, -0.15, 3], [-0.15, 0.15, 3], [0.15, 0.15, 3], [0.15, -0.15, 3]])
+    corners = [np.add(edge, [x, y, 0.0]) for x in np.linspace(-4, 4, 6) for y in np.linspace(-4, 4, 6)]
+    lamps = [sf.Surfels.from_mesh((c, [[0, 1, 2, 3]]), 0.05, 0.0, emission=2000.0) for c in corners]
+    solution = sf.solve(sf.Scene([patch([-5, -5, 0], [10, 0, 0], [0, 10, 0], 0.0, 0.0, 0.2), *lamps]), insert=False)
+    points = np.c_[np.random.default_rng(0).uniform(-5, 5, (200, 2)), np.zeros(200)]
+    facing = np.tile([0.0, 0.0, 1.0], (200, 1))
+    true = 2000.0 * sum(element_to_polygon(points, facing, c) for c in corners)
+    for seed in range(3):
+        off = solution.irradiance_at(points, facing, seed=seed)[:, 0] / true - 1.0
+        assert np.sqrt((off**2).mean()) < 0.005
+
+
+def test_light_of_disks_that_shine_is_interpolated():
+    """They overlap, so that few rays towards one meet it first, and light at points had a noise of 5 %."""
+    k = np.arange(3000) + 0.5
+    z, azimuth = 1.0 - 2.0 * k / len(k), np.pi * (1.0 + np.sqrt(5.0)) * k
+    r = np.sqrt(1.0 - z**2)
+    ball = np.c_[r * np.cos(azimuth), r * np.sin(azimuth), z]
+    lamp = sf.Surfels(0.5 * ball + [0, 0, 2], normals=ball, reflectance=0.0, emission=10.0)
+    scene = sf.Scene([patch([-3, -3, 0], [6, 0, 0], [0, 6, 0], 0.0, 0.0, 0.1), lamp])
+    points, facing = np.array([[0, 0, 0], [1, 0, 0], [2, 1, 0], [2.9, 2.9, 0.0]]), np.tile([0.0, 0.0, 1.0], (4, 1))
+    away = np.linalg.norm(points - [0, 0, 2], axis=1)
+    for solution in (sf.solve(scene), sf.solve_meshless(scene)):
+        found = solution.irradiance_at(points, facing)[:, 0]
+        np.testing.assert_allclose(found, 10.0 * (0.5 / away) ** 2 * 2.0 / away, rtol=0.05)
+        np.testing.assert_allclose(found, solution.irradiance_at(points, facing, direct="interpolated")[:, 0])
 
 
 @pytest.mark.parametrize("solver", [sf.solve, sf.solve_meshless])
@@ -78,7 +110,7 @@ def test_what_a_lamp_that_is_a_mesh_brings_is_counted_once(solver):
     points = np.c_[np.random.default_rng(0).uniform(0.5, 2.5, (60, 2)), np.zeros(60)]
     facing = np.tile([0.0, 0.0, 1.0], (60, 1))
     true, error = sf.reference_irradiance(scene, points, facing, samples=4096)
-    solution = solver(scene)
+    solution = pickle.loads(pickle.dumps(solver(scene)))
     for how in ({}, {"indirect": "gathered"}, {"direct": "interpolated"}):
         found = solution.irradiance_at(points, facing, **how)
         assert abs(found.mean() / true.mean() - 1.0) < 0.02 + 3.0 * error.mean() / true.mean() / np.sqrt(60)
