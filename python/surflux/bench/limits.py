@@ -77,6 +77,24 @@ def hole_in_a_square(counts=(2000, 8000), radius=0.29):
     return over_seeds(error)
 
 
+def open_bowls(counts=(1000, 12_000)):
+    """What the inside of half a sphere sees of the sky, of which it hides half from itself."""
+
+    def error(seed):
+        random = np.random.default_rng(seed)
+        found = []
+        for count in counts:
+            unit = random.normal(size=(count, 3))
+            unit /= np.linalg.norm(unit, axis=1, keepdims=True)
+            unit[:, 2] = -np.abs(unit[:, 2])
+            bowl = sf.Surfels(unit, normals=-unit)
+            seen = sf.sky_view_factor(bowl)
+            found.append(np.average(seen, weights=sf.effective_areas(bowl)) / 0.5 - 1.0)
+        return found
+
+    return over_seeds(error)
+
+
 def thinned_statue():
     path = Path(os.environ["SURFLUX_DATA"]) / "statues" / "armadillo_43k.ply"
     whole = sf.read(path)
@@ -240,6 +258,7 @@ LIMITS = {
     ("area, open border", "square, 1000 points at random"): ("4000 points", random_square),
     ("area, open border", "square, middles of 20 x 20 cells"): ("40 x 40", grid_square),
     ("area, round hole", "square, 2000 points of blue noise"): ("8000 points", hole_in_a_square),
+    ("light, open border", "half a sphere of 1000 points, the sky seen from inside"): ("12 000 points", open_bowls),
     ("area, too few points", "armadillo, 3000 points"): ("12 000 points", thinned_statue),
     ("area, sharp edges", "cube, 2400 points without normals"): ("normals given", cube_without_normals),
     ("light on backs", "ball of 4000 points, noise of 1 % of its radius"): ("noise of .3 %", noisy_ball),

@@ -15,6 +15,7 @@ from surflux.solutions.lit_points import LIGHT
 
 # Light varies over a face: those of coarse meshes are cut until there are about as many patches.
 PATCHES = 20_000
+_GREY = 0.5  # what faces reflect that have no colour
 FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
 SUFFIXES = (".ply", ".vtp")
 
@@ -43,6 +44,9 @@ def patches_of_mesh(options, reflectance=None):
         area, faces = surfels.areas.sum() / PATCHES, len(surfels)
         surfels = Surfels.from_mesh(options.input, area, reflectance, threads=options.threads, progress=True)
         LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
+    if reflectance is None and np.all(surfels.reflectance == _GREY):
+        unread = "; materials of OBJ files are not read" if Path(options.input).suffix.lower() == ".obj" else ""
+        LOG.info("faces have no colour: each reflects %g of the light%s", _GREY, unread)
     normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
     is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
     if normals != "flip" and is_level and layer_of(surfels.points) == "terrain":

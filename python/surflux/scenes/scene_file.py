@@ -156,7 +156,7 @@ def load_scene(
 def read_toml(path):
     """The tables of a TOML file as dicts and lists; FileError where it cannot be read."""
     try:
-        text = path.read_bytes().decode()
+        text = path.read_bytes().decode("utf-8-sig")  # some editors begin with a byte order mark
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except IsADirectoryError:

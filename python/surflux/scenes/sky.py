@@ -54,7 +54,7 @@ class Sky:
         direct_normal: W/m2 of the sun on a plane that faces it, 0 to 2000.
         diffuse: W/m2 of the sky on a level plane, 0 to 2000; the one is given with the other.
         turbidity: of a clear sky, by Linke, 1 to 20; None for the monthly mean of the place.
-        altitude: of the place, metres above the sea.
+        altitude: of the place, metres above the sea, of clear skies: at 500 m a roof has 2 % more than at 0.
         albedo: of the ground, 0 to 1.
 
     Raises:

@@ -45,6 +45,7 @@ def test_large_faces_are_cut(here, run):
     status, out, err = run("solve", "square.obj", "--no-image", "--light", "sky", "--normals", "flip", "--rays", 16)
     assert status == 0, err
     assert "face is cut into" in err
+    assert "faces have no colour: each reflects 0.5 of the light; materials of OBJ files are not read" in err
     assert "solved surfels: square_solved.ply" in out
     found = sf.load_solution("square_solved.ply").surfels
     assert len(found) >= 20_000

@@ -108,11 +108,12 @@ def test_ground_above_the_origin_faces_the_sky(here, run):
     """In local x and y, with its elevation: it was taken for what a depth camera sees, and had .1 instead of .6 kWh."""
     xy = np.random.default_rng(0).uniform(-30, 30, (2000, 2))
     np.savetxt("ground.csv", np.c_[xy, np.full(2000, 75.0)], delimiter=",", header="x,y,z", comments="")
-    run("solar", "ground.csv", *PLACE, "--time", NOON, *FEW, "-o", "ground.npz")
+    _, _, messages = run("solar", "ground.csv", *PLACE, "--time", NOON, *FEW, "-o", "ground.npz")
     kwh = sf.read_scan("ground.npz").attributes["kwh"]
     np.savetxt("level.csv", np.c_[xy, np.zeros(2000)], delimiter=",", header="x,y,z", comments="")
     run("solar", "level.csv", *PLACE, "--time", NOON, *FEW, "-o", "level.npz")
     np.testing.assert_allclose(kwh, sf.read_scan("level.npz").attributes["kwh"], rtol=1e-3)
+    assert "the skies are those at the level of the sea" in messages
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -386,3 +386,8 @@ def test_an_object_is_scaled_then_turned_about_x_then_y_then_z_then_moved(load):
     x, y, z = z, y, -x
     x, y, z = -y, x, z
     assert s.points[0] == pytest.approx([x + 10, y + 20, z + 30])
+
+
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
+    (tmp_path / "ball.toml").write_bytes(b'\xef\xbb\xbf[[object]]\nshape = "sphere"\n')
+    assert len(sf.load_scene(tmp_path / "ball.toml").objects) == 1
