@@ -18,9 +18,8 @@ struct Triangle {
 };
 
 // Where the surface of a disk ends before its rim: dot(normal, p - position) <= limit. Beyond a crease there is
-// nothing, for the surface goes on elsewhere. Beyond a border of the sampling the disk still casts shadows, so that
-// pieces that adjoin let no light through, but it is black, since no area stands for it: unless it runs into another
-// object, which it then adjoins.
+// nothing, for the surface goes on elsewhere; nor is there beyond a border of the sampling, unless that runs into
+// another object, which it then adjoins: pieces that adjoin let no light through.
 struct DiskEnd {
     enum Kind : std::uint32_t { crease, border };
     Vec3 normal;  // unit, in the plane of the disk

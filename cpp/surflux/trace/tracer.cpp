@@ -77,13 +77,6 @@ Hit Tracer::Impl::found(const RTCRayHit& hit, const Vec3& direction) const {
     Hit out;
     out.surfel = hit.hit.geomID == disk_geometry ? hit.hit.primID : triangle_surfel[hit.hit.primID];
     out.distance = unit * static_cast<double>(hit.ray.tfar);
-    if (hit.hit.geomID == disk_geometry && has_ends(out.surfel)) {
-        const RTCRay& ray = hit.ray;
-        const float* p = disks[out.surfel].position;
-        const float at[3] = {ray.org_x + ray.tfar * ray.dir_x - p[0], ray.org_y + ray.tfar * ray.dir_y - p[1],
-                             ray.org_z + ray.tfar * ray.dir_z - p[2]};
-        if (is_beyond(DiskEnd::border, out.surfel, at)) return out;  // no front
-    }
     const auto faces = [&](std::uint32_t k) {
         const float* n = disks[k].normal;
         return dot(direction, {n[0], n[1], n[2]}) < 0.0;

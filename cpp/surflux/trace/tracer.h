@@ -15,9 +15,8 @@ namespace surflux {
 struct Hit {
     static constexpr std::uint32_t none = 0xffffffffu;
     std::uint32_t surfel = none;
-    // Met on the side that its normal points to, within its borders, and not in contact with the place that the ray
-    // left: what faces that so closely covers it, while the foot of a wall is as near, but faces elsewhere. All else
-    // absorbs.
+    // Met on the side that its normal points to, and not in contact with the place that the ray left: what faces that
+    // so closely covers it, while the foot of a wall is as near, but faces elsewhere. All else absorbs.
     bool front = false;
     double distance = 0.0;  // along the ray, in units of its direction
     explicit operator bool() const { return surfel != none; }
@@ -43,7 +42,7 @@ inline constexpr double short_of_target = 1.0 - 1e-5;
 // The shadow ray from a place to a point of a surfel, or of a light.
 Ray segment(const Departure& from, const Vec3& to, std::uint32_t surfel = Hit::none);
 
-// Ray queries (closest hit and occlusion, by Embree) against the surfels of a scene: disks, up to their creases, and
+// Ray queries (closest hit and occlusion, by Embree) against the surfels of a scene: disks, up to their ends, and
 // the triangles of those that have some, block from both sides. Self-intersection is avoided by one rule for all
 // solvers: leaving surfel i, it ignores i itself, and those disks k of the same object, i within 2 R_k of their
 // centres, that it crosses from behind: they stand off a convex surface or ridge that they are tangent to; those of

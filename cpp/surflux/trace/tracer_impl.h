@@ -193,22 +193,19 @@ struct Tracer::Impl {
         }
     };
 
-    // Is the place, given from the disk's centre, beyond an end of that kind?
-    bool is_beyond(DiskEnd::Kind kind, std::uint32_t surfel, const float (&at)[3]) const {
-        for (std::uint32_t e = end_begin[surfel]; e < end_begin[surfel + 1]; ++e) {
-            const float* n = ends[e].normal;
-            if (ends[e].kind == kind && n[0] * at[0] + n[1] * at[1] + n[2] * at[2] > ends[e].limit) return true;
-        }
-        return false;
-    }
-    bool has_ends(std::uint32_t surfel) const { return end_begin[surfel] != end_begin[surfel + 1]; }
-
-    bool is_beyond_crease(const Crossing& hit) const {
-        if (!hit.is_disk || !has_ends(hit.surfel)) return false;
+    // Is there no surface any more where a ray crosses the disk? What looks for surfaces finds them beyond borders,
+    // too.
+    bool is_beyond_end(const Query& query, const Crossing& hit) const {
+        if (!hit.is_disk || end_begin[hit.surfel] == end_begin[hit.surfel + 1]) return false;
         float at[3];
         for (int axis = 0; axis < 3; ++axis)
             at[axis] = hit.from(disks[hit.surfel], axis) + hit.distance() * hit.direction[axis];
-        return is_beyond(DiskEnd::crease, hit.surfel, at);
+        for (std::uint32_t e = end_begin[hit.surfel]; e < end_begin[hit.surfel + 1]; ++e) {
+            if (ends[e].kind == DiskEnd::border && query.rays == nullptr) continue;
+            const float* n = ends[e].normal;
+            if (n[0] * at[0] + n[1] * at[1] + n[2] * at[2] > ends[e].limit) return true;
+        }
+        return false;
     }
 
     // A disk is tangent to its surface, so that its rim stands off where that is convex. A ray that crosses the rim
@@ -297,7 +294,7 @@ struct Tracer::Impl {
                 is_disk ? primitive : impl.triangle_surfel[primitive],
                 is_disk,
                 {RTCRayN_dir_x(ray, count, n), RTCRayN_dir_y(ray, count, n), RTCRayN_dir_z(ray, count, n)}};
-            if (impl.is_beyond_crease(crossing) || impl.passes(*query, crossing, RTCRayN_id(ray, count, n)))
+            if (impl.is_beyond_end(*query, crossing) || impl.passes(*query, crossing, RTCRayN_id(ray, count, n)))
                 arguments->valid[n] = 0;
         }
     }

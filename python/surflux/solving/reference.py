@@ -35,8 +35,8 @@ def reference_irradiance(
 
     - The surfaces are the disks of the surfels, and the triangles of those that come from a mesh. Where disks overlap,
       the one that a ray meets first counts, with its reflectance and emission; the rims of disks that stand off a
-      curved surface are seen where they are. Disks end where their areas do: at creases there is nothing beyond, past
-      the border of an object's sampling they cast shadows and are black, unless another object adjoins.
+      curved surface are seen where they are. Disks end where their areas do: at creases, and at borders of an object's
+      sampling, unless another object adjoins.
     - From the front of a surfel comes the radiance (E + rho H) / pi, with H at the very place that is met, on the
       surfel's normal; specular reflectance is left out (reference_radiance has it). Back faces absorb. What leaves the
       scene meets the Environments. Lights neither occlude nor reflect.
