@@ -112,7 +112,7 @@ def site_of(options, points, found):
     elif about is not None:
         hours["altitude"] = float(np.clip(vertical * np.median(points[:, 2]), -500.0, 9000.0))
     else:
-        LOG.info("the skies are those at the level of the sea: at 500 m a roof has 2 %% more in a year (--altitude M)")
+        LOG.info("the skies are those at the level of the sea: at 500 m a roof has 2 % more in a year (--altitude M)")
     LOG.info("skies are clear in all hours; with clouds it is less: --epw FILE has a typical year's")
     if options.year is None:
         return Site(frame, place, hours, f"{check.counted(len(options.time), 'clear hour')}")

@@ -113,7 +113,7 @@ def test_ground_above_the_origin_faces_the_sky(here, run):
     np.savetxt("level.csv", np.c_[xy, np.zeros(2000)], delimiter=",", header="x,y,z", comments="")
     run("solar", "level.csv", *PLACE, "--time", NOON, *FEW, "-o", "level.npz")
     np.testing.assert_allclose(kwh, sf.read_scan("level.npz").attributes["kwh"], rtol=1e-3)
-    assert "the skies are those at the level of the sea" in messages
+    assert "the skies are those at the level of the sea: at 500 m a roof has 2 % more" in messages
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
