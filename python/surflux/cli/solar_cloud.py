@@ -11,7 +11,7 @@ from surflux._base.passes import LOG, watched
 from surflux._base.warn import warn
 from surflux.geometry.estimates import outward_normals
 from surflux.points.cleaning import cleaned, known_classes
-from surflux.points.seen_from import high_above, is_terrain
+from surflux.points.seen_from import high_above, is_terrain, normals_of_terrain
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}
@@ -93,10 +93,9 @@ def scene_of_scan(options, scan, frame):
     reflectance = None if options.colors else options.albedo
     orient = options.normals in (None, "check")
     is_guessed = viewpoint is None and moved.normals is None and not np.any(np.isfinite(moved.viewpoints))
-    if is_guessed and is_terrain(moved.points):
-        viewpoint = high_above(moved.points.min(axis=0), moved.points.max(axis=0))
-    elif is_guessed:
-        moved, orient = replace(moved, normals=_towards_sky(moved, options.threads)), False
+    if is_guessed:
+        normals = normals_of_terrain(moved.points) if is_terrain(moved.points) else _towards_sky(moved, options.threads)
+        moved, orient = replace(moved, normals=normals), False
     whole = moved.surfels(reflectance, viewpoint=viewpoint, orient=orient, progress=True)
     groups, objects = [np.flatnonzero(told), np.flatnonzero(~told)], [whole]
     if min(map(len, groups)) < _FEW:

@@ -15,9 +15,12 @@ _OUTER = 0.01  # of the points on either side do not count
 _LOWEST = 0.3  # of its narrower side a terrain rises, at most: tiles of LiDAR .2, a piece of a room .4
 _STEEPEST = 1.2  # tangent of the widest angle at which depth cameras see
 _NARROW = 0.3  # tangent of a cone that what stands far above the origin fills as well
-# Numbers of points in cells, so many on average, vary .76 times as much over the picture of a depth camera as over its
+# Numbers of points in cells, so many on average, vary .87 times as much over the picture of a depth camera as over its
 # plane, or less; .9 times as much or more where the origin sees a terrain above or below it.
-_PER_CELL, _EVENER = 8, 0.85
+_PER_CELL, _EVENER = 8, 0.89
+_IN_VIEW = 0.15  # tangents that a depth camera sees at least, one way or the other
+_UPRIGHT = 1.5  # widths of a column along which points of a wall lie, at least
+_STEEP, _LEVEL = 0.5, 0.7  # z of the normals of facades, at most, and of ground and roofs, at least
 _ASKED, _NEAR = 30_000, 4  # points of which the distance to the fourth neighbour is looked at
 # How the logarithm of that distance follows the one of the distance from a scanner: by 1.2, with a correlation of .9,
 # in a room that a scanner turned in; by .5 at most from elsewhere, and by 0 on bodies, which are sampled evenly.
@@ -48,8 +51,11 @@ def normals_of_seen(name, points, places=None):
 
     They face the place of seen_from, or else outwards (outward_normals); what was taken for granted is logged.
     """
-    place = seen_from(name, points)
-    return outward_normals(points, name, places) if place is None else _towards(points, place)
+    place, how = viewed_from(points)
+    if place is None:
+        return outward_normals(points, name, places)
+    LOG.info(_FACING, name, how)
+    return normals_of_terrain(points) if how == _UPWARDS else _towards(points, place)
 
 
 def normals_of_array(points):
@@ -57,7 +63,63 @@ def normals_of_array(points):
     if not is_terrain(points):
         return outward_normals(points)
     LOG.info(_FACING, "points", _UPWARDS)
-    return _towards(points, high_above(points.min(axis=0), points.max(axis=0)))
+    return normals_of_terrain(points)
+
+
+def normals_of_terrain(points):
+    """The same of a terrain: upwards, and of facades outwards."""
+    return facades_outwards(points, _towards(points, high_above(points.min(axis=0), points.max(axis=0))))
+
+
+def facades_outwards(points, normals):
+    """Normals (n, 3) of a terrain's points that face upwards, with those of facades on the side where it lies lower.
+
+    Which side that is cannot be told from above: normals of walls lie across the way to there.
+    """
+    steep = np.abs(normals[:, 2]) < _STEEP
+    if not np.any(steep):
+        return normals
+    grid = _Heights(points[normals[:, 2] > _LEVEL])
+    walls, ahead = points[steep], normals[steep, :2] / np.linalg.norm(normals[steep, :2], axis=1, keepdims=True)
+    before, behind = (grid.around(walls, side * ahead) for side in (1.0, -1.0))
+    out = normals.copy()
+    out[steep] = np.where((before > behind)[:, None], -normals[steep], normals[steep])
+    return out
+
+
+class _Heights:
+    """Mean heights z, in columns, of points that are level: ground and roofs."""
+
+    def __init__(self, points):
+        places = points[:, :2]
+        self.width = _column_width(places) if len(points) else 0.0
+        if not self.width > 0.0:
+            return
+        low, high = np.quantile(places, [_OUTER, 1.0 - _OUTER], axis=0)
+        margin = 0.1 * (high - low)  # strays lie farther out
+        self.low, self.shape = low - margin, np.ceil((high - low + 2.0 * margin) / self.width).astype(np.int64) + 1
+        at, inside = self._column(places)
+        count = np.bincount(at[inside], minlength=self.shape.prod())
+        total = np.bincount(at[inside], points[inside, 2], minlength=self.shape.prod())
+        self.heights = np.where(count > 0, total / np.maximum(1, count), np.nan)
+
+    def _column(self, places):
+        """((n,) the column of each place, (n,) whether there is one)."""
+        cells = np.floor((places - self.low) / self.width).astype(np.int64)
+        inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
+        return np.ravel_multi_index(np.where(inside[:, None], cells, 0).T, self.shape), inside
+
+    def around(self, points, ahead):
+        """(n,) mean height one to three columns away in the directions (n, 2); where there is none, the point's own."""
+        if not self.width > 0.0:
+            return points[:, 2]
+        total, known = np.zeros((2, len(points)))
+        for away in (1.0, 2.0, 3.0):
+            at, inside = self._column(points[:, :2] + away * self.width * ahead)
+            found = np.where(inside, self.heights[at], np.nan)
+            total += np.nan_to_num(found)
+            known += np.isfinite(found)
+        return np.where(known > 0, total / np.maximum(1, known), points[:, 2])
 
 
 def _towards(points, place):
@@ -146,9 +208,30 @@ def _cone_seen_from_origin(points):
 
 
 def _is_even_from_origin(points):
-    """Whether points (n, 3) lie more evenly over what the origin sees along z than over x and y."""
-    places, depth = points[:, :2], points[:, 2]
-    return _unevenness(places / depth[:, None]) < _EVENER * _unevenness(places)
+    """Whether points (n, 3) lie more evenly over what the origin sees along z than over x and y, but for walls."""
+    upright = _is_in_wall(points)
+    if np.mean(upright) < 1.0 - _SINGLE:
+        points = points[~upright]
+    places, slopes = points[:, :2], points[:, :2] / points[:, 2:]
+    in_view = np.ptp(np.quantile(slopes, [_OUTER, 1.0 - _OUTER], axis=0), axis=0)
+    return bool(in_view.max() > _IN_VIEW) and _unevenness(slopes) < _EVENER * _unevenness(places)
+
+
+def _is_in_wall(points):
+    """(n,) whether points in the same column along z are far apart."""
+    width = _column_width(points[:, :2])
+    _, column = np.unique(np.floor(points[:, :2] / width).astype(np.int64), axis=0, return_inverse=True)
+    column = column.ravel()
+    highest, lowest = np.full((2, column.max() + 1), -np.inf)
+    np.maximum.at(highest, column, points[:, 2])
+    np.maximum.at(lowest, column, -points[:, 2])
+    return (highest + lowest)[column] > _UPRIGHT * width
+
+
+def _column_width(places):
+    """Of square columns over places (n, 2), so wide that _PER_COLUMN of them are in one on average."""
+    low, high = np.quantile(places, [_OUTER, 1.0 - _OUTER], axis=0)
+    return np.sqrt(np.prod(high - low) * _PER_COLUMN / len(places))
 
 
 def _unevenness(places):
@@ -163,10 +246,9 @@ def _unevenness(places):
 def _is_layer(places, depth):
     """Whether points at places (n, 2) have, nearly everywhere, one depth (n,) in the unit of places."""
     low, high = np.quantile(places, [_OUTER, 1.0 - _OUTER], axis=0)
-    size = high - low
-    if np.min(size) <= 0.0:
+    if np.min(high - low) <= 0.0:
         return False
-    width = np.sqrt(size[0] * size[1] * _PER_COLUMN / len(places))
+    width = _column_width(places)
     inside = np.all((places >= low) & (places <= high), axis=1)
     cells = np.floor((places[inside] - low) / width).astype(np.int64)
     column = cells[:, 0] * (1 + cells[:, 1].max()) + cells[:, 1]

@@ -6,9 +6,10 @@ import numpy as np
 
 from surflux import _core
 from surflux._base.files import file_error
-from surflux.geometry.estimates import estimated_radii
+from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.points.cleaning import first_among, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
+from surflux.points.seen_from import facades_outwards
 from surflux.points.surfels import Surfels
 from surflux.scans.reading import read_columns
 from surflux.scans.thinning import joined
@@ -83,6 +84,9 @@ def _surfels_of(survey, path, columns):
     rho = survey.shades.reflectance(columns)
     scan = Scan(columns["points"], columns.get("normals"), rho, attributes, name=path)
     try:
+        if scan.normals is None and survey.options.viewpoint is None:  # upwards, then
+            normals = np.array(estimated_normals(scan.points, survey.viewpoint))
+            scan = replace(scan, normals=facades_outwards(scan.points, normals))
         found = scan.surfels(viewpoint=survey.viewpoint)
     except ValueError as error:  # such as all points on a line
         raise file_error(path, f"with its halo: {error}") from error
