@@ -125,12 +125,17 @@ void Tracer::Impl::drop_joints(const Progress& progress) {
             const Vec3 outwards = vec(ends[e].normal), normal = vec(disk.normal),
                        center = origin + unit * vec(disk.position);
             const double radius = unit * static_cast<double>(disk.radius);
-            // Another's surface across what sticks out, or along it.
+            // Another's surface across what sticks out, straight on or aslant as in corners, or along it.
             const Vec3 beyond = center + 0.5 * (unit * static_cast<double>(ends[e].limit) + radius) * outwards;
+            const Vec3 aside = cross(normal, outwards);
             const double high = 0.25 * radius;
-            if (meets_another(i, center, outwards, radius) ||
-                meets_another(i, beyond + high * normal, -normal, 2.0 * high))
-                ends[e].limit = infinite;
+            bool is_joint = false;
+            for (const double turn : {0.0, -0.5, 0.5, -1.0, 1.0}) {
+                const Vec3 ahead = normalized(outwards + turn * aside);
+                is_joint = is_joint || meets_another(i, center, ahead, radius) ||
+                           meets_another(i, beyond + 0.5 * turn * radius * aside + high * normal, -normal, 2.0 * high);
+            }
+            if (is_joint) ends[e].limit = infinite;
         }
     };
     parallel_for(disks.size(), 1024, drop, progress);

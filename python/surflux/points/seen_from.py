@@ -18,6 +18,7 @@ _NARROW = 0.3  # tangent of a cone that what stands far above the origin fills a
 # Numbers of points in cells, so many on average, vary .87 times as much over the picture of a depth camera as over its
 # plane, or less; .9 times as much or more where the origin sees a terrain above or below it.
 _PER_CELL, _EVENER = 8, 0.89
+_IN_REACH = 10.0  # metres that depth cameras see, at most
 _IN_VIEW = 0.15  # tangents that a depth camera sees at least, one way or the other
 _UPRIGHT = 1.5  # widths of a column along which points of a wall lie, at least
 _STEEP, _LEVEL = 0.5, 0.7  # z of the normals of facades, at most, and of ground and roofs, at least
@@ -35,10 +36,10 @@ def seen_from(path, points):
 
     A layer that the origin sees once in each direction, in a cone about z, is what a depth camera there sees; but hills
     and roofs, which have one height at each place, fill a narrow cone, too. Such a layer that is low is a terrain, or a
-    tile of airborne LiDAR, seen from above, z up, however far above the origin it lies; unless the points are more
-    even as the origin sees them, as a camera's pixels are. Points that lie apart as far as they are from the origin,
-    but for a factor, were seen by a scanner there, which turns by even angles. Bodies and rooms otherwise are none of
-    these: their columns go through more than one wall.
+    tile of airborne LiDAR, seen from above, z up, however far above the origin it lies; unless that is within a depth
+    camera's reach, or the points are more even as the origin sees them, as a camera's pixels are. Points that lie apart
+    as far as they are from the origin, but for a factor, were seen by a scanner there, which turns by even angles.
+    Bodies and rooms otherwise are none of these: their columns go through more than one wall.
     """
     place, how = viewed_from(points)
     if place is not None:
@@ -105,7 +106,7 @@ class _Heights:
 
     def _column(self, places):
         """((n,) the column of each place, (n,) whether there is one)."""
-        cells = np.floor((places - self.low) / self.width).astype(np.int64)
+        cells = np.clip(np.floor((places - self.low) / self.width), -1, self.shape).astype(np.int64)
         inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
         return np.ravel_multi_index(np.where(inside[:, None], cells, 0).T, self.shape), inside
 
@@ -152,7 +153,11 @@ def layer_of(points):
     low = is_terrain(points)
     widest = _cone_seen_from_origin(points)
     if widest is not None:
-        is_frame = _is_even_from_origin(points) if low else widest >= _NARROW or not _has_one_height(points)
+        if low:  # a wall or a table that a camera looks at straight on, or ground in any frame of coordinates
+            in_reach = widest >= _NARROW and np.median(np.abs(points[:, 2])) <= _IN_REACH
+            is_frame = in_reach or _is_even_from_origin(points)
+        else:
+            is_frame = widest >= _NARROW or not _has_one_height(points)
         if is_frame:
             return "frame"
     if low:
@@ -219,9 +224,9 @@ def _is_even_from_origin(points):
 
 def _is_in_wall(points):
     """(n,) whether points in the same column along z are far apart."""
-    width = _column_width(points[:, :2])
-    _, column = np.unique(np.floor(points[:, :2] / width).astype(np.int64), axis=0, return_inverse=True)
-    column = column.ravel()
+    width, middle = _column_width(points[:, :2]), np.median(points[:, :2], axis=0)
+    cells = np.clip(np.floor((points[:, :2] - middle) / width), -1e9, 1e9).astype(np.int64)
+    _, column = np.unique(cells[:, 0] * (1 << 31) + cells[:, 1], return_inverse=True)
     highest, lowest = np.full((2, column.max() + 1), -np.inf)
     np.maximum.at(highest, column, points[:, 2])
     np.maximum.at(lowest, column, -points[:, 2])

@@ -48,9 +48,10 @@ def test_the_shadow_of_a_sheet_is_its_area(count, seed):
     assert shadow == pytest.approx(4.0, rel=0.03)
 
 
-def test_clouds_that_adjoin_let_no_light_through():
+@pytest.mark.parametrize("seed", range(8))
+def test_clouds_that_adjoin_let_no_light_through(seed):
     """Six walls of a room, a cloud each, whose outermost points stand half a spacing before the edges."""
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     walls = []
     for axis in range(3):
         for side in (0.0, 1.0):
