@@ -89,34 +89,39 @@ def facades_outwards(points, normals):
 
 
 class _Heights:
-    """Mean heights z, in columns, of points that are level: ground and roofs."""
+    """Mean heights z, in cells some points wide, of points that are level: ground and roofs.
+
+    Cells are powers of two wide and begin at 0, so that those of a tile are those of the whole.
+    """
 
     def __init__(self, points):
         places = points[:, :2]
-        self.width = _column_width(places) if len(points) else 0.0
+        apart = _column_width(places) / np.sqrt(_PER_COLUMN) if len(points) else 0.0
+        self.width = 2.0 ** np.round(np.log2(2.0 * apart)) if apart > 0.0 else 0.0
         if not self.width > 0.0:
             return
         low, high = np.quantile(places, [_OUTER, 1.0 - _OUTER], axis=0)
         margin = 0.1 * (high - low)  # strays lie farther out
-        self.low, self.shape = low - margin, np.ceil((high - low + 2.0 * margin) / self.width).astype(np.int64) + 1
-        at, inside = self._column(places)
+        self.low = np.floor((low - margin) / self.width)
+        self.shape = (np.ceil((high + margin) / self.width) - self.low).astype(np.int64) + 1
+        at, inside = self._cell(places)
         count = np.bincount(at[inside], minlength=self.shape.prod())
         total = np.bincount(at[inside], points[inside, 2], minlength=self.shape.prod())
         self.heights = np.where(count > 0, total / np.maximum(1, count), np.nan)
 
-    def _column(self, places):
-        """((n,) the column of each place, (n,) whether there is one)."""
-        cells = np.clip(np.floor((places - self.low) / self.width), -1, self.shape).astype(np.int64)
+    def _cell(self, places):
+        """((n,) the cell of each place, (n,) whether there is one)."""
+        cells = np.clip(np.floor(places / self.width) - self.low, -1, self.shape).astype(np.int64)
         inside = np.all((cells >= 0) & (cells < self.shape), axis=1)
         return np.ravel_multi_index(np.where(inside[:, None], cells, 0).T, self.shape), inside
 
     def around(self, points, ahead):
-        """(n,) mean height one to three columns away in the directions (n, 2); where there is none, the point's own."""
+        """(n,) mean height up to two cells away in the directions (n, 2); where there is none, the point's own."""
         if not self.width > 0.0:
             return points[:, 2]
         total, known = np.zeros((2, len(points)))
-        for away in (1.0, 2.0, 3.0):
-            at, inside = self._column(points[:, :2] + away * self.width * ahead)
+        for away in (0.5, 1.0, 1.5, 2.0):
+            at, inside = self._cell(points[:, :2] + away * self.width * ahead)
             found = np.where(inside, self.heights[at], np.nan)
             total += np.nan_to_num(found)
             known += np.isfinite(found)
