@@ -84,7 +84,7 @@ def _surfels_of(survey, path, columns):
     rho = survey.shades.reflectance(columns)
     scan = Scan(columns["points"], columns.get("normals"), rho, attributes, name=path)
     try:
-        if scan.normals is None and survey.options.viewpoint is None:  # upwards, then
+        if scan.normals is None and survey.viewpoint is not None and survey.options.viewpoint is None:  # upwards
             normals = np.array(estimated_normals(scan.points, survey.viewpoint))
             scan = replace(scan, normals=facades_outwards(scan.points, normals))
         found = scan.surfels(viewpoint=survey.viewpoint)
