@@ -86,6 +86,8 @@ BY_RAYS = {
     "elements under a square, points": 0.2,
     "upright elements under a square, patches": 0.23,
     "upright elements under a square, points": 0.38,
+    # A lamp hidden in part, f = .07 to .15: with 16 times the rays a quarter of it is left.
+    "squares with one between, points": 0.07,
     # Black enclosures of which a part glows that is too large to aim at.
     "cylinder, patches, an end glows": 0.045,
     "cylinder, points, an end glows": 0.045,
@@ -100,6 +102,8 @@ BY_RAYS = {
 MESHLESS = {
     # A black enclosure of few points of which a part glows, as by rays.
     "cylinder, points, an end glows": 0.038,
+    # A lamp hidden in part.
+    "squares with one between, points": 0.04,
     # Light that comes through an opening, in the dark half.
     "two long rooms": 0.11,
 }
