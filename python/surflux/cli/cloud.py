@@ -15,9 +15,9 @@ from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.exposure import exposed_by, exposure_of_colors
+from surflux.points.layers import layer_of, up_of_frame
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
-from surflux.points.seen_from import layer_of, up_of_frame
 from surflux.points.standing import stands_along_y
 from surflux.points.writing import pack_comments
 from surflux.scans.writing import written_suffix

@@ -8,7 +8,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux.geometry.meshes import read_mesh
-from surflux.points.seen_from import layer_of
+from surflux.points.layers import layer_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
 from surflux.solutions.lit_points import LIGHT

@@ -11,7 +11,8 @@ from surflux._base.passes import LOG, watched
 from surflux._base.warn import warn
 from surflux.geometry.estimates import outward_normals
 from surflux.points.cleaning import cleaned, known_classes
-from surflux.points.seen_from import high_above, is_terrain, normals_of_terrain
+from surflux.points.layers import is_terrain
+from surflux.points.terrain import high_above, normals_of_terrain
 
 # Classes of LAS by the names that --casters and --receivers take.
 CLASSES = {"unclassified": (0, 1), "ground": (2,), "vegetation": (3, 4, 5), "building": (6,), "noise": (7, 18)}

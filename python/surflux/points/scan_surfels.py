@@ -12,7 +12,7 @@ from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
 from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
-from surflux.points.seen_from import normals_of_seen, viewed_from
+from surflux.points.seen_from import FACED, normals_of_seen, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
 
@@ -163,11 +163,12 @@ def _turned_over(path, points, normals, places):
     """The normals of a file, with those turned over that face inwards; what is done, and what is open, is logged."""
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     name = os.fsdecode(path)
-    place, how = viewed_from(points)
+    kind, place = viewed_from(points)
     if place is not None:
         away = np.mean(np.sum((place - points) * normals, axis=1) < 0.0)
         if away > _BACKWARDS:
-            LOG.info("%s: its normals face away and are turned over, all of them, to face %s; %s", name, how, _KEEP)
+            words = "%s: its normals face away and are turned over, all of them, to face %s; %s"
+            LOG.info(words, name, FACED[kind], _KEEP)
             normals = -normals
         places = np.vstack([places, place])
     found = facing_of(points, normals, places)

@@ -9,8 +9,8 @@ from surflux._base.files import file_error
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.points.cleaning import first_among, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
-from surflux.points.seen_from import facades_outwards
 from surflux.points.surfels import Surfels
+from surflux.points.terrain import facades_outwards
 from surflux.scans.reading import read_columns
 from surflux.scans.thinning import joined
 from surflux.scans.tiling import points_around

@@ -9,10 +9,11 @@ from surflux._base.files import file_error
 from surflux._base.passes import LOG, report, stage
 from surflux.geometry.estimates import estimated_normals
 from surflux.points.cleaning import some_stray, standing_alone
+from surflux.points.layers import layer_of
 from surflux.points.properties import unit_normals
 from surflux.points.scan_surfels import with_estimated
-from surflux.points.seen_from import high_above, layer_of
 from surflux.points.shades import Shades
+from surflux.points.terrain import high_above
 from surflux.scans.lattice import Lattice
 from surflux.scans.thinning import EvenSample
 from surflux.scans.tiling import points_around

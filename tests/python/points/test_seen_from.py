@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.seen_from import _thin_out_from_origin, seen_from
+from surflux.points.layers import _thin_out_from_origin
+from surflux.points.seen_from import viewed_from
+
+
+def place_of(points):
+    return viewed_from(points)[1]
 
 
 def hills(count=20_000, seed=0):
@@ -69,7 +74,7 @@ def test_terrain_above_the_origin_is_no_frame(height, seed):
     town = np.c_[xy, 8.0 * (np.abs(xy - [10, 5]) < [12, 8]).all(axis=1) + height]
     slope = np.c_[xy, 0.1 * xy[:, 0] + 0.05 * random.normal(size=len(xy)) + height]
     for terrain in (hill, town, slope):
-        assert seen_from("terrain", terrain)[2] > 1000.0
+        assert place_of(terrain)[2] > 1000.0
 
 
 def town(walls, houses=4, seed=0, count=20_000):
@@ -109,7 +114,7 @@ def test_facades_of_a_terrain_face_outwards(tmp_path, walls, houses, seed):
 def test_a_town_is_no_frame(off, seed):
     """Points of walls, which are one over the other, lie more evenly where they are seen from aside."""
     ground, facades, _ = town(857, 1, seed, 6000)
-    assert seen_from("town", np.vstack([ground, facades]) + off)[2] > 3000.0
+    assert place_of(np.vstack([ground, facades]) + off)[2] > 3000.0
 
 
 @pytest.mark.parametrize("degrees", [0, 5, 10])
@@ -120,7 +125,7 @@ def test_a_wall_that_a_depth_camera_sees_is_no_terrain(degrees, noise):
     rays = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
     away = 2.0 / (rays @ [np.sin(np.radians(degrees)), 0.0, np.cos(np.radians(degrees))])
     away *= 1.0 + noise * np.random.default_rng(0).normal(size=len(away))
-    np.testing.assert_array_equal(seen_from("wall", rays * away[:, None]), 0.0)
+    np.testing.assert_array_equal(place_of(rays * away[:, None]), 0.0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -144,7 +149,7 @@ def test_a_depth_camera_is_at_the_origin(tmp_path, sign):
     ids=["ball", "ball before the origin", "ball far away", "two floors", "facade", "few"],
 )
 def test_bodies_and_rooms_were_seen_from_nowhere(points):
-    assert seen_from("x", points) is None
+    assert place_of(points) is None
 
 
 def scanned_room(seed=0):
@@ -169,15 +174,15 @@ def test_a_scanner_turned_at_the_origin(tmp_path, seed, caplog):
     edge = np.sort(np.abs(points - np.clip(points, [-3.7, -2.7, -1.2], [7.7, 4.7, 1.7])), axis=1)[:, 1] > 0
     assert np.all(np.sum(read.normals * truth, axis=1)[~edge] > 0)
     assert any("as if a scanner had turned there" in record.message for record in caplog.records)
-    assert seen_from("elsewhere", points + np.array([3, 0, 0])) is None
-    assert seen_from("evenly sampled", sf.Surfels(points, truth).thinned(1500).points) is None
+    assert place_of(points + np.array([3, 0, 0])) is None
+    assert place_of(sf.Surfels(points, truth).thinned(1500).points) is None
 
 
 def test_a_scanner_at_the_origin_is_found_among_dropped_returns():
     points, _ = scanned_room()
-    assert not np.any(seen_from("dropped", np.vstack([points, np.zeros((len(points), 3))])))
-    assert seen_from("nothing else", np.zeros((2000, 3))) is None
-    assert seen_from("hardly anything else", np.vstack([points[:900], np.zeros((2000, 3))])) is None
+    assert not np.any(place_of(np.vstack([points, np.zeros((len(points), 3))])))
+    assert place_of(np.zeros((2000, 3))) is None
+    assert place_of(np.vstack([points[:900], np.zeros((2000, 3))])) is None
 
 
 def test_of_many_points_few_are_looked_at_for_their_spacing():
@@ -196,8 +201,8 @@ def test_a_plane_through_the_origin_is_a_terrain():
     plane = np.random.default_rng(0).uniform(-1, 1, (3000, 3)) * [1, 1, 0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert seen_from("plane", plane)[2] > 100
-        assert seen_from("below", plane - np.array([0, 0, 1e-3]) * (np.arange(3000) % 2)[:, None])[2] > 100
+        assert place_of(plane)[2] > 100
+        assert place_of(plane - np.array([0, 0, 1e-3]) * (np.arange(3000) % 2)[:, None])[2] > 100
 
 
 @pytest.mark.scans
@@ -215,7 +220,7 @@ def test_a_plane_through_the_origin_is_a_terrain():
     ],
 )
 def test_scans(scans, file, front):
-    found = seen_from(file, sf.read_scan(scans / file).points)
+    found = place_of(sf.read_scan(scans / file).points)
     kind = None if found is None else "above" if np.any(found) else "origin"
     assert kind == front
 

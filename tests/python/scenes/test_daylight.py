@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux.points.seen_from import layer_of
+from surflux.points.layers import layer_of
 from surflux.scenes.studio import daylight, ground
 
 
