@@ -9,6 +9,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (const Vec3& vertex : obj.vertices) fuzz::hold(is_finite(vertex), "coordinates are finite");
         fuzz::hold(obj.colors.empty() || obj.colors.size() == obj.vertices.size(), "all vertices have colours or none");
         fuzz::hold(obj.faces.begin.back() == obj.faces.corners.size(), "faces end at the end");
+        fuzz::hold(obj.face_materials.size() == obj.faces.size(), "each face has a material or none");
+        for (const std::uint32_t material : obj.face_materials)
+            fuzz::hold(material == ObjData::no_material || material < obj.materials.size(), "each material has a name");
         for (std::size_t i = 0; i < obj.faces.size(); ++i)
             fuzz::hold(obj.faces.begin[i] + 3 <= obj.faces.begin[i + 1], "a face has three corners or more");
         for (const std::uint32_t corner : obj.faces.corners)

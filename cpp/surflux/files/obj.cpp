@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <string_view>
 
 #include "surflux/core/error.h"
@@ -25,6 +26,10 @@ public:
                 read_vertex();
             else if (keyword == "f")
                 read_face();
+            else if (keyword == "mtllib")
+                data_.libraries.push_back(rest_of_line());
+            else if (keyword == "usemtl")
+                use_material(rest_of_line());
             // A statement that goes on over several lines must not begin another one.
             std::string_view rest;
             while (next_word(rest)) continue;
@@ -76,7 +81,22 @@ private:
         const std::size_t count = data_.faces.corners.size() - data_.faces.begin.back();
         if (count < 3) fail(line, message("a face of ", count, " corners; wanted 3 or more"));
         data_.faces.begin.push_back(data_.faces.corners.size());
+        data_.face_materials.push_back(material_);
         face_lines_.push_back(line);
+    }
+
+    // Names may have spaces in them.
+    std::string rest_of_line() {
+        std::string rest;
+        for (std::string_view word; next_word(word);) rest.append(rest.empty() ? "" : " ").append(word);
+        return rest;
+    }
+
+    void use_material(std::string name) {
+        const auto [known, added] =
+            numbers_.try_emplace(std::move(name), static_cast<std::uint32_t>(data_.materials.size()));
+        if (added) data_.materials.push_back(known->first);
+        material_ = known->second;
     }
 
     // `7`, `7/1`, `7//2` or `7/1/2`: the position's index is the first.
@@ -108,6 +128,8 @@ private:
     ObjData data_;
     std::vector<Rgb> colors_;
     std::size_t colored_ = 0;
+    std::map<std::string, std::uint32_t> numbers_;  // of materials
+    std::uint32_t material_ = ObjData::no_material;
     std::vector<std::size_t> face_lines_;
 };
 

@@ -169,7 +169,10 @@ def _camera_of_frame(options, surfels):
 
 
 def lights_of_cloud(options, surfels, camera, what="cloud"):
-    """The lights of --light, which becomes what was chosen; says so."""
+    """The lights of --light, which becomes what was chosen; says so. What shines by itself gets none unasked."""
+    if options.light is None and np.any(surfels.emission):
+        LOG.info("the %s shines by itself: no other light is added (--light studio, sun or sky)", what)
+        return []
     level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
     is_terrain = level and options.light in (None, "sun") and layer_of(surfels.points) == "terrain"
     if options.light is None:

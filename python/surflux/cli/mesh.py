@@ -7,7 +7,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
-from surflux.geometry.meshes import read_mesh
+from surflux.geometry.meshes import file_named, read_mesh
 from surflux.points.layers import layer_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
@@ -39,14 +39,16 @@ def patches_of_mesh(options, reflectance=None):
 
     reflectance: see Surfels.from_mesh.
     """
-    surfels = Surfels.from_mesh(options.input, None, reflectance, threads=options.threads, progress=True)
-    if len(surfels) < PATCHES:
-        area, faces = surfels.areas.sum() / PATCHES, len(surfels)
-        surfels = Surfels.from_mesh(options.input, area, reflectance, threads=options.threads, progress=True)
-        LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", counted(len(surfels), "patch", "patches"))
+    with file_named(options.input):
+        mesh, how = read_mesh(options.input), {"threads": options.threads, "progress": True}
+        surfels = Surfels.from_mesh(mesh, None, reflectance, **how)
+        if len(surfels) < PATCHES:
+            area, faces = surfels.areas.sum() / PATCHES, len(surfels)
+            surfels = Surfels.from_mesh(mesh, area, reflectance, **how)
+            cut = counted(len(surfels), "patch", "patches")
+            LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", cut)
     if reflectance is None and np.all(surfels.reflectance == _GREY):
-        unread = "; materials of OBJ files are not read" if Path(options.input).suffix.lower() == ".obj" else ""
-        LOG.info("faces have no colour: each reflects %g of the light%s", _GREY, unread)
+        LOG.info("faces have no colour: each reflects %g of the light", _GREY)
     normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
     is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
     if normals != "flip" and is_level and layer_of(surfels.points) == "terrain":

@@ -13,7 +13,8 @@ class Mesh(NamedTuple):
     """Vertices and polygons.
 
     The corners of face i are indices[offsets[i]:offsets[i + 1]]. Reflectance is linear, of the colours of vertices or
-    faces, sRGB with white at .98; None where there are none.
+    faces, sRGB with white at .98, or of materials; None where there are none. Exitance is what faces send by
+    themselves.
     """
 
     vertices: np.ndarray  # (v, 3) float64
@@ -21,6 +22,7 @@ class Mesh(NamedTuple):
     indices: np.ndarray  # (k,) int64
     reflectance: np.ndarray | None  # (v, 3) float64
     of_faces: np.ndarray | None = None  # (f, 3) float64, which counts where both are there
+    exitance: np.ndarray | None = None  # (f, 3) float64; None for 0
 
     def face_reflectance(self):
         """(f, 3): what each face has, else the mean of its corners; 0.5 where the mesh has no colours."""
@@ -30,6 +32,10 @@ class Mesh(NamedTuple):
             return np.full((len(self.offsets) - 1, 3), 0.5)
         corners = np.diff(self.offsets)[:, None]
         return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+
+    def face_emission(self):
+        """(f, 3): what each face sends by itself."""
+        return np.zeros((len(self.offsets) - 1, 3)) if self.exitance is None else self.exitance
 
 
 WANTED = "a path, a mesh of trimesh, pyvista, meshio or Open3D, or (vertices, faces)"

@@ -42,7 +42,7 @@ def surfels_of_patches(mesh, patch_area, reflectance, emission, gloss, back_of_s
 
 
 def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
-    """_core.Surfels: n blue-noise ones on a Mesh; emission (n, 3), gloss, and reflectance, None for the mesh's own."""
+    """_core.Surfels: n blue-noise ones on a Mesh; with reflectance and emission (n, 3), None for its own, and gloss."""
     patches = make_patches(*mesh[:3], paired=False)
     points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
     kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stage("samples"))
@@ -51,5 +51,7 @@ def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
     normals = patches.normals[patch]
     if reflectance is None:
         reflectance = mesh.face_reflectance()[patches.faces[patch]]
+    if emission is None:
+        emission = mesh.face_emission()[patches.faces[patch]]
     require_energy(reflectance, gloss)
     return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission, **gloss)

@@ -12,6 +12,7 @@ from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
+from surflux.geometry.obj_materials import looks_of_faces
 
 
 @contextmanager
@@ -28,14 +29,14 @@ def file_named(mesh):
 def read_mesh(mesh):
     """Vertices and polygons of a mesh.
 
-    PLY and OBJ are read by surflux itself: quads and larger polygons stay whole, OBJ's relative indices work,
-    positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes three vertices
-    of one where texture coordinates or normals differ, so that neighbouring faces no longer share edges.)
+    PLY and OBJ are read by surflux itself, with materials of OBJ: quads and larger polygons stay whole, OBJ's relative
+    indices work, positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes
+    three vertices of one where texture coordinates or normals differ, so that neighbours no longer share edges.)
     VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
 
     Args:
-        mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; or (vertices (v, 3), faces), where faces are an (f, k)
-            array of indices or a sequence of sequences of them.
+        mesh: path; a mesh of trimesh, pyvista, meshio or Open3D; (vertices (v, 3), faces), where faces are an (f, k)
+            array of indices or a sequence of sequences of them; or what this function has returned.
 
     Returns:
         Mesh: at least one face; every face has 3 corners or more, each an existing vertex; all vertices finite.
@@ -44,6 +45,8 @@ def read_mesh(mesh):
         FileError: the file cannot be read as a mesh.
         ValueError: what was handed over is no mesh.
     """
+    if isinstance(mesh, Mesh):
+        return mesh
     if isinstance(mesh, str | bytes | os.PathLike):
         return _read_file(os.fsdecode(mesh))
     result = _convert(mesh)
@@ -63,8 +66,10 @@ def _read_file(path):
     if suffix == ".ply":
         mesh = _read_ply(path)
     elif suffix == ".obj":
-        vertices, offsets, indices, colors = _core.read_obj(path)
-        mesh = Mesh(vertices, offsets, indices.astype(np.int64), _reflectance(path, colors, "float"))
+        vertices, offsets, indices, colors, materials = _core.read_obj(path)
+        rho = _reflectance(path, colors, "float")
+        of_faces, exitance = looks_of_faces(path, *materials)
+        mesh = Mesh(vertices, offsets, indices.astype(np.int64), rho, None if rho is not None else of_faces, exitance)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
     elif suffix in TRIMESH_SUFFIXES:
@@ -91,29 +96,30 @@ def _read_ply(path):
         raise _core.FileError(
             f"{path}: its triangles stand in strips (tristrips), which are not supported; wanted faces"
         )
-    colors = None
-    if all(name in vertex for name in ("red", "green", "blue")):
-        colors = np.stack([vertex[name] for name in ("red", "green", "blue")], axis=-1)
     points = np.stack([vertex[axis] for axis in "xyz"], axis=-1)
-    return Mesh(
-        points,
-        ply["face_offsets"],
-        ply["face_indices"].astype(np.int64),
-        _reflectance(path, colors, ply["types"]["vertex"].get("red")),
-    )
+    rho, of_faces = (_ply_reflectance(path, ply, element) for element in ("vertex", "face"))
+    return Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
 
 
-def _reflectance(path, colors, type_name):
+def _ply_reflectance(path, ply, element):
+    columns = ply["columns"].get(element, {})
+    if not all(name in columns for name in ("red", "green", "blue")):
+        return None
+    colors = np.stack([columns[name] for name in ("red", "green", "blue")], axis=-1)
+    return _reflectance(path, colors, ply["types"][element].get("red"), element)
+
+
+def _reflectance(path, colors, type_name, element="vertex"):
     if colors is None or len(colors) == 0:
         return None
     if not np.all(np.isfinite(colors)):
         row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
-        warn(f"{path}: vertex {row} has a colour that is not finite; the colours are ignored")
+        warn(f"{path}: {element} {row} has a colour that is not finite; the colours are ignored")
         return None
     white = white_of_colors(colors, type_name)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))
-        raise _core.FileError(f"{path}: vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
+        raise _core.FileError(f"{path}: {element} {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
     return reflectance_of_colors(colors, white)
 
 

@@ -33,8 +33,7 @@ class Surfels:
 
     Args:
         points: (n, 3), n >= 1, in any unit; float64 throughout, so survey coordinates cost nothing. Or a cloud of
-            Open3D, pyvista or trimesh, whose normals count where none are given (and its colours for
-            reflectance=None).
+            Open3D, pyvista or trimesh, whose normals and colours count where none are given.
         normals: (n, 3), normalized here; None to estimate them from 16 neighbours, more where these are noisy or in
             line, and to orient them to the side from which each sheet is seen (see `facing`; needs 3 points), those of
             terrain upwards.
@@ -82,7 +81,7 @@ class Surfels:
         *,
         radii: ArrayLike | None = None,
         areas: ArrayLike | None = None,
-        reflectance: ArrayLike | None = 0.5,
+        reflectance: ArrayLike | None = None,
         emission: ArrayLike = 0.0,
         specular: ArrayLike = 0.0,
         exponent: ArrayLike = USUAL_EXPONENT,
@@ -129,8 +128,8 @@ class Surfels:
         cls,
         mesh: Mesh,
         patch_area: float | None = None,
-        reflectance: ArrayLike | None = 0.5,
-        emission: ArrayLike = 0.0,
+        reflectance: ArrayLike | None = None,
+        emission: ArrayLike | None = None,
         *,
         specular: ArrayLike = 0.0,
         exponent: ArrayLike = USUAL_EXPONENT,
@@ -151,9 +150,10 @@ class Surfels:
                 cells, triangles into k^2 congruent ones. What another face stands on, or goes through, is cut along it:
                 with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
-                mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98),
-                the mean over each face; else 0.5.
-            emission, specular: the same shapes. exponent: one number, or one per face.
+                mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), the
+                mean over each face, or for Kd of the materials of an OBJ file, linear; else 0.5.
+            emission: exitance in W/m2, the same shapes. None for what the materials of an OBJ file send, pi Ke; else 0.
+            specular: the same shapes. exponent: one number, or one per face.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
                 belong to open sheets such as leaves: to pieces of the mesh, faces that hang together, whose vector
                 areas add up to more than half their area (0 where a piece is closed, all of it where it is flat).
@@ -186,6 +186,7 @@ class Surfels:
         faces = len(polygons.offsets) - 1
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
+        emission = polygons.face_emission() if emission is None else emission
         emission = check.per_surfel_rgb("emission", emission, faces, what="face")
         gloss = require_energy(reflectance, gloss_arrays(specular, exponent, faces, "face"))
         with file_named(mesh), watched(threads, progress):
@@ -200,8 +201,8 @@ class Surfels:
         mesh: Mesh,
         n: int,
         seed: int = 0,
-        reflectance: ArrayLike | None = 0.5,
-        emission: ArrayLike = 0.0,
+        reflectance: ArrayLike | None = None,
+        emission: ArrayLike | None = None,
         *,
         specular: ArrayLike = 0.0,
         exponent: ArrayLike = USUAL_EXPONENT,
@@ -216,8 +217,8 @@ class Surfels:
             mesh: as from_mesh takes it.
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
-            reflectance, emission, specular, exponent: as Surfels takes them, for n surfels; reflectance may be None, as
-                for from_mesh.
+            reflectance, emission, specular, exponent: as Surfels takes them, for n surfels; None for the mesh's own, as
+                in from_mesh.
             threads: at most this many; None for all.
             progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
                 False cancels.
@@ -234,7 +235,8 @@ class Surfels:
         seed = check.seed("seed", seed)
         if reflectance is not None:
             reflectance = check.per_surfel_rgb("reflectance", reflectance, n, high=1.0, high_open=True)
-        emission = check.per_surfel_rgb("emission", emission, n)
+        if emission is not None:
+            emission = check.per_surfel_rgb("emission", emission, n)
         gloss = gloss_arrays(specular, exponent, n)
         with file_named(mesh), watched(threads, progress):
             return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission, gloss))

@@ -168,7 +168,7 @@ def _read(table, file, viewpoint):
 
 def _sampled(table, polygons, n, seed):
     """Points on polygons."""
-    return Surfels._from_core(table.call(sampled_surfels, polygons, n, seed, None, np.zeros((n, 3)), {}))
+    return Surfels._from_core(table.call(sampled_surfels, polygons, n, seed, None, None, {}))
 
 
 def _patches(table, polygons, side, sheets):
@@ -177,7 +177,7 @@ def _patches(table, polygons, side, sheets):
     if patch_area is not None:
         patch_area = table.call(check.number, "patch_area", patch_area, 0.0, low_open=True)
     rho = polygons.face_reflectance()
-    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, np.zeros_like(rho), {}, sheets)
+    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, polygons.face_emission(), {}, sheets)
     return Surfels._from_core(core, faces), None if side is None else side[faces.of]
 
 

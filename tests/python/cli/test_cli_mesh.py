@@ -45,12 +45,25 @@ def test_large_faces_are_cut(here, run):
     status, out, err = run("solve", "square.obj", "--no-image", "--light", "sky", "--normals", "flip", "--rays", 16)
     assert status == 0, err
     assert "face is cut into" in err
-    assert "faces have no colour: each reflects 0.5 of the light; materials of OBJ files are not read" in err
+    assert "faces have no colour: each reflects 0.5 of the light" in err
     assert "solved surfels: square_solved.ply" in out
     found = sf.load_solution("square_solved.ply").surfels
     assert len(found) >= 20_000
     assert found.areas.sum() == pytest.approx(1.0)
     assert np.all(found.normals[:, 2] == -1.0)
+
+
+def test_a_mesh_whose_materials_shine_needs_no_light(here, run):
+    (here / "room.mtl").write_text("newmtl lamp\nKd 0 0 0\nKe 1 1 1\nnewmtl floor\nKd .4 .4 .4\n")
+    corners = "".join(f"v {x} {y} {z}\n" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 8 7 6 5\n"
+    (here / "room.obj").write_text(f"mtllib room.mtl\n{corners}{faces}")
+    status, _, err = run("solve", "room.obj", "-o", "lit.vtp", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "the mesh shines by itself: no other light is added" in err
+    # From square to square at a distance of their side: F = .1998 (Howell C-11).
+    irradiance = pyvista.read("lit.vtp").cell_data["irradiance"][0]
+    assert irradiance == pytest.approx(0.1998 * np.pi * np.ones(3), rel=0.005)
 
 
 def test_faces_that_turn_their_backs_to_the_origin_are_no_frame(here, run):

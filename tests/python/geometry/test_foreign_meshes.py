@@ -185,15 +185,15 @@ def test_clouds_of_pyvista_and_trimesh():
     cloud = pv.PolyData(points)
     assert np.array_equal(sf.Surfels(cloud, normals=normals).points, points)
     cloud.point_data["Normals"], cloud.point_data["RGB"] = normals, colors
-    s = sf.Surfels(cloud, reflectance=None)
+    s = sf.Surfels(cloud)
     assert np.array_equal(s.normals, normals)
     # sRGB 188 is linear .503, and white is .98.
     assert s.reflectance[0] == pytest.approx([0.98 * 0.503, 0.0, 0.98], abs=1e-3)
-    assert sf.Surfels(cloud).reflectance[0].tolist() == [0.5, 0.5, 0.5]
+    assert sf.Surfels(cloud, reflectance=0.5).reflectance[0].tolist() == [0.5, 0.5, 0.5]
     assert np.array_equal(sf.Surfels(cloud, normals=-normals).normals, -normals)
     # What was made of surfels is surfels again.
     assert np.array_equal(sf.Surfels(s.to_pyvista(kind="points")).normals, s.normals)
-    found = sf.Surfels(trimesh.PointCloud(points, colors), normals=normals, reflectance=None)
+    found = sf.Surfels(trimesh.PointCloud(points, colors), normals=normals)
     assert np.array_equal(found.points, points)
     assert found.reflectance[0] == pytest.approx([0.98 * 0.503, 0.0, 0.98], abs=1e-3)
-    assert sf.Surfels(trimesh.PointCloud(points), normals=normals, reflectance=None).reflectance[0, 0] == 0.5
+    assert sf.Surfels(trimesh.PointCloud(points), normals=normals).reflectance[0, 0] == 0.5

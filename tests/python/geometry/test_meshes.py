@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import surflux as sf
 from surflux import _core
 from surflux.geometry.meshes import read_mesh
 
@@ -82,6 +83,16 @@ def test_ply_keeps_polygons_and_colors(tmp_path):
     assert polygons(mesh) == [[0, 1, 2, 3], [2, 1, 0]]
     np.testing.assert_array_equal(mesh.vertices, SQUARE)
     np.testing.assert_allclose(mesh.reflectance, [[0.98, 0.49, 0.0]] * 4, atol=0.004)
+
+
+def test_faces_of_ply_have_colors_of_their_own(tmp_path):
+    path = tmp_path / "a.ply"
+    columns = [(axis, "double", SQUARE[:, i]) for i, axis in enumerate("xyz")]
+    colors = [("red", "uchar", [255, 0]), ("green", "uchar", [188, 0]), ("blue", "uchar", [0, 0])]
+    _core.write_ply(path, [("vertex", 4, columns), ("face", 2, colors)], ([0, 3, 6], [0, 1, 2, 0, 2, 3]), [])
+    wanted = [[0.98, 0.49, 0.0], [0.0, 0.0, 0.0]]
+    np.testing.assert_allclose(read_mesh(path).face_reflectance(), wanted, atol=0.004)
+    np.testing.assert_allclose(sf.Surfels.from_mesh(path).reflectance, wanted, atol=0.004)  # no colours were grey
 
 
 @pytest.mark.parametrize(

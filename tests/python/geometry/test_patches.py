@@ -106,20 +106,20 @@ def colored_split(tmp_path, *colors):
 def test_a_mesh_has_the_colours_of_its_corners(tmp_path):
     """sRGB .7353570 is .5, half of white, which is .98."""
     path = colored_split(tmp_path, 1, 0.7353570, 0, 0)
-    s = sf.Surfels.from_mesh(path, reflectance=None)
+    s = sf.Surfels.from_mesh(path)
     assert s.reflectance == pytest.approx(np.array([[0.49, 0, 0], [0.98 / 3, 0, 0]]), abs=1e-6)
     cut = sf.Surfels.from_mesh(path, 0.3, None)
     first = cut.points[:, 0] > cut.points[:, 1]
     assert np.all(cut.reflectance[first, 0] == s.reflectance[0, 0])
     assert np.all(cut.reflectance[~first, 0] == s.reflectance[1, 0])
     # Points of the mesh have the colours of their faces.
-    points = sf.Surfels.sample_mesh(path, 200, reflectance=None)
+    points = sf.Surfels.sample_mesh(path, 200)
     assert np.all(points.reflectance[:, 0] == np.where(points.points[:, 0] > points.points[:, 1], *s.reflectance[:, 0]))
-    # Only when asked for; alike on both triangles they are one quadrilateral; a mesh without has .5.
-    assert np.all(sf.Surfels.from_mesh(path).reflectance == 0.5)
-    assert len(sf.Surfels.from_mesh(colored_split(tmp_path, 0.5, 0.5, 0.5, 0.5), reflectance=None)) == 1
-    assert np.all(sf.Surfels.from_mesh(SPLIT, reflectance=None).reflectance == 0.5)
-    assert np.all(sf.Surfels.sample_mesh(SPLIT, 20, reflectance=None).reflectance == 0.5)
+    # Alike on both triangles they are one quadrilateral; a mesh without has .5.
+    assert np.all(sf.Surfels.from_mesh(path, reflectance=0.5).reflectance == 0.5)
+    assert len(sf.Surfels.from_mesh(colored_split(tmp_path, 0.5, 0.5, 0.5, 0.5))) == 1
+    assert np.all(sf.Surfels.from_mesh(SPLIT).reflectance == 0.5)
+    assert np.all(sf.Surfels.sample_mesh(SPLIT, 20).reflectance == 0.5)
 
 
 def test_a_scene_file_takes_the_colours_of_a_mesh(tmp_path):

@@ -14,9 +14,9 @@ import surflux as sf
 
 # Callable by its path in surflux -> what it must at least take, in this order, with these defaults; more may follow.
 SIGNATURES = {
-    "Surfels": "(points, normals=None, *, radii=None, areas=None, reflectance=0.5, emission=0.0, viewpoint=None)",
-    "Surfels.from_mesh": "(mesh, patch_area=None, reflectance=0.5, emission=0.0)",
-    "Surfels.sample_mesh": "(mesh, n, seed=0, reflectance=0.5, emission=0.0)",
+    "Surfels": "(points, normals=None, *, radii=None, areas=None, reflectance=None, emission=0.0, viewpoint=None)",
+    "Surfels.from_mesh": "(mesh, patch_area=None, reflectance=None, emission=None)",
+    "Surfels.sample_mesh": "(mesh, n, seed=0, reflectance=None, emission=None)",
     "Surfels.thinned": "(self, n, seed=0)",
     "Surfels.save": "(self, path)",
     "read": "(path, format=None, reflectance=None, emission=0.0, viewpoint=None)",

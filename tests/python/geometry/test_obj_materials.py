@@ -1,0 +1,95 @@
+"""Materials of OBJ files."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.geometry.meshes import read_mesh
+
+CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+FACES = "f 1 2 3\nusemtl red wall\nf 1 3 4\nusemtl lamp\nf 1 2 4\nusemtl grey\nf 2 3 4\n"
+LIBRARY = """# two of them
+newmtl red wall
+  Kd 0.6 0.2 0.1 # linear
+  Ke 0 0 0
+newmtl lamp
+Kd 1 1 1
+Ke 2 1 .5
+newmtl grey
+Kd .3
+"""
+
+
+def obj(tmp_path, library=LIBRARY, line="mtllib my room.mtl", text=CORNERS + FACES):
+    (tmp_path / "my room.mtl").write_text(library)
+    path = tmp_path / "room.obj"
+    path.write_text(f"{line}\n{text}")
+    return path
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("line", ["mtllib my room.mtl", r"mtllib C:\\my work\\my room.mtl", "mtllib ./my room.mtl"])
+def test_faces_have_their_materials(tmp_path, line):
+    path = obj(tmp_path, line=line)
+    rho = [[0.5, 0.5, 0.5], [0.6, 0.2, 0.1], [0.98, 0.98, 0.98], [0.3, 0.3, 0.3]]
+    exitance = np.pi * np.array([[0, 0, 0], [0, 0, 0], [2, 1, 0.5], [0, 0, 0]])
+    surfels = sf.Surfels.from_mesh(path)  # was grey, and dark
+    np.testing.assert_allclose(surfels.reflectance, rho, rtol=1e-6)
+    np.testing.assert_allclose(surfels.emission, exitance, rtol=1e-6)
+    painted = sf.Surfels.from_mesh(path, reflectance=0.1, emission=1.0)
+    assert np.all(painted.reflectance == 0.1)
+    assert np.all(painted.emission == 1.0)
+    points = sf.Surfels.sample_mesh(path, 400)
+    lamp = np.isclose(points.reflectance[:, 0], 0.98)
+    np.testing.assert_allclose(points.emission[lamp], [exitance[2]] * lamp.sum(), rtol=1e-6)
+    assert not points.emission[~lamp].any()
+
+
+def test_several_libraries_of_one_line(tmp_path):
+    (tmp_path / "a.mtl").write_text("newmtl red wall\nKd 1 0 0\n")
+    (tmp_path / "b.mtl").write_text("newmtl lamp\nKd 0 1 0\nnewmtl grey\nKd 0 0 1\n")
+    mesh = read_mesh(obj(tmp_path, line="mtllib a.mtl b.mtl"))
+    np.testing.assert_allclose(mesh.face_reflectance()[1:], 0.98 * np.eye(3))
+
+
+def test_colors_of_vertices_count_more(tmp_path):
+    """Meshlab gives all faces of a coloured mesh one material."""
+    colored = "".join(f"{line} 1 0 0\n" for line in CORNERS.splitlines())
+    mesh = read_mesh(obj(tmp_path, text=colored + FACES))
+    np.testing.assert_allclose(mesh.face_reflectance(), [[0.98, 0, 0]] * 4)
+
+
+@pytest.mark.parametrize(
+    ("library", "line", "reason"),
+    [
+        (
+            LIBRARY,
+            "mtllib other.mtl",
+            r"room\.obj: materials are not there: other\.mtl; faces that have them reflect 0\.5",
+        ),
+        (LIBRARY.replace("newmtl lamp", "newmtl l"), None, r"no library has its material 'lamp'; faces that have it"),
+        (LIBRARY + "map_Kd wood.png\n", None, r"1 material has a texture \(map_Kd\), not read from OBJ files"),
+    ],
+)
+def test_what_is_missing_is_said(tmp_path, library, line, reason):
+    with pytest.warns(UserWarning, match=reason):
+        read_mesh(obj(tmp_path, library, line or "mtllib my room.mtl"))
+
+
+@pytest.mark.parametrize("colour", ["0.1 0.2", "red", "spectral a.rfl", "nan 0 0", ""])
+def test_colours_that_are_none(tmp_path, colour):
+    with pytest.raises(sf.FileError, match=rf"my room\.mtl \(line 2\): a colour is '{colour}'; wanted three numbers"):
+        read_mesh(obj(tmp_path, f"newmtl lamp\nKd {colour}\n"))
+
+
+@pytest.mark.scans
+def test_the_cornell_box():
+    """By its materials: walls red and green, and a lamp of radiance 17, 12, 4."""
+    box = sf.Surfels.from_mesh(Path(os.environ["SURFLUX_DATA"], "scenes/cornell_mcguire/CornellBox-Original.obj"))
+    glows = box.emission.any(axis=1)
+    np.testing.assert_allclose(box.emission[glows], np.pi * np.array([[17, 12, 4]]), rtol=1e-6)
+    shades = {tuple(rho) for rho in box.reflectance.round(3)}
+    assert {(0.63, 0.065, 0.05), (0.14, 0.45, 0.091), (0.725, 0.71, 0.68)} <= shades
