@@ -105,4 +105,9 @@ private:
     double power_ = 0.0;
 };
 
+// Whether surfels that emit are few enough to be sampled.
+inline bool has_small_emitters(const Scene& scene) {
+    return !LightSampler(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels).empty();
+}
+
 }  // namespace surflux

@@ -101,8 +101,7 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
     std::size_t channels = 0;
     const LinearReport linear = solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance,
                                                  out.emitted, channels, stage("solve"));
-    if (LightSampler(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels).empty())
-        out.emitted.clear();
+    if (!has_small_emitters(scene)) out.emitted.clear();
     out.surfels = s;
     out.parents.resize(n);
     out.radiosity.resize(n);

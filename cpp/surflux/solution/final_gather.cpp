@@ -14,8 +14,7 @@ FinalGather::FinalGather(const Scene& scene, const Tracer& tracer, const Sight& 
       nodes_(nodes),
       light_(light),
       fields_(fields),
-      finds_emission_(LightSampler(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels).empty()) {
-}
+      finds_emission_(!has_small_emitters(scene)) {}
 
 Rgb FinalGather::reflected(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
