@@ -10,6 +10,8 @@ namespace surflux {
 
 namespace {
 
+constexpr double upright = 0.3;  // cosine of normals at creases of about 90 degrees, at most
+
 struct Edge {
     float weight;
     bool opposite;  // one of the two normals has to be turned
@@ -94,6 +96,10 @@ double agreement(const Vec3& n, const Vec3& m, const Vec3& d) {
     return dot(n, m) - 2.0 * dot(n, d) * dot(m, d) / length_squared(d);
 }
 
+bool mirror_decides(double agreement, double cosine) {
+    return (agreement < 0.0) != (cosine < 0.0) && std::abs(cosine) > upright;
+}
+
 std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const std::vector<double>& spacing,
                                          const NeighborGraph& graph, double least, std::vector<Vec3>& normals,
                                          const Progress& progress) {
@@ -107,9 +113,7 @@ std::vector<std::uint32_t> orient_sheets(const std::vector<Vec3>& places, const 
             const Vec3 d = places[to] - places[i];
             const double agree = agreement(normals[i], normals[to], d);
             const double weight = 1.0 - std::abs(agree) + 0.1 * length(d) / (spacing[i] + spacing[to]);
-            // Without the mirror, normals say the opposite on two thin sheets, but also where noise has put one point
-            // above another.
-            const bool doubtful = (agree < 0.0) != (dot(normals[i], normals[to]) < 0.0);
+            const bool doubtful = mirror_decides(agree, dot(normals[i], normals[to]));
             // Smaller index first, so that an edge seen from both its ends is the same edge.
             Edge& edge = edges[start[i] + k];
             edge = {static_cast<float>(weight), agree < 0.0, std::min(from, to), std::max(from, to)};

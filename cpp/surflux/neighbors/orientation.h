@@ -14,6 +14,10 @@ namespace surflux {
 // thin plate, which face opposite ways.
 double agreement(const Vec3& n, const Vec3& m, const Vec3& d);
 
+// Whether the mirror alone has normals of that agreement agree, or not: without it they say the opposite on two thin
+// sheets, but also where noise has put one point above another. At creases of about 90 degrees they say nothing.
+bool mirror_decides(double agreement, double cosine);
+
 using NeighborGraph = std::vector<std::vector<std::uint32_t>>;
 
 // Turns unit normals so that neighbours agree: along a minimum spanning tree of the neighbour graph (Hoppe et al. 1992,

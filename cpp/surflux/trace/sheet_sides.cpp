@@ -241,8 +241,7 @@ double tangled(const Surfels& s, const NeighborGraph& graph, const std::vector<s
     for (std::uint32_t i : members)
         for (std::uint32_t j : graph[i]) {
             const double agree = agreement(front[i], front[j], s.positions[j] - s.positions[i]);
-            const bool by_mirror = (agree < 0.0) != (dot(front[i], front[j]) < 0.0);
-            if (std::abs(agree) < continuation || by_mirror) continue;
+            if (std::abs(agree) < continuation || mirror_decides(agree, dot(front[i], front[j]))) continue;
             ++all;
             bad += agree < 0.0;
         }
@@ -272,7 +271,7 @@ void drop_doubtful(const Surfels& s, SheetSides& out) {
                 if (out.against[j] || out.two_sided[j]) continue;
                 const double agree = agreement(s.normals[i], s.normals[j], s.positions[j] - s.positions[i]);
                 const double cosine = dot(s.normals[i], s.normals[j]);
-                if (std::abs(agree) < continuation || (agree < 0.0) != (cosine < 0.0)) continue;
+                if (std::abs(agree) < continuation || mirror_decides(agree, cosine)) continue;
                 ++(agree > 0.0 ? same : opposite);
                 smooth += agree < 0.0 && cosine < -no_crease;
             }

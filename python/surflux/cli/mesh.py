@@ -8,6 +8,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux.geometry.meshes import file_named, read_mesh
+from surflux.geometry.winding import faces_against
 from surflux.points.layers import layer_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
@@ -49,15 +50,33 @@ def patches_of_mesh(options, reflectance=None):
             LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", cut)
     if reflectance is None and np.all(surfels.reflectance == _GREY):
         LOG.info("faces have no colour: each reflects %g of the light", _GREY)
+    return _turned_over(options, mesh, surfels)
+
+
+def _turned_over(options, mesh, surfels):
+    """The surfels of a mesh on the side of it that is out; what is turned over is said."""
     normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
+    if normals == "flip":
+        return surfels.flipped()
+    against = faces_against(mesh)
+    if normals != "keep" and against.any():
+        surfels = surfels.flipped(against[surfels.faces])
+        verb = "is" if np.count_nonzero(against) == 1 else "are"
+        LOG.info(
+            "%d of %s %s wound against those beside, and %s turned over (--normals keep)",
+            np.count_nonzero(against),
+            counted(len(against), "face"),
+            verb,
+            verb,
+        )
     is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
-    if normals != "flip" and is_level and layer_of(surfels.points) == "terrain":
+    if is_level and layer_of(surfels.points) == "terrain":
         share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
         if share > FACES_DOWN:
             hint = "which `surflux solve` turns over" if normals == "keep" else "and are turned over (--normals keep)"
             LOG.info("faces of a terrain: %.0f %% face down, %s", 100.0 * share, hint)
             return surfels if normals == "keep" else surfels.flipped()
-    return surfels.flipped() if normals == "flip" else surfels
+    return surfels
 
 
 def save_faces(path, source, solution):

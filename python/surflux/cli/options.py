@@ -242,8 +242,9 @@ def _mesh_option(parser):
 
 def _normals_option(parser):
     text = (
-        'normals of a cloud or mesh: "check" (default) turns over what faces inwards, of meshes terrain that faces '
-        'down, and says so, "keep" takes them as they are, "flip" turns all over'
+        'normals of a cloud or mesh: "check" (default) turns over what faces inwards, of meshes faces wound '
+        'against the others, and terrain that faces down, and says so, "keep" takes them as they are, "flip" turns all '
+        "over"
     )
     parser.add_argument("--normals", choices=("check", "keep", "flip"), help=text)
 

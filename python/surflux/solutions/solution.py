@@ -274,10 +274,11 @@ class Solution:
             layers: True for a dict of all that is known about each pixel, or a list of some of the names:
                 "radiance", "direct" and "indirect" (h, w, 3), the two of which it is the sum; "albedo" (h, w, 3), the
                 reflectance, 0 where no surfel is; "alpha" (h, w), the share of the pixel in which anything is, before
-                the background; of the middle subpixel "normal" (h, w, 3), "depth" (h, w), along
-                the view axis and infinite where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and
-                -2 - k where the scene's area light number k is; and "level" (h, w), the entry of `levels` there (of a
-                meshless basis at the very place), or NaN.
+                the background; of one subpixel "normal" (h, w, 3), "depth" (h, w), along the view axis and infinite
+                where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and -2 - k where the scene's area
+                light number k is; and "level" (h, w), the entry of `levels` there (of a meshless basis at the very
+                place), or NaN. That subpixel is the middle one, where samples is even the one right below the pixel's
+                middle.
             direct: "interpolated" between surfels, or "traced": by rays from what every subpixel sees, slower, with
                 sharp shadows whatever the surfels.
             rays: of what is traced, from each subpixel to the sky; see irradiance_at.

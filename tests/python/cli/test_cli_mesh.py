@@ -53,6 +53,21 @@ def test_large_faces_are_cut(here, run):
     assert np.all(found.normals[:, 2] == -1.0)
 
 
+@pytest.mark.parametrize("normals", ["check", "keep"])
+def test_faces_wound_against_the_others_are_turned_over(here, run, normals):
+    """A sixth of the box stayed black, without a word."""
+    corners = "".join(f"v {x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1))
+    sides = ["3 4 2 1", "5 6 8 7", "1 2 6 5", "4 3 7 8", "3 1 5 7", "6 8 4 2"]  # the last one inwards
+    (here / "box.obj").write_text(corners + "".join(f"f {side}\n" for side in sides))
+    options = ["--light", "sky", "--no-image", "--rays", 16, "--normals", normals]
+    status, _, err = run("solve", "box.obj", "-o", "lit.vtp", *options)
+    assert status == 0, err
+    told = "1 of 6 faces is wound against those beside, and is turned over (--normals keep)"
+    assert (told in err) == (normals == "check")
+    irradiance = pyvista.read("lit.vtp").cell_data["irradiance"][:, 0]
+    assert irradiance == pytest.approx(np.pi * np.array([1, 1, 1, 1, 1, normals == "check"]), abs=0.01)
+
+
 def test_a_mesh_whose_materials_shine_needs_no_light(here, run):
     (here / "room.mtl").write_text("newmtl lamp\nKd 0 0 0\nKe 1 1 1\nnewmtl floor\nKd .4 .4 .4\n")
     corners = "".join(f"v {x} {y} {z}\n" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))

@@ -1,0 +1,77 @@
+"""Faces that are wound against those beside them, and boxes with one side turned inwards."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from surflux.geometry.meshes import read_mesh
+from surflux.geometry.winding import faces_against, opposite_edges
+from surflux.scenes import shapes
+
+CORNERS = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
+SIDES = [[2, 3, 1, 0], [4, 5, 7, 6], [0, 1, 5, 4], [3, 2, 6, 7], [2, 0, 4, 6], [1, 3, 7, 5]]
+
+
+def rotation(seed):
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return turn * np.sign(np.linalg.det(turn))
+
+
+def box(size, seed, side):
+    """Corners and faces of a box, turned by chance but for seed 0, with one side that faces inwards."""
+    faces = [face[::-1] if k == side else face for k, face in enumerate(SIDES)]
+    return CORNERS * size @ (rotation(seed).T if seed else np.eye(3)), faces
+
+
+@pytest.mark.parametrize("side", range(6))
+@pytest.mark.parametrize("seed", range(6))
+def test_a_side_of_a_box_that_faces_inwards(side, seed):
+    """Its normals meet those beside it at 90 degrees: which were neighbours was chance, and none in line with axes."""
+    size = np.array([1, 1, 1]) if seed == 0 else np.random.default_rng(seed).uniform(0.5, 2, 3)
+    mesh = box(size, seed, side)
+    patches = sf.Surfels.from_mesh(mesh, patch_area=0.01)
+    np.testing.assert_array_equal(sf.inward_patches(patches) > 0, patches.faces == side)
+    # A cloud of it.
+    corners, faces = mesh
+    a, b, c = corners[faces[side]][:3]
+    normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
+    points = sf.Surfels.sample_mesh(mesh, 3000, seed)
+    wrong = (np.abs((points.points - a) @ normal) < 1e-9) & (points.normals @ normal > 0.99)
+    assert np.mean(sf.facing(points.points, points.normals).turned != wrong) < 0.002
+
+
+@pytest.mark.parametrize("side", range(6))
+def test_faces_of_a_box_in_any_layout(side):
+    corners, faces = box([1, 2, 3], 0, side)
+    wanted = np.arange(6) == side
+    mesh = read_mesh((corners, faces))
+    np.testing.assert_array_equal(faces_against(mesh), wanted)
+    assert len(opposite_edges(mesh)) == 4
+    apart = corners[np.concatenate(faces)], np.arange(24).reshape(6, 4)  # as in STL, no corner is shared
+    np.testing.assert_array_equal(faces_against(read_mesh(apart)), wanted)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_faces_of_several_bodies(seed):
+    """Each by itself: a ball, whose cap is turned over, and one that is all inside out, which no edge can tell."""
+    ball, triangles = shapes.icosphere(3)
+    cap = ball[triangles].mean(axis=1) @ rotation(seed + 1)[0] > 0.4
+    first = np.where(cap[:, None], triangles[:, ::-1], triangles)
+    second = triangles[:, ::-1] + len(ball)
+    order = np.random.default_rng(seed).permutation(2 * len(triangles))
+    mesh = read_mesh((np.vstack([ball, ball + 3.0]), np.vstack([first, second])[order]))
+    np.testing.assert_array_equal(faces_against(mesh), np.concatenate([cap, np.zeros(len(triangles), bool)])[order])
+
+
+def test_what_has_no_two_sides():
+    """A Moebius strip; two faces of one size; three faces at one edge."""
+    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    across = np.stack([np.cos(turn / 2) * np.cos(turn), np.cos(turn / 2) * np.sin(turn), np.sin(turn / 2)], axis=1)
+    middle = np.stack([3 * np.cos(turn), 3 * np.sin(turn), 0 * turn], axis=1)
+    strip = [[k, k + 1, k + 13, k + 12] for k in range(11)] + [[11, 12, 0, 23]]
+    moebius = read_mesh((np.vstack([middle - across, middle + across]), strip))
+    assert not faces_against(moebius).any()
+    assert len(opposite_edges(moebius)) > 0
+    squares = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0], [1, 0, 1], [1, 1, 1]]
+    assert not faces_against(read_mesh((squares, [[0, 1, 2, 3], [1, 2, 5, 4]]))).any()
+    assert not faces_against(read_mesh((squares, [[0, 1, 2, 3], [1, 2, 5, 4], [1, 2, 7, 6]]))).any()
