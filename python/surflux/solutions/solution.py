@@ -277,8 +277,7 @@ class Solution:
                 the background; of one subpixel "normal" (h, w, 3), "depth" (h, w), along the view axis and infinite
                 where nothing is, "index" (h, w) of the surfel, -1 where nothing is, and -2 - k where the scene's area
                 light number k is; and "level" (h, w), the entry of `levels` there (of a meshless basis at the very
-                place), or NaN. That subpixel is the middle one, where samples is even the one right below the pixel's
-                middle.
+                place), or NaN. That is the middle one, of even samples the one right below the pixel's middle.
             direct: "interpolated" between surfels, or "traced": by rays from what every subpixel sees, slower, with
                 sharp shadows whatever the surfels.
             rays: of what is traced, from each subpixel to the sky; see irradiance_at.
