@@ -25,6 +25,12 @@ py::list to_texts(const std::vector<std::string>& lines) {
     return out;
 }
 
+py::list to_bytes(const std::vector<std::string>& names) {
+    py::list out;
+    for (const std::string& name : names) out.append(py::bytes(name));
+    return out;
+}
+
 py::array_t<std::int64_t> offsets_of(const Polygons& polygons) {
     return to_array(std::vector<std::int64_t>(polygons.begin.begin(), polygons.begin.end()));
 }
@@ -57,7 +63,8 @@ py::dict read_ply_file(const std::filesystem::path& path, const std::vector<std:
 py::tuple read_obj_file(const std::filesystem::path& path) {
     const ObjData data = without_gil([&] { return read_obj(path.string()); });
     const py::object colors = data.colors.empty() ? py::object(py::none()) : py::object(to_array(data.colors));
-    const py::tuple materials = py::make_tuple(data.libraries, data.materials, to_array(data.face_materials));
+    const py::tuple materials =
+        py::make_tuple(to_bytes(data.libraries), to_bytes(data.materials), to_array(data.face_materials));
     return py::make_tuple(to_array(data.vertices), offsets_of(data.faces), to_array(data.faces.corners), colors,
                           materials);
 }
@@ -92,7 +99,8 @@ void bind_files(py::module_& module) {
                py::arg("keep") = std::vector<std::string>{"vertex", "face"},
                "Columns by element and name (float64), their types, face corners as offsets and indices, comments.");
     module.def("read_obj", &read_obj_file, py::arg("path"),
-               "(vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face))");
+               "(vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), "
+               "the first two in bytes)");
     module.def("write_ply", &write_ply_file, py::arg("path"), py::arg("elements"), py::arg("faces") = py::none(),
                py::arg("comments") = std::vector<std::string>{},
                "elements: [(name, rows, [(column, type, values)])]; faces: (offsets, indices) of the element face.");

@@ -77,7 +77,7 @@ py::dict facing(const Doubles& at, const Doubles& along, const Doubles& witnesse
     const std::vector<Vec3> points = to_vec3s(at, "points"), normals = to_vec3s(along, "normals");
     require(points.size() == normals.size(), "normals: wanted as many as points");
     FacingOptions options;
-    options.sheets = {smallest, rays, seed, true, to_vec3s(witnesses, "witnesses")};
+    options.sheets = {smallest, rays, seed, to_vec3s(witnesses, "witnesses")};
     options.most = most;
     const Progress report = to_progress(progress);
     const Facing found = without_gil([&] { return facing_of(points, normals, options, report); });

@@ -473,7 +473,7 @@ def project_environment(environment: Environment, order: typing.SupportsInt | ty
     ...
 def read_obj(path: os.PathLike | str | bytes) -> tuple:
     """
-    (vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face))
+    (vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), the first two in bytes)
     """
 def read_ply(path: os.PathLike | str | bytes, keep: collections.abc.Sequence[str] = ['vertex', 'face']) -> dict:
     """

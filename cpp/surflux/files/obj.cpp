@@ -16,7 +16,8 @@ namespace {
 
 class ObjReader {
 public:
-    ObjReader(const std::string& path, const std::string& bytes) : path_(path), lines_(bytes) {}
+    ObjReader(const std::string& path, const std::string& bytes)
+        : path_(path), lines_(bytes, bytes.rfind("\xef\xbb\xbf", 0) == 0 ? 3 : 0) {}  // a byte order mark
 
     ObjData read() {
         while (lines_.advance()) {
@@ -27,9 +28,9 @@ public:
             else if (keyword == "f")
                 read_face();
             else if (keyword == "mtllib")
-                data_.libraries.push_back(rest_of_line());
+                data_.libraries.emplace_back(lines_.rest());
             else if (keyword == "usemtl")
-                use_material(rest_of_line());
+                use_material(std::string(lines_.rest()));
             // A statement that goes on over several lines must not begin another one.
             std::string_view rest;
             while (next_word(rest)) continue;
@@ -83,13 +84,6 @@ private:
         data_.faces.begin.push_back(data_.faces.corners.size());
         data_.face_materials.push_back(material_);
         face_lines_.push_back(line);
-    }
-
-    // Names may have spaces in them.
-    std::string rest_of_line() {
-        std::string rest;
-        for (std::string_view word; next_word(word);) rest.append(rest.empty() ? "" : " ").append(word);
-        return rest;
     }
 
     void use_material(std::string name) {

@@ -13,8 +13,8 @@ struct ObjData {
     std::vector<Vec3> vertices;
     std::vector<Rgb> colors;  // the three numbers after x y z; empty unless every vertex has them
     Polygons faces;
-    std::vector<std::string> libraries;         // what each line mtllib names
-    std::vector<std::string> materials;         // names of usemtl, in their order
+    std::vector<std::string> libraries;         // what stands in each line mtllib
+    std::vector<std::string> materials;         // and usemtl, in their order
     std::vector<std::uint32_t> face_materials;  // index into materials; no_material before the first
     static constexpr std::uint32_t no_material = 0xffffffff;
 };

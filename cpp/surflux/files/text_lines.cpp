@@ -51,6 +51,15 @@ bool TextLines::next_word(std::string_view& word) {
     return !word.empty();
 }
 
+std::string_view TextLines::rest() {
+    while (at_ < line_end_ && is_blank(*at_)) ++at_;
+    const char* begin = at_;
+    const char* end = line_end_;
+    while (end > begin && is_blank(end[-1])) --end;
+    at_ = line_end_;
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
 TextLines::Word TextLines::next_number(double& value, std::string_view& word) {
     if (!next_word(word)) return Word::none;
     return parse_number(word, value) ? Word::number : Word::garbage;

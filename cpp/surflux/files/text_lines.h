@@ -25,6 +25,7 @@ public:
     std::size_t offset() const { return static_cast<std::size_t>(next_ - begin_); }  // of the line after it
 
     bool next_word(std::string_view& word);
+    std::string_view rest();  // of the current line, without blanks around it
     Word next_number(double& value, std::string_view& word);
 
 private:

@@ -14,8 +14,9 @@ std::vector<std::uint32_t> inward_patches(const Surfels& surfels, const InwardOp
     asked.smallest = options.smallest;
     asked.rays = options.rays;
     asked.seed = options.seed;
-    asked.asks = !options.rooms;
-    const SheetSides sides = sheet_sides(surfels, asked, progress);
+    SheetSides sides = sheet_sides(surfels, asked, progress);
+    if (options.rooms)
+        for (OrientedSheet& sheet : sides.sheets) sheet.backwards = false;
     std::vector<bool> inward(surfels.size());
     for (std::size_t i = 0; i < surfels.size(); ++i) inward[i] = sides.turned(i);
     std::vector<std::vector<std::uint32_t>> patches = patches_of(surfels, sides.graph, inward);

@@ -12,7 +12,7 @@ struct InwardOptions {
     std::size_t smallest = 20;  // surfels of a patch; fewer are noise
     int rays = 8;               // from each side of a surfel that is asked
     std::uint64_t seed = 0;
-    bool rooms = false;  // a sheet that closes around a body may be a room, seen from inside: rays are not asked
+    bool rooms = false;  // a sheet that closes around a body may be a room, seen from inside
 };
 
 // Patches of surfels whose normals point inwards: for each surfel 0, or the number of its patch, 1 for the largest.

@@ -343,7 +343,7 @@ SheetSides sheet_sides(const Surfels& s, const SheetOptions& options, const Prog
         sheet.against = static_cast<double>(few) / static_cast<double>(sheet.size);
         out.sheets.push_back(sheet);
     }
-    if (options.asks) Votes(s, out, front, options).ask(members, progress);
+    Votes(s, out, front, options).ask(members, progress);
     drop_doubtful(s, out);
     return out;
 }

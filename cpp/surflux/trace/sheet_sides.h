@@ -14,7 +14,6 @@ struct SheetOptions {
     std::size_t smallest = 20;  // surfels of a sheet; fewer are noise
     int rays = 8;               // from each side of a surfel that is asked
     std::uint64_t seed = 0;
-    bool asks = true;             // false: no rays
     std::vector<Vec3> witnesses;  // places in the air, such as of a scanner: what closes around one is a room
 };
 

@@ -169,7 +169,7 @@ def _camera_of_frame(options, surfels):
 
 
 def lights_of_cloud(options, surfels, camera, what="cloud"):
-    """The lights of --light, which becomes what was chosen; says so. What shines by itself gets none unasked."""
+    """The lights of --light, which becomes what was chosen; says so. What shines by itself gets none unasked: None."""
     if options.light is None and np.any(surfels.emission):
         LOG.info("the %s shines by itself: no other light is added (--light studio, sun or sky)", what)
         return []

@@ -215,6 +215,8 @@ def _mesh(options):
     faces, file = len(mesh.offsets) - 1, _quoted(options)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     colors = "given" if mesh.reflectance is not None or mesh.of_faces is not None else "none: solve takes grey, .5"
+    shines = mesh.exitance is not None and np.any(mesh.exitance)
+    lit = "adds no light, for it shines by itself" if shines else "lights it by a lamp and a sky"
     result = {
         "kind": "mesh",
         "format": Path(options.input).suffix.lower().lstrip("."),
@@ -230,7 +232,7 @@ def _mesh(options):
         f" and {check.counted(faces, 'face')}",
         f"bounds: {box_text(result['bounds'])}, in the unit of the file",
         f"colours: {colors}",
-        f"`surflux solve` lights it by a lamp and a sky; large faces are cut until there are about {PATCHES} patches",
+        f"`surflux solve` {lit}; large faces are cut until there are about {PATCHES} patches",
         *lines_of_mesh_scene(options.input, float(np.max(high - low))),
         *_expense_lines(result["solve"]),
     ]

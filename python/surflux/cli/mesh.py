@@ -1,5 +1,6 @@
 """A mesh as the commands take it: cut into patches, and what was found taken home to its faces."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +59,8 @@ def _turned_over(options, mesh, surfels):
     normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
     if normals == "flip":
         return surfels.flipped()
-    against = faces_against(mesh)
-    if normals != "keep" and against.any():
+    against = np.zeros(0) if normals == "keep" else faces_against(mesh)
+    if against.any():
         surfels = surfels.flipped(against[surfels.faces])
         verb = "is" if np.count_nonzero(against) == 1 else "are"
         LOG.info(
@@ -83,7 +84,9 @@ def save_faces(path, source, solution):
     """Writes the faces of a mesh file as .vtp, in their order, with their light (NaN without area)."""
     import pyvista
 
-    mesh = read_mesh(source)
+    with warnings.catch_warnings():  # all was said when it was read to be solved
+        warnings.simplefilter("ignore")
+        mesh = read_mesh(source)
     corners = np.insert(mesh.indices, mesh.offsets[:-1], np.diff(mesh.offsets))
     faces = pyvista.PolyData(mesh.vertices, faces=corners)
     for name in LIGHT:

@@ -29,7 +29,7 @@ def thing_of(options):
         return sf.solve(scene, **zeta, progress=True), True
     suffix = path.suffix.lower()
     if is_mesh(options):
-        return sf.Surfels.from_mesh(path, reflectance=None, progress=True), False
+        return sf.Surfels.from_mesh(path, progress=True), False
     try:
         if suffix == ".ply":
             return sf.load_solution(path), True

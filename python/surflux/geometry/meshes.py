@@ -15,6 +15,11 @@ from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 from surflux.geometry.obj_materials import looks_of_faces
 
 
+def name_of(mesh):
+    """What messages call a mesh: its path, if it is one."""
+    return os.fsdecode(mesh) if isinstance(mesh, str | bytes | os.PathLike) else "mesh"
+
+
 @contextmanager
 def file_named(mesh):
     """What is wrong with a mesh that came from a file is a FileError that names it."""

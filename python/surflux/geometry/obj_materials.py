@@ -1,11 +1,10 @@
 """Materials of OBJ files (MTL): what each reflects diffusely, and what it sends by itself."""
 
-from pathlib import Path, PureWindowsPath
-from typing import NamedTuple
+import os
+from pathlib import Path
 
 import numpy as np
 
-from surflux import _core
 from surflux._base.check import counted
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
@@ -14,99 +13,95 @@ _USUAL = 0.5  # what is reflected where a file says nothing
 _NAMED = 3  # so many names in a warning
 
 
-class _Material(NamedTuple):
-    reflectance: np.ndarray  # (3,)
-    exitance: np.ndarray  # (3,)
-    has_texture: bool
-
-
 def looks_of_faces(path, libraries, names, of_face):
     """(reflectance, exitance), (f, 3) each, of the faces of an OBJ file, by its materials; (None, None) without any.
 
-    Kd is linear reflectance, at most .98; Ke radiance, so that a face sends pi times as much. Textures are not read.
+    Kd is linear reflectance, at most .98; Ke radiance, so that a face sends pi times as much. What is not there, no
+    colour or a texture is warned of.
 
     Args:
         path: of the OBJ file, in whose folder its libraries are looked for.
-        libraries: what each of its lines mtllib names.
-        names: of its materials.
+        libraries: what stands in each of its lines mtllib, in bytes.
+        names: of its materials, in bytes.
         of_face: (f,) index into names; larger where a face has none.
-
-    Raises:
-        FileError: a number in a library that is none, with its line.
     """
-    if not libraries or not names:
+    if not any(names):
         return None, None
     known, missing = {}, []
-    for line in libraries:
-        for file, name in _files(Path(path).parent, line):
-            if file is None:
-                missing.append(name)
-            else:
-                known.update(_read(file))
-    if missing:
-        warn(f"{path}: materials are not there: {', '.join(missing)}; faces that have them reflect {_USUAL:g}")
-    if not known:
+    for line in dict.fromkeys(libraries):
+        found, lost = _files(Path(path).parent, line)
+        missing += lost
+        for file in found:
+            known.update(_read(file))
+    used = [known.get(name, known.get(_before_comment(name))) for name in names]
+    unknown = [name for name, material in zip(names, used, strict=True) if name and material is None]
+    if unknown:
+        lost = f"not there: {_listed(missing)}" if missing else "in no library of it" if libraries else "without mtllib"
+        faces = "faces that have it reflect" if len(unknown) == 1 else "faces that have them reflect"
+        warn(f"{path}: {counted(len(unknown), 'material')} ({_listed(unknown)}) {lost}; {faces} {_USUAL:g}")
+    if all(material is None for material in used):
         return None, None
-    unknown = [name for name in names if name not in known]
-    if unknown and not missing:
-        more = f" and {len(unknown) - _NAMED} more" if len(unknown) > _NAMED else ""
-        listed = ", ".join(map(repr, unknown[:_NAMED])) + more
-        warn(f"{path}: no library has its material {listed}; faces that have it reflect {_USUAL:g}")
-    textured = sum(known[name].has_texture for name in names if name in known)
+    textured = sum(b"map_kd" in material or b"map_ke" in material for material in used if material is not None)
     if textured:
-        warn(
-            f"{path}: {counted(textured, 'material has a texture', 'materials have textures')} (map_Kd), "
-            "not read from OBJ files: what is reflected is Kd"
-        )
-    grey = _Material(np.full(3, _USUAL), np.zeros(3), False)
-    looks = [*(known.get(name, grey) for name in names), grey]
+        have = "material has a texture" if textured == 1 else "materials have textures"
+        warn(f"{path}: {textured} {have} (map_Kd, map_Ke), not read from OBJ files: Kd and Ke count")
+    rho = [_color(material, b"kd", _USUAL) for material in (*used, None)]
+    glow = [_color(material, b"ke", 0.0) for material in (*used, None)]
     which = np.minimum(of_face, len(names))
-    return tuple(np.stack([getattr(m, what) for m in looks])[which] for what in ("reflectance", "exitance"))
+    return np.clip(rho, 0.0, WHITE)[which], np.pi * np.maximum(0.0, glow)[which]
+
+
+def _listed(names):
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(name.decode("utf-8", "replace") for name in names[:_NAMED]) + more
+
+
+def _before_comment(name):
+    return name.split(b" #")[0].rstrip()
 
 
 def _files(folder, line):
-    """(path or None where it is not there, name) of each file of a line, in which names may have spaces."""
-    whole = _file(folder, line)
-    return [(whole, line)] if whole else [(_file(folder, word), word) for word in line.split()]
+    """([path of each file of a line that is there], [names of the others]); names may have spaces in them."""
+    for whole in (line, _before_comment(line)):
+        file = _file(folder, whole.strip(b'"'))
+        if file is not None:
+            return [file], []
+    words = _before_comment(line).split()
+    files = {word: _file(folder, word) for word in words}
+    return [file for file in files.values() if file], [word for word, file in files.items() if file is None]
 
 
 def _file(folder, name):
-    parts = PureWindowsPath(name)  # which knows both kinds of slashes
-    places = folder / Path(*parts.parts), folder / parts.name
-    return next((place for place in places if place.is_file()), None)
+    name = os.fsdecode(name)
+    upright = name.replace("\\", "/")
+    places = (folder / place for place in (name, upright, upright.rsplit("/", 1)[-1]))
+    return next((place for place in places if os.path.isfile(place)), None)
 
 
 def _read(path):
-    """The materials of a library, by name."""
-    found, name, texts = {}, None, {}
-
-    def close():
-        if name is None:
-            return
-        reflectance = np.clip(_color(path, *texts.get("kd", (0, [str(_USUAL)]))), 0.0, WHITE)
-        exitance = np.pi * np.maximum(0.0, _color(path, *texts.get("ke", (0, ["0"]))))
-        found[name] = _Material(reflectance, exitance, "map_kd" in texts)
-
-    lines = path.read_text("utf-8-sig", errors="replace").splitlines()
-    for number, line in enumerate(lines, 1):
-        words = line.split("#")[0].split()
-        if not words:
-            continue
-        if words[0].lower() == "newmtl":
-            close()
-            name, texts = " ".join(words[1:]), {}
-        else:
-            texts[words[0].lower()] = number, words[1:]
-    close()
+    """The materials of a library, by name: of each the words of its lines, by keyword, with the place of the line."""
+    found, material = {}, {}
+    for number, line in enumerate(path.read_bytes().removeprefix(b"\xef\xbb\xbf").splitlines(), 1):
+        keyword, _, rest = line.strip().replace(b"\t", b" ").partition(b" ")
+        if keyword.lower() == b"newmtl":
+            material = {}
+            found[rest.strip()] = found[_before_comment(rest.strip())] = material
+        elif keyword:
+            material[keyword.lower()] = f"{path} (line {number})", rest.split(b"#")[0].split()
     return found
 
 
-def _color(path, line, words):
-    """(3,): of three numbers, or one for all."""
+def _color(material, keyword, usual):
+    """(3,): of three numbers, or one for all; the usual one where there are none."""
+    if material is None or keyword not in material:
+        return np.full(3, usual)
+    place, words = material[keyword]
     try:
         values = np.array([float(word) for word in words])
     except ValueError:
         values = np.zeros(0)
     if len(values) not in (1, 3) or not np.all(np.isfinite(values)):
-        raise _core.FileError(f"{path} (line {line}): a colour is {' '.join(words)!r}; wanted three numbers")
+        said = b" ".join(words).decode("utf-8", "replace")
+        warn(f"{place}: a colour is {said!r}, wanted three numbers; it is taken for {usual:g}")
+        return np.full(3, usual)
     return np.broadcast_to(values, 3)

@@ -16,7 +16,8 @@ from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
-from surflux.geometry.meshes import file_named, read_mesh
+from surflux.geometry.meshes import file_named, name_of, read_mesh
+from surflux.geometry.winding import warn_of_winding
 from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
 from surflux.points.seen_from import normals_of_array
@@ -161,7 +162,8 @@ class Surfels:
             progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
                 False cancels.
 
-        Faces without area are dropped, with a warning that says how many.
+        Faces without area are dropped, and faces that are wound against those they hang together with are told, each by
+        a warning that says how many.
 
         Returns:
             Surfels, in the order of the faces.
@@ -183,6 +185,8 @@ class Surfels:
             patch_area = check.number("patch_area", patch_area, 0.0, low_open=True)
         two_sided = check.sides("two_sided", two_sided)
         polygons = read_mesh(mesh)
+        if not two_sided and polygons is not mesh:  # which commands have read, and turn over by themselves
+            warn_of_winding(polygons, name_of(mesh))
         faces = len(polygons.offsets) - 1
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")

@@ -61,7 +61,8 @@ def load_scene(
       number `scale`, then turned about the x axis by the first angle, about y by the second, about z by the third,
       in degrees (counter-clockwise seen from the tip of the axis), then moved.
     - reflectance (0.5; for files what they say, by colours too): a number or RGB in [0, 1), linear; or a pattern.
-    - emission (0): exitance of the surfels themselves in W/m2, a number or RGB, at least 0.
+    - emission (0; for files what they say, of materials of OBJ, too): exitance of the surfels themselves in W/m2, a
+      number or RGB, at least 0.
     - specular (0), exponent (20): what surfels reflect around the mirror direction (see Surfels.specular), a number or
       RGB, and a number.
     - two_sided (false): true adds a copy of every surfel that faces the other way; with kind "mesh" "sheets" of those

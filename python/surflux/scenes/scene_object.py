@@ -12,6 +12,7 @@ from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import read_mesh
 from surflux.geometry.orientation import inward_patches
+from surflux.geometry.winding import warn_of_winding
 from surflux.points.arranging import only_so_many
 from surflux.points.reading import read, read_with_faces
 from surflux.points.surfels import Surfels
@@ -157,7 +158,10 @@ def _mesh(table, shape, file, kind):
         return read_mesh((radius * corners, faces)), None
     if kind == "surfels" and "points" not in table:
         return None, None
-    return table.call(read_mesh, file), None
+    mesh = table.call(read_mesh, file)
+    if not table.get("orient", False) and not table.get("two_sided", False):
+        warn_of_winding(mesh, file)
+    return mesh, None
 
 
 def _read(table, file, viewpoint):

@@ -319,3 +319,16 @@ def test_a_closed_terminal_or_a_pipe_gets_the_answer(ball):
     )
     assert done.stdout.splitlines()[-1] == "next: surflux solve ball.ply"
     assert done.stderr == ""
+
+
+def test_what_shines_by_itself_gets_no_light(here, run):
+    """What Surfels.save wrote, and a mesh by its materials."""
+    d = np.random.default_rng(0).normal(size=(300, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    sf.Surfels(d, d, emission=1.0).save(here / "lamp.ply")
+    (here / "lamp.mtl").write_text("newmtl lamp\nKe 1 1 1\n")
+    (here / "lamp.obj").write_text("mtllib lamp.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl lamp\nf 1 2 3\n")
+    for name in ("lamp.ply", "lamp.obj"):
+        status, out, err = run("doctor", name)
+        assert status == 0, err
+        assert "for it shines by itself" in out

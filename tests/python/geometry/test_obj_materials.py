@@ -30,10 +30,22 @@ def obj(tmp_path, library=LIBRARY, line="mtllib my room.mtl", text=CORNERS + FAC
     return path
 
 
+LINES = [
+    "mtllib my room.mtl",
+    '"mtllib "my room.mtl" # all of them',
+    r"mtllib C:\my work\my room.mtl",
+    "mtllib ./my room.mtl",
+    "mtllib {folder}/my room.mtl",
+    "\ufeffmtllib my room.mtl",
+    "mtllib my room.mtl\nmtllib my room.mtl",
+]
+LINES[1] = LINES[1][1:]
+
+
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("line", ["mtllib my room.mtl", r"mtllib C:\\my work\\my room.mtl", "mtllib ./my room.mtl"])
+@pytest.mark.parametrize("line", LINES)
 def test_faces_have_their_materials(tmp_path, line):
-    path = obj(tmp_path, line=line)
+    path = obj(tmp_path, line=line.format(folder=tmp_path))
     rho = [[0.5, 0.5, 0.5], [0.6, 0.2, 0.1], [0.98, 0.98, 0.98], [0.3, 0.3, 0.3]]
     exitance = np.pi * np.array([[0, 0, 0], [0, 0, 0], [2, 1, 0.5], [0, 0, 0]])
     surfels = sf.Surfels.from_mesh(path)  # was grey, and dark
@@ -62,27 +74,66 @@ def test_colors_of_vertices_count_more(tmp_path):
     np.testing.assert_allclose(mesh.face_reflectance(), [[0.98, 0, 0]] * 4)
 
 
+@pytest.mark.filterwarnings("error")
+def test_names_in_any_letters_and_with_signs(tmp_path):
+    """Latin-1 names, of files as well, were a UnicodeDecodeError; what comes after # may be part of the name."""
+    (tmp_path / os.fsdecode(b"Gr\xfcn.mtl")).write_bytes(
+        b"newmtl M #1\nKd 1 0 0\nnewmtl M #2\nKd 0 1 0\nnewmtl Gr\xfcn\nKd 0 0 1\n"
+    )
+    path = tmp_path / "a.obj"
+    used = b"usemtl M #1\nf 1 2 3\nusemtl M #2\nf 1 2 3\nusemtl Gr\xfcn # green\nf 1 2 3\n"
+    path.write_bytes(b"mtllib Gr\xfcn.mtl\n" + CORNERS.encode() + used)
+    np.testing.assert_allclose(read_mesh(path).face_reflectance(), 0.98 * np.eye(3))
+    points = tmp_path / "points.obj"
+    points.write_bytes(b"mtllib Gr\xfcn.mtl\n" + 40 * CORNERS.encode())
+    assert len(sf.read_scan(points)) == 160
+
+
+def test_many_libraries_in_one_line(tmp_path):
+    line = "mtllib " + " ".join(f"library_{k:03}.mtl" for k in range(30))  # longer than a name may be
+    (tmp_path / "library_007.mtl").write_text(LIBRARY)
+    mesh = read_mesh(obj(tmp_path, line=line))
+    np.testing.assert_allclose(mesh.face_reflectance()[1], [0.6, 0.2, 0.1])
+
+
 @pytest.mark.parametrize(
     ("library", "line", "reason"),
     [
         (
             LIBRARY,
-            "mtllib other.mtl",
-            r"room\.obj: materials are not there: other\.mtl; faces that have them reflect 0\.5",
+            "mtllib a.mtl\nmtllib b.mtl",
+            r"room\.obj: 3 materials \(red wall, lamp, grey\) not there: a\.mtl, b\.mtl;",
         ),
-        (LIBRARY.replace("newmtl lamp", "newmtl l"), None, r"no library has its material 'lamp'; faces that have it"),
-        (LIBRARY + "map_Kd wood.png\n", None, r"1 material has a texture \(map_Kd\), not read from OBJ files"),
+        (LIBRARY, "", r"3 materials \(.*\) without mtllib; faces that have them reflect 0\.5"),
+        (
+            LIBRARY.replace("newmtl lamp", "newmtl l"),
+            None,
+            r"1 material \(lamp\) in no library of it; faces that have it",
+        ),
+        ("nothing", None, r"3 materials \(red wall, lamp, grey\) in no library of it"),
+        (LIBRARY + "map_Kd wood.png\n", None, r"1 material has a texture \(map_Kd, map_Ke\), not read from OBJ files"),
+        (LIBRARY + "map_Ke glow.png\n", None, r"1 material has a texture"),
+        *(
+            (
+                f"newmtl lamp\nKd {colour}\n",
+                None,
+                rf"my room\.mtl \(line 2\): a colour is '{colour}', wanted three numbers",
+            )
+            for colour in ("0.1 0.2", "red", "spectral a.rfl", "nan 0 0", "", "1 0 0 1")
+        ),
     ],
 )
-def test_what_is_missing_is_said(tmp_path, library, line, reason):
+def test_what_is_missing_or_not_read_is_said(tmp_path, library, line, reason):
     with pytest.warns(UserWarning, match=reason):
-        read_mesh(obj(tmp_path, library, line or "mtllib my room.mtl"))
+        mesh = read_mesh(obj(tmp_path, library, "mtllib my room.mtl" if line is None else line))
+    assert len(mesh.face_reflectance()) == 4
 
 
-@pytest.mark.parametrize("colour", ["0.1 0.2", "red", "spectral a.rfl", "nan 0 0", ""])
-def test_colours_that_are_none(tmp_path, colour):
-    with pytest.raises(sf.FileError, match=rf"my room\.mtl \(line 2\): a colour is '{colour}'; wanted three numbers"):
-        read_mesh(obj(tmp_path, f"newmtl lamp\nKd {colour}\n"))
+@pytest.mark.filterwarnings("error")
+def test_what_no_face_uses_is_no_matter(tmp_path):
+    read_mesh(
+        obj(tmp_path, LIBRARY + "newmtl film\nKd spectral a.rfl\nmap_Kd a.png\n", "mtllib none.mtl\nmtllib my room.mtl")
+    )
 
 
 @pytest.mark.scans

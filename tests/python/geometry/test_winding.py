@@ -1,5 +1,7 @@
 """Faces that are wound against those beside them, and boxes with one side turned inwards."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ def box(size, seed, side):
     return CORNERS * size @ (rotation(seed).T if seed else np.eye(3)), faces
 
 
+@pytest.mark.filterwarnings("ignore:.*wound against:UserWarning")
 @pytest.mark.parametrize("side", range(6))
 @pytest.mark.parametrize("seed", range(6))
 def test_a_side_of_a_box_that_faces_inwards(side, seed):
@@ -40,6 +43,24 @@ def test_a_side_of_a_box_that_faces_inwards(side, seed):
     assert np.mean(sf.facing(points.points, points.normals).turned != wrong) < 0.002
 
 
+def test_faces_that_are_wound_against_the_others_are_told(tmp_path):
+    """They stayed black, without a word; who has both sides of them, or has them turned, need not be told."""
+    corners, faces = box([1, 1, 1], 0, 4)
+    told = r"^mesh: 1 of 6 faces is wound against .* faces the other side \(from 0: 4\);"
+    with pytest.warns(UserWarning, match=told):
+        patches = sf.Surfels.from_mesh((corners, faces), patch_area=0.01)
+    np.testing.assert_array_equal(sf.inward_patches(patches, rooms=True) > 0, patches.faces == 4)
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + ["f " + " ".join(str(k + 1) for k in face) for face in faces]
+    (tmp_path / "box.obj").write_text("\n".join(lines))
+    scene = tmp_path / "scene.toml"
+    for option, told in (("", True), ("orient = true", False), ("two_sided = true", False)):
+        scene.write_text(f'[[object]]\nfile = "box.obj"\nkind = "mesh"\npatch_area = 0.01\n{option}\n')
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            sf.load_scene(scene)
+        assert any("wound against" in str(w.message) for w in found) == told
+
+
 @pytest.mark.parametrize("side", range(6))
 def test_faces_of_a_box_in_any_layout(side):
     corners, faces = box([1, 2, 3], 0, side)
@@ -47,6 +68,8 @@ def test_faces_of_a_box_in_any_layout(side):
     mesh = read_mesh((corners, faces))
     np.testing.assert_array_equal(faces_against(mesh), wanted)
     assert len(opposite_edges(mesh)) == 4
+    thin = read_mesh((corners, [*faces, [faces[0][0], faces[0][1], faces[0][1]]]))  # no area, on an edge
+    np.testing.assert_array_equal(faces_against(thin), [*wanted, False])
     apart = corners[np.concatenate(faces)], np.arange(24).reshape(6, 4)  # as in STL, no corner is shared
     np.testing.assert_array_equal(faces_against(read_mesh(apart)), wanted)
 
