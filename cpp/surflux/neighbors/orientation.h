@@ -14,8 +14,9 @@ namespace surflux {
 // thin plate, which face opposite ways.
 double agreement(const Vec3& n, const Vec3& m, const Vec3& d);
 
-// Whether the mirror alone has normals of that agreement agree, or not: without it they say the opposite on two thin
-// sheets, but also where noise has put one point above another. At creases of about 90 degrees they say nothing.
+// Whether the mirror alone has normals of that agreement agree, or not, which is doubtful: without it they say the
+// opposite on two thin sheets, but also where noise has put one point above another. Not at creases of about 90
+// degrees, where without it they say nothing.
 bool mirror_decides(double agreement, double cosine);
 
 using NeighborGraph = std::vector<std::vector<std::uint32_t>>;
