@@ -28,9 +28,9 @@ public:
             else if (keyword == "f")
                 read_face();
             else if (keyword == "mtllib")
-                data_.libraries.emplace_back(lines_.rest());
+                data_.libraries.push_back(rest_of_statement());
             else if (keyword == "usemtl")
-                use_material(std::string(lines_.rest()));
+                use_material(rest_of_statement());
             // A statement that goes on over several lines must not begin another one.
             std::string_view rest;
             while (next_word(rest)) continue;
@@ -84,6 +84,16 @@ private:
         data_.faces.begin.push_back(data_.faces.corners.size());
         data_.face_materials.push_back(material_);
         face_lines_.push_back(line);
+    }
+
+    // With blanks and all; goes on to the next line after a backslash.
+    std::string rest_of_statement() {
+        std::string out(lines_.rest());
+        while (!out.empty() && out.back() == '\\' && lines_.advance()) {
+            out.back() = ' ';
+            out.append(lines_.rest());
+        }
+        return out;
     }
 
     void use_material(std::string name) {

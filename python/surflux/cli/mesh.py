@@ -9,7 +9,7 @@ from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
 from surflux.geometry.meshes import file_named, read_mesh
-from surflux.geometry.winding import faces_against
+from surflux.geometry.winding import wound_alike
 from surflux.points.layers import layer_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
@@ -37,12 +37,14 @@ def check_output(path):
 
 
 def patches_of_mesh(options, reflectance=None):
-    """Surfels of the faces of a file, which large ones are cut for.
+    """Surfels of the faces of a file, which large ones are cut for, on the side of it that is out.
 
     reflectance: see Surfels.from_mesh.
     """
+    normals = getattr(options, "normals", "keep")  # `check` has none
     with file_named(options.input):
         mesh, how = read_mesh(options.input), {"threads": options.threads, "progress": True}
+        mesh, against = (mesh, 0) if normals in ("keep", "flip") else wound_alike(mesh)
         surfels = Surfels.from_mesh(mesh, None, reflectance, **how)
         if len(surfels) < PATCHES:
             area, faces = surfels.areas.sum() / PATCHES, len(surfels)
@@ -51,33 +53,25 @@ def patches_of_mesh(options, reflectance=None):
             LOG.info("%s cut into %s", "face is" if faces == 1 else "faces are", cut)
     if reflectance is None and np.all(surfels.reflectance == _GREY):
         LOG.info("faces have no colour: each reflects %g of the light", _GREY)
-    return _turned_over(options, mesh, surfels)
+    if against:
+        verb, faces = "is" if against == 1 else "are", counted(len(mesh.offsets) - 1, "face")
+        words = "%d of %s %s wound against those beside, and %s turned over (--normals keep)"
+        LOG.info(words, against, faces, verb, verb)
+    return surfels.flipped() if normals == "flip" else _upwards(options, surfels, normals == "keep")
 
 
-def _turned_over(options, mesh, surfels):
-    """The surfels of a mesh on the side of it that is out; what is turned over is said."""
-    normals, up = getattr(options, "normals", "keep"), getattr(options, "up", None)  # `check` has neither
-    if normals == "flip":
-        return surfels.flipped()
-    against = np.zeros(0) if normals == "keep" else faces_against(mesh)
-    if against.any():
-        surfels = surfels.flipped(against[surfels.faces])
-        verb = "is" if np.count_nonzero(against) == 1 else "are"
-        LOG.info(
-            "%d of %s %s wound against those beside, and %s turned over (--normals keep)",
-            np.count_nonzero(against),
-            counted(len(against), "face"),
-            verb,
-            verb,
-        )
+def _upwards(options, surfels, stays):
+    """The surfels of a mesh, turned over where they are a terrain's that faces down, unless it stays; which is said."""
+    up = getattr(options, "up", None)  # `check` has none
     is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
-    if is_level and layer_of(surfels.points) == "terrain":
-        share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
-        if share > FACES_DOWN:
-            hint = "which `surflux solve` turns over" if normals == "keep" else "and are turned over (--normals keep)"
-            LOG.info("faces of a terrain: %.0f %% face down, %s", 100.0 * share, hint)
-            return surfels if normals == "keep" else surfels.flipped()
-    return surfels
+    if not is_level or layer_of(surfels.points) != "terrain":
+        return surfels
+    share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
+    if share <= FACES_DOWN:
+        return surfels
+    hint = "which `surflux solve` turns over" if stays else "and are turned over (--normals keep)"
+    LOG.info("faces of a terrain: %.0f %% face down, %s", 100.0 * share, hint)
+    return surfels if stays else surfels.flipped()
 
 
 def save_faces(path, source, solution):

@@ -43,6 +43,15 @@ def faces_against(mesh):
     return (as_is != turned) & (area[as_is] < area[turned] * (1.0 - 1e-9))
 
 
+def wound_alike(mesh):
+    """(the Mesh with the faces of faces_against turned over, how many these are)."""
+    against = faces_against(mesh)
+    first, end = (np.repeat(ends, np.diff(mesh.offsets)) for ends in (mesh.offsets[:-1], mesh.offsets[1:]))
+    corner = np.arange(len(mesh.indices))
+    turned = np.repeat(against, np.diff(mesh.offsets))
+    return mesh._replace(indices=mesh.indices[np.where(turned, first + end - 1 - corner, corner)]), int(against.sum())
+
+
 def warn_of_winding(mesh, name):
     """Says which faces of what is called `name` are wound against the others, if any."""
     against = np.flatnonzero(faces_against(mesh))

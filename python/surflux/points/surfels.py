@@ -185,7 +185,7 @@ class Surfels:
             patch_area = check.number("patch_area", patch_area, 0.0, low_open=True)
         two_sided = check.sides("two_sided", two_sided)
         polygons = read_mesh(mesh)
-        if not two_sided and polygons is not mesh:  # which commands have read, and turn over by themselves
+        if two_sided is not True and polygons is not mesh:  # which commands have read, and turn over by themselves
             warn_of_winding(polygons, name_of(mesh))
         faces = len(polygons.offsets) - 1
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
@@ -243,7 +243,9 @@ class Surfels:
             emission = check.per_surfel_rgb("emission", emission, n)
         gloss = gloss_arrays(specular, exponent, n)
         with file_named(mesh), watched(threads, progress):
-            return cls._from_core(sampled_surfels(read_mesh(mesh), n, seed, reflectance, emission, gloss))
+            polygons = read_mesh(mesh)
+            warn_of_winding(polygons, name_of(mesh))
+            return cls._from_core(sampled_surfels(polygons, n, seed, reflectance, emission, gloss))
 
     @property
     def points(self) -> Floats:

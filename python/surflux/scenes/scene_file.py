@@ -54,7 +54,8 @@ def load_scene(
       "rectangle" or a mesh file): spread this many blue-noise points on it.
     - thin: keep this many of the surfels, 2 or more, as blue noise; patches become disks.
     - orient (false): true turns round the patches of surfels that point inwards, as some scans have them (see
-      sf.inward_patches), after they are thinned: not for rooms that are seen from inside, unless `rooms` says so.
+      sf.inward_patches), after they are thinned, and faces of meshes that are wound against most of those beside: not
+      for rooms that are seen from inside, unless `rooms` says so.
     - rooms (false): with orient, closed sheets may be rooms: the side that most of their surfels face is right.
     - seed (0): of all that is random in the object.
     - scale (1), rotate ([0, 0, 0]), translate ([0, 0, 0]): applied in this order, about the origin: first p times the

@@ -12,7 +12,7 @@ from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import read_mesh
 from surflux.geometry.orientation import inward_patches
-from surflux.geometry.winding import warn_of_winding
+from surflux.geometry.winding import warn_of_winding, wound_alike
 from surflux.points.arranging import only_so_many
 from surflux.points.reading import read, read_with_faces
 from surflux.points.surfels import Surfels
@@ -159,7 +159,9 @@ def _mesh(table, shape, file, kind):
     if kind == "surfels" and "points" not in table:
         return None, None
     mesh = table.call(read_mesh, file)
-    if not table.get("orient", False) and not table.get("two_sided", False):
+    if table.get("orient", False) is True:
+        return wound_alike(mesh)[0], None
+    if table.get("two_sided", False) is not True:
         warn_of_winding(mesh, file)
     return mesh, None
 

@@ -32,14 +32,14 @@ def obj(tmp_path, library=LIBRARY, line="mtllib my room.mtl", text=CORNERS + FAC
 
 LINES = [
     "mtllib my room.mtl",
-    '"mtllib "my room.mtl" # all of them',
+    'mtllib "my room.mtl" # all of them',
+    'mtllib ./none.mtl \\\n "my room.mtl"',
     r"mtllib C:\my work\my room.mtl",
     "mtllib ./my room.mtl",
     "mtllib {folder}/my room.mtl",
     "\ufeffmtllib my room.mtl",
     "mtllib my room.mtl\nmtllib my room.mtl",
 ]
-LINES[1] = LINES[1][1:]
 
 
 @pytest.mark.filterwarnings("error")
@@ -78,15 +78,37 @@ def test_colors_of_vertices_count_more(tmp_path):
 def test_names_in_any_letters_and_with_signs(tmp_path):
     """Latin-1 names, of files as well, were a UnicodeDecodeError; what comes after # may be part of the name."""
     (tmp_path / os.fsdecode(b"Gr\xfcn.mtl")).write_bytes(
-        b"newmtl M #1\nKd 1 0 0\nnewmtl M #2\nKd 0 1 0\nnewmtl Gr\xfcn\nKd 0 0 1\n"
+        b"newmtl M #1\nKd 1 0 0\nnewmtl M #2\nKd 0 1 0\nnewmtl Gr\xfcn\t\tTuch\nKd 0 0 1\n"
     )
     path = tmp_path / "a.obj"
-    used = b"usemtl M #1\nf 1 2 3\nusemtl M #2\nf 1 2 3\nusemtl Gr\xfcn # green\nf 1 2 3\n"
+    used = b"usemtl M #1\nf 1 2 3\nusemtl M #2\nf 1 2 3\nusemtl Gr\xfcn Tuch\t# green\nf 1 2 3\n"
     path.write_bytes(b"mtllib Gr\xfcn.mtl\n" + CORNERS.encode() + used)
     np.testing.assert_allclose(read_mesh(path).face_reflectance(), 0.98 * np.eye(3))
     points = tmp_path / "points.obj"
     points.write_bytes(b"mtllib Gr\xfcn.mtl\n" + 40 * CORNERS.encode())
     assert len(sf.read_scan(points)) == 160
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("first", ["newmtl M\nKd .1\nnewmtl M #2\nKd .9\n", "newmtl M #2\nKd .9\nnewmtl M\nKd .1\n"])
+def test_the_exact_name_counts_first(tmp_path, first):
+    faces = "usemtl M\nf 1 2 3\nusemtl M #2\nf 1 2 3\nusemtl M # a comment\nf 1 2 3\n"
+    mesh = read_mesh(obj(tmp_path, first, text=CORNERS + faces))
+    np.testing.assert_allclose(mesh.face_reflectance()[:, 0], [0.1, 0.9, 0.1])
+
+
+def test_a_name_is_not_that_of_another_comment(tmp_path):
+    with pytest.warns(UserWarning, match=r"1 material \(M #3\) in no library"):
+        read_mesh(obj(tmp_path, "newmtl M #2\nKd .9\n", text=CORNERS + "usemtl M #2\nf 1 2 3\nusemtl M #3\nf 1 2 3\n"))
+
+
+def test_libraries_by_their_folders(tmp_path):
+    for name in "ab":
+        (tmp_path / f"{name}.mtl").write_text(f"newmtl {name}\nKd .{'ab'.index(name) + 1}\n")
+    faces = "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n"
+    for line in ("mtllib ./a.mtl ./b.mtl", 'mtllib "a.mtl" "b.mtl"', "mtllib C:\\x\\a.mtl\nmtllib /nowhere/b.mtl"):
+        mesh = read_mesh(obj(tmp_path, line=line, text=CORNERS + faces))
+        np.testing.assert_allclose(mesh.face_reflectance()[:, 0], [0.1, 0.2])
 
 
 def test_many_libraries_in_one_line(tmp_path):
@@ -131,6 +153,7 @@ def test_what_is_missing_or_not_read_is_said(tmp_path, library, line, reason):
 
 @pytest.mark.filterwarnings("error")
 def test_what_no_face_uses_is_no_matter(tmp_path):
+    read_mesh(obj(tmp_path, text=CORNERS + "usemtl none\n" + FACES.replace("f 1 2 3\n", "", 1)))
     read_mesh(
         obj(tmp_path, LIBRARY + "newmtl film\nKd spectral a.rfl\nmap_Kd a.png\n", "mtllib none.mtl\nmtllib my room.mtl")
     )

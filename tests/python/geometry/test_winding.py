@@ -7,7 +7,7 @@ import pytest
 
 import surflux as sf
 from surflux.geometry.meshes import read_mesh
-from surflux.geometry.winding import faces_against, opposite_edges
+from surflux.geometry.winding import faces_against, opposite_edges, wound_alike
 from surflux.scenes import shapes
 
 CORNERS = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
@@ -53,12 +53,29 @@ def test_faces_that_are_wound_against_the_others_are_told(tmp_path):
     lines = [f"v {x} {y} {z}" for x, y, z in corners] + ["f " + " ".join(str(k + 1) for k in face) for face in faces]
     (tmp_path / "box.obj").write_text("\n".join(lines))
     scene = tmp_path / "scene.toml"
-    for option, told in (("", True), ("orient = true", False), ("two_sided = true", False)):
-        scene.write_text(f'[[object]]\nfile = "box.obj"\nkind = "mesh"\npatch_area = 0.01\n{option}\n')
+    sheets = 'two_sided = "sheets"'  # a box is none
+    for option, told in (("", True), (sheets, True), ("orient = true", False), ("two_sided = true", False)):
+        scene.write_text(f'[[object]]\nfile = "box.obj"\nkind = "mesh"\n{option}\n')
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
-            sf.load_scene(scene)
+            made = sf.load_scene(scene).surfels
         assert any("wound against" in str(w.message) for w in found) == told
+        outwards = np.sum((made.points - 0.5) * made.normals, axis=1) > 0
+        assert np.count_nonzero(outwards) == (6 if "true" in option else 5)  # six patches: too few to ask rays about
+    for function in (
+        lambda: sf.Surfels.from_mesh(tmp_path / "box.obj", two_sided="sheets"),
+        lambda: sf.Surfels.sample_mesh(tmp_path / "box.obj", 60),
+    ):
+        with pytest.warns(UserWarning, match=r"box\.obj: 1 of 6 faces is wound"):
+            function()
+
+
+def test_polygons_are_turned_over_and_others_stay():
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1.5, 0, 0], [1.5, 0.5, 0], [1.5, 1, 0]]
+    for pentagon, wrong in (([1, 4, 5, 6, 2], 0), ([2, 6, 5, 4, 1], 1)):
+        mesh, turned = wound_alike(read_mesh((corners, [[0, 1, 2, 3], pentagon])))
+        assert turned == wrong
+        assert mesh.indices.tolist() == [0, 1, 2, 3, 1, 4, 5, 6, 2]
 
 
 @pytest.mark.parametrize("side", range(6))
