@@ -41,8 +41,8 @@ TEST(Obj, KeepsPolygonsWhateverTheWayOfIndexing) {
 TEST(Obj, AFaceMayComeBeforeItsVertices) { EXPECT_EQ(read("f 1 2 3\n" + square).faces.corners.size(), 3u); }
 
 TEST(Obj, FacesHaveTheMaterialOfTheLastName) {
-    const ObjData data = read("\xef\xbb\xbfmtllib a  b.mtl \r\nmtllib c.mtl # more\nmtllib d.mtl \\\n e.mtl\n" + square +
-                              "f 1 2 3\nusemtl red #1\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl red #1\nf 1 2 3\n");
+    const ObjData data = read("\xef\xbb\xbfmtllib a  b.mtl \r\nmtllib c.mtl # more\nmtllib d.mtl \\\n e.mtl\n" +
+                              square + "f 1 2 3\nusemtl red #1\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl red #1\nf 1 2 3\n");
     EXPECT_EQ(data.libraries, (std::vector<std::string>{"a  b.mtl", "c.mtl # more", "d.mtl  e.mtl"}));
     EXPECT_EQ(data.materials, (std::vector<std::string>{"red #1", "b"}));
     EXPECT_EQ(data.face_materials, (std::vector<std::uint32_t>{ObjData::no_material, 0, 1, 0}));

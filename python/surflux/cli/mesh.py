@@ -8,6 +8,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.check import counted
 from surflux._base.passes import LOG
+from surflux.geometry.estimates import percent
 from surflux.geometry.meshes import file_named, read_mesh
 from surflux.geometry.winding import wound_alike
 from surflux.points.layers import layer_of
@@ -18,6 +19,7 @@ from surflux.solutions.lit_points import LIGHT
 # Light varies over a face: those of coarse meshes are cut until there are about as many patches.
 PATCHES = 20_000
 _GREY = 0.5  # what faces reflect that have no colour
+_DARK = 0.01  # of the area
 FACES_DOWN = 0.9  # of a terrain's area: it is wound the other way
 SUFFIXES = (".ply", ".vtp")
 
@@ -72,6 +74,16 @@ def _upwards(options, surfels, stays):
     hint = "which `surflux solve` turns over" if stays else "and are turned over (--normals keep)"
     LOG.info("faces of a terrain: %.0f %% face down, %s", 100.0 * share, hint)
     return surfels if stays else surfels.flipped()
+
+
+def tell_dark(file, areas, light):
+    """Says how much of a mesh, patches of areas (n,), has no light (n, 3) at all, if it is more than can be told."""
+    share = np.sum(areas * ~light.any(axis=1)) / max(areas.sum(), np.finfo(float).tiny)
+    if share > _DARK:
+        text = (
+            "%s of the surface has no light at all: it is covered, or faces inwards (`surflux check %s` says what does)"
+        )
+        LOG.info(text, percent(share), file)
 
 
 def save_faces(path, source, solution):

@@ -18,7 +18,7 @@ from surflux.cli.cloud import (
     output_of,
     patches_of_file,
 )
-from surflux.cli.mesh import check_output, is_mesh, patches_of_mesh, save_faces
+from surflux.cli.mesh import check_output, is_mesh, patches_of_mesh, save_faces, tell_dark
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
 from surflux.cli.saying import print_json, told
@@ -85,6 +85,8 @@ def run(options):
     solution = solver(scene, **settings, progress=True)
     if not is_first(options):
         return 0
+    if kind == "mesh":
+        tell_dark(options.input, scene.surfels.areas, solution.per_surfel("irradiance"))
     solution, behind = before_backdrop(options, solution)
     behind = background_of(options, behind)
     of_faces = kind == "mesh" and output.suffix.lower() != ".ply"

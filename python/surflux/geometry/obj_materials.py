@@ -54,6 +54,9 @@ def looks_of_faces(path, libraries, names, of_face):
         warn(f"{path}: {textured} {have} (map_Kd, map_Ke), not read from OBJ files: Kd and Ke count")
     which = np.minimum(of_face, len(names))
     rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", _USUAL), (b"ke", 0.0)))
+    off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1))
+    if off:
+        warn(f"{path}: Kd of {counted(off, 'face')} is not in 0 to {WHITE:g}, the most that counts, and is cut off")
     return np.clip(rho, 0.0, WHITE), np.pi * np.maximum(0.0, glow)
 
 

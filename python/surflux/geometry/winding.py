@@ -21,17 +21,18 @@ def opposite_edges(mesh):
     Returns:
         (k, 2, 3): ends of each.
     """
-    ends, _, is_opposite = _edges_of_two(mesh, _areas(mesh))
+    ends, _, is_opposite = _edges_of_two(mesh, np.linalg.norm(vector_areas(mesh), axis=1))
     return mesh.vertices[ends[is_opposite]]
 
 
 def faces_against(mesh):
     """(f,) booleans: faces that are wound against most, by area, of those that they hang together with.
 
-    What hangs together shares edges, as in opposite_edges. In a piece in which no two sides can be told apart, as in a
-    Moebius strip, and where both are of one size, there are none.
+    What hangs together shares edges, as in opposite_edges. Where both sides of a piece are of one size, those that face
+    its inside are. In a piece in which no two sides can be told apart, as in a Moebius strip, there are none.
     """
-    count, areas = len(mesh.offsets) - 1, _areas(mesh)
+    count, along = len(mesh.offsets) - 1, vector_areas(mesh)
+    areas = np.linalg.norm(along, axis=1)
     _, pairs, is_opposite = _edges_of_two(mesh, areas)
     # Each face as it is, f, and turned over, count + f: what is connected is wound alike.
     a, b = pairs.T
@@ -40,7 +41,23 @@ def faces_against(mesh):
     piece = connected(2 * count, alike.ravel(), np.arange(0, alike.size, 2), 2)
     as_is, turned = piece[:count], piece[count:]
     area = np.bincount(as_is, areas, 2 * count)
-    return (as_is != turned) & (area[as_is] < area[turned] * (1.0 - 1e-9))
+    more = area[as_is] - area[turned]
+    is_alike = np.abs(more) <= 1e-9 * area[turned]
+    if np.any(is_alike & (as_is != turned)):
+        more = np.where(is_alike, _outwardness(mesh, along, areas, as_is, turned), more)
+    return (as_is != turned) & (more < 0.0)
+
+
+def _outwardness(mesh, along, areas, as_is, turned):
+    """(f,): of the piece of each face, the volume inside if it is wound as this face is; 0 of what is flat."""
+    piece, sign = np.minimum(as_is, turned), np.where(as_is < turned, 1.0, -1.0)
+    corners = np.diff(mesh.offsets)[:, None]
+    middle = np.add.reduceat(mesh.vertices[mesh.indices], mesh.offsets[:-1]) / corners
+    total = np.maximum(np.bincount(piece, areas), np.finfo(float).tiny)
+    center = np.stack([np.bincount(piece, areas * m) for m in middle.T], axis=1) / total[:, None]
+    share = np.sum((middle - center[piece]) * along, axis=1)
+    volume, size = np.bincount(piece, sign * share), np.bincount(piece, np.abs(share))
+    return sign * np.where(np.abs(volume) > 1e-6 * size, volume, 0.0)[piece]
 
 
 def wound_alike(mesh):
@@ -63,10 +80,6 @@ def warn_of_winding(mesh, name):
             f"{'faces' if one else 'face'} the other side (from 0: {listed}); their corners in reverse order, as "
             "trimesh.repair.fix_winding has them, or two_sided mend it"
         )
-
-
-def _areas(mesh):
-    return np.linalg.norm(vector_areas(mesh), axis=1)
 
 
 def _edges_of_two(mesh, areas):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux.scenes import shapes
 
 pyvista = pytest.importorskip("pyvista")
 
@@ -51,6 +52,17 @@ def test_large_faces_are_cut(here, run):
     assert len(found) >= 20_000
     assert found.areas.sum() == pytest.approx(1.0)
     assert np.all(found.normals[:, 2] == -1.0)
+
+
+def test_bodies_that_are_inside_out_are_told(here, run):
+    """One of two: nothing but its darkness tells it from a room, and nobody was told."""
+    ball, faces = shapes.icosphere(2)
+    corners, both = np.vstack([ball, ball + 6.0]), np.vstack([faces, faces[:, ::-1] + len(ball)]) + 1
+    text = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in both]
+    (here / "balls.obj").write_text("\n".join(text))
+    status, _, err = run("solve", "balls.obj", "--light", "sky", "--no-image", "--rays", 16)
+    assert status == 0, err
+    assert "50% of the surface has no light at all" in err.replace("50 %", "50%")
 
 
 @pytest.mark.parametrize("normals", ["check", "keep"])

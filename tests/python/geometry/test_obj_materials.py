@@ -16,7 +16,7 @@ newmtl red wall
   Kd 0.6 0.2 0.1 # linear
   Ke 0 0 0
 newmtl lamp
-Kd 1 1 1
+Kd .98 .98 .98
 Ke 2 1 .5
 newmtl grey
 Kd .3
@@ -134,6 +134,7 @@ def test_many_libraries_in_one_line(tmp_path):
         ),
         ("nothing", None, r"3 materials \(red wall, lamp, grey\) in no library of it"),
         (LIBRARY + "map_Kd wood.png\n", None, r"1 material has a texture \(map_Kd, map_Ke\), not read from OBJ files"),
+        (LIBRARY.replace(".3", "-.3"), None, r"room\.obj: Kd of 2 faces is not in 0 to 0\.98, the most that counts"),
         (LIBRARY + "map_Ke glow.png\n", None, r"1 material has a texture"),
         *(
             (

@@ -70,6 +70,15 @@ def test_faces_that_are_wound_against_the_others_are_told(tmp_path):
             function()
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_of_two_halves_the_one_that_faces_inwards_is_against(seed):
+    """No side has more area; both stayed as they were, and half of the box black."""
+    wrong = np.random.default_rng(seed).permutation(6) < 3
+    faces = [face[::-1] if w else face for face, w in zip(SIDES, wrong, strict=True)]
+    corners = (CORNERS + 5.0) @ rotation(seed + 1).T
+    np.testing.assert_array_equal(faces_against(read_mesh((corners, faces))), wrong)
+
+
 def test_polygons_are_turned_over_and_others_stay():
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1.5, 0, 0], [1.5, 0.5, 0], [1.5, 1, 0]]
     for pentagon, wrong in (([1, 4, 5, 6, 2], 0), ([2, 6, 5, 4, 1], 1)):
