@@ -48,6 +48,14 @@ TEST(Obj, FacesHaveTheMaterialOfTheLastName) {
     EXPECT_EQ(data.face_materials, (std::vector<std::uint32_t>{ObjData::no_material, 0, 1, 0}));
 }
 
+TEST(Obj, CommentsBehindNamesGoOnToNoOtherLine) {
+    const ObjData data =
+        read("mtllib a.mtl # of C:\\work\\\n" + square + "usemtl red\t# C:\\lib\\\nf 1 2 3\nusemtl #\\\nf 1 2 4\n");
+    EXPECT_EQ(data.vertices.size(), 4u);
+    EXPECT_EQ(data.faces.size(), 2u);
+    EXPECT_EQ(data.libraries, (std::vector<std::string>{"a.mtl # of C:\\work\\"}));
+}
+
 TEST(Obj, ColorsCountWhereEveryVertexHasThem) {
     EXPECT_EQ(read("v 0 0 0 .25 .5 1\nv 1 0 0 0 0 0\n").colors.at(0).y, 0.5);
     EXPECT_TRUE(read("v 0 0 0 .25 .5 1\nv 1 0 0\n").colors.empty());

@@ -86,10 +86,15 @@ private:
         face_lines_.push_back(line);
     }
 
-    // With blanks and all; goes on to the next line after a backslash.
+    // With blanks, and what may be a comment; goes on to the next line after a backslash, which ends no comment.
     std::string rest_of_statement() {
         std::string out(lines_.rest());
-        while (!out.empty() && out.back() == '\\' && lines_.advance()) {
+        const auto goes_on = [&] {
+            const bool has_comment =
+                out.rfind('#', 0) == 0 || out.find(" #") != std::string::npos || out.find("\t#") != std::string::npos;
+            return !has_comment && !out.empty() && out.back() == '\\';
+        };
+        while (goes_on() && lines_.advance()) {
             out.back() = ' ';
             out.append(lines_.rest());
         }

@@ -1,5 +1,7 @@
 """A mesh as the commands take it: cut into patches, and what was found taken home to its faces."""
 
+import os
+import shlex
 import warnings
 from pathlib import Path
 
@@ -76,13 +78,17 @@ def _upwards(options, surfels, stays):
     return surfels if stays else surfels.flipped()
 
 
-def tell_dark(file, areas, light):
-    """Says how much of a mesh, patches of areas (n,), has no light (n, 3) at all, if it is more than can be told."""
-    share = np.sum(areas * ~light.any(axis=1)) / max(areas.sum(), np.finfo(float).tiny)
+def tell_dark(options, patches, light):
+    """Says how much of a mesh, `patches`, has no light at all, and does not shine, if it is not next to nothing.
+
+    light: (n, 3) at these patches, and at others that follow them.
+    """
+    areas = patches.areas
+    is_dark = ~(light[: len(patches)].any(axis=1) | patches.emission.any(axis=1))
+    share = np.sum(areas * is_dark) / max(areas.sum(), np.finfo(float).tiny)
     if share > _DARK:
-        text = (
-            "%s of the surface has no light at all: it is covered, or faces inwards (`surflux check %s` says what does)"
-        )
+        file = shlex.quote(os.fsdecode(options.input)) + (" --mesh" if options.mesh else "")
+        text = "%s of the surface has no light: hidden from all of it, or facing inwards (`surflux check %s` tells)"
         LOG.info(text, percent(share), file)
 
 

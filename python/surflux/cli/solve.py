@@ -86,7 +86,7 @@ def run(options):
     if not is_first(options):
         return 0
     if kind == "mesh":
-        tell_dark(options.input, scene.surfels.areas, solution.per_surfel("irradiance"))
+        tell_dark(options, scene.objects[0], solution.per_surfel("irradiance"))
     solution, behind = before_backdrop(options, solution)
     behind = background_of(options, behind)
     of_faces = kind == "mesh" and output.suffix.lower() != ".ply"

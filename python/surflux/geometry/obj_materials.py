@@ -33,7 +33,7 @@ def looks_of_faces(path, libraries, names, of_face):
     if not any(names):
         return None, None
     known, missing = {}, []
-    for line in dict.fromkeys(libraries):
+    for line in filter(None, dict.fromkeys(libraries)):
         found, lost = _files(Path(path).parent, line)
         missing += lost
         for file in found:
@@ -72,16 +72,16 @@ def _listed(names):
 
 def _files(folder, line):
     """([path of each file of a line that is there], [names of the others]); names may have spaces in them."""
-    short = _COMMENT.sub(b"", line)
-    for whole in (line, short):
-        file = _file(folder, whole.strip(b'"'))
+    short = _COMMENT.sub(b"", line).strip()
+    is_one = short.lower().count(b".mtl") <= 1
+    for whole in (line.strip(b'"'), short.strip(b'"')):
+        file = _file(folder, whole) or (_beside(folder, whole) if is_one else None)
         if file is not None:
             return [file], []
     words = [quoted or word for quoted, word in _WORD.findall(short)]
     files = [_file(folder, word) or _beside(folder, word) for word in words]
     if not any(files):
-        file = _beside(folder, short.strip(b'"'))
-        return ([], [short]) if file is None else ([file], [])
+        return [], [short]
     return [file for file in files if file], [word for word, file in zip(words, files, strict=True) if file is None]
 
 

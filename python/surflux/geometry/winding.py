@@ -7,6 +7,7 @@ from surflux._base.warn import warn
 from surflux.geometry.adjacency import connected, following_corners, numbers_of_places, vector_areas
 
 _LISTED = 10  # numbers of faces in a warning
+_ALIKE = 1e-3  # relative difference of two areas that are one size, for vertices in float32 or of six decimals
 
 
 def opposite_edges(mesh):
@@ -28,8 +29,9 @@ def opposite_edges(mesh):
 def faces_against(mesh):
     """(f,) booleans: faces that are wound against most, by area, of those that they hang together with.
 
-    What hangs together shares edges, as in opposite_edges. Where both sides of a piece are of one size, those that face
-    its inside are. In a piece in which no two sides can be told apart, as in a Moebius strip, there are none.
+    What hangs together shares edges, as in opposite_edges. Where both sides of a closed piece are of one size, those
+    that face its inside are. In an open one, or where no two sides can be told apart, as in a Moebius strip, there are
+    none.
     """
     count, along = len(mesh.offsets) - 1, vector_areas(mesh)
     areas = np.linalg.norm(along, axis=1)
@@ -42,22 +44,23 @@ def faces_against(mesh):
     as_is, turned = piece[:count], piece[count:]
     area = np.bincount(as_is, areas, 2 * count)
     more = area[as_is] - area[turned]
-    is_alike = np.abs(more) <= 1e-9 * area[turned]
+    is_alike = np.abs(more) <= _ALIKE * area[turned]
     if np.any(is_alike & (as_is != turned)):
-        more = np.where(is_alike, _outwardness(mesh, along, areas, as_is, turned), more)
+        piece = np.minimum(as_is, turned)
+        at_border = np.bincount(pairs.ravel(), minlength=count) < np.diff(mesh.offsets)
+        is_closed = (np.bincount(piece, at_border & (areas > 0.0)) == 0.0)[piece]
+        volume = np.where(as_is < turned, 1.0, -1.0) * _volumes(mesh, along, areas, piece, as_is < turned)[piece]
+        more = np.where(is_alike, is_closed * volume, more)
     return (as_is != turned) & (more < 0.0)
 
 
-def _outwardness(mesh, along, areas, as_is, turned):
-    """(f,): of the piece of each face, the volume inside if it is wound as this face is; 0 of what is flat."""
-    piece, sign = np.minimum(as_is, turned), np.where(as_is < turned, 1.0, -1.0)
+def _volumes(mesh, along, areas, piece, is_front):
+    """Of each piece, three times the volume inside, below 0 if its front, what `is_front` says, faces that."""
     corners = np.diff(mesh.offsets)[:, None]
     middle = np.add.reduceat(mesh.vertices[mesh.indices], mesh.offsets[:-1]) / corners
     total = np.maximum(np.bincount(piece, areas), np.finfo(float).tiny)
     center = np.stack([np.bincount(piece, areas * m) for m in middle.T], axis=1) / total[:, None]
-    share = np.sum((middle - center[piece]) * along, axis=1)
-    volume, size = np.bincount(piece, sign * share), np.bincount(piece, np.abs(share))
-    return sign * np.where(np.abs(volume) > 1e-6 * size, volume, 0.0)[piece]
+    return np.bincount(piece, np.where(is_front, 1.0, -1.0) * np.sum((middle - center[piece]) * along, axis=1))
 
 
 def wound_alike(mesh):
@@ -69,16 +72,16 @@ def wound_alike(mesh):
     return mesh._replace(indices=mesh.indices[np.where(turned, first + end - 1 - corner, corner)]), int(against.sum())
 
 
-def warn_of_winding(mesh, name):
-    """Says which faces of what is called `name` are wound against the others, if any."""
-    against = np.flatnonzero(faces_against(mesh))
+def warn_of_winding(mesh, name, have_backs=False):
+    """Says which faces of what is called `name` are wound against the others, but for those that have backs, too."""
+    against = np.flatnonzero(faces_against(mesh) & ~np.asarray(have_backs))
     if len(against):
         faces, one = counted(len(mesh.offsets) - 1, "face"), len(against) == 1
         listed = ", ".join(map(str, against[:_LISTED])) + (", ..." if len(against) > _LISTED else "")
         warn(
             f"{name}: {len(against)} of {faces} {'is' if one else 'are'} wound against most of those beside, and "
-            f"{'faces' if one else 'face'} the other side (from 0: {listed}); their corners in reverse order, as "
-            "trimesh.repair.fix_winding has them, or two_sided mend it"
+            f"{'faces' if one else 'face'} the other side (from 0: {listed}); their corners in reverse order mend it, "
+            "as trimesh.repair.fix_winding has them"
         )
 
 

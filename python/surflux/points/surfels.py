@@ -17,6 +17,7 @@ from surflux.geometry.estimates import estimated_normals, estimated_radii
 from surflux.geometry.gloss import USUAL_EXPONENT, gloss_arrays, require_energy
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import file_named, name_of, read_mesh
+from surflux.geometry.sheets import sheet_faces
 from surflux.geometry.winding import warn_of_winding
 from surflux.points import arranging, materials, showing, summaries
 from surflux.points.foreign_clouds import unpacked
@@ -186,7 +187,7 @@ class Surfels:
         two_sided = check.sides("two_sided", two_sided)
         polygons = read_mesh(mesh)
         if two_sided is not True and polygons is not mesh:  # which commands have read, and turn over by themselves
-            warn_of_winding(polygons, name_of(mesh))
+            warn_of_winding(polygons, name_of(mesh), two_sided == "sheets" and sheet_faces(polygons))
         faces = len(polygons.offsets) - 1
         reflectance = polygons.face_reflectance() if reflectance is None else reflectance
         reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")

@@ -12,6 +12,7 @@ from surflux.geometry.estimates import estimated_radii
 from surflux.geometry.mesh_surfels import sampled_surfels, surfels_of_patches
 from surflux.geometry.meshes import read_mesh
 from surflux.geometry.orientation import inward_patches
+from surflux.geometry.sheets import sheet_faces
 from surflux.geometry.winding import warn_of_winding, wound_alike
 from surflux.points.arranging import only_so_many
 from surflux.points.reading import read, read_with_faces
@@ -162,7 +163,7 @@ def _mesh(table, shape, file, kind):
     if table.get("orient", False) is True:
         return wound_alike(mesh)[0], None
     if table.get("two_sided", False) is not True:
-        warn_of_winding(mesh, file)
+        warn_of_winding(mesh, file, table.get("two_sided", False) == "sheets" and sheet_faces(mesh))
     return mesh, None
 
 

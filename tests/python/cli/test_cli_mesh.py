@@ -60,9 +60,10 @@ def test_bodies_that_are_inside_out_are_told(here, run):
     corners, both = np.vstack([ball, ball + 6.0]), np.vstack([faces, faces[:, ::-1] + len(ball)]) + 1
     text = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in both]
     (here / "balls.obj").write_text("\n".join(text))
-    status, _, err = run("solve", "balls.obj", "--light", "sky", "--no-image", "--rays", 16)
-    assert status == 0, err
-    assert "50% of the surface has no light at all" in err.replace("50 %", "50%")
+    for ground in ([], ["--ground"]):
+        status, _, err = run("solve", "balls.obj", "--light", "sky", "--no-image", "--rays", 16, *ground)
+        assert status == 0, err
+        assert "50 % of the surface has no light: hidden" in err
 
 
 @pytest.mark.parametrize("normals", ["check", "keep"])

@@ -36,6 +36,7 @@ LINES = [
     'mtllib ./none.mtl \\\n "my room.mtl"',
     r"mtllib C:\my work\my room.mtl",
     "mtllib ./my room.mtl",
+    "mtllib  my room.mtl  # two blanks",
     "mtllib {folder}/my room.mtl",
     "\ufeffmtllib my room.mtl",
     "mtllib my room.mtl\nmtllib my room.mtl",

@@ -73,10 +73,18 @@ def test_faces_that_are_wound_against_the_others_are_told(tmp_path):
 @pytest.mark.parametrize("seed", range(6))
 def test_of_two_halves_the_one_that_faces_inwards_is_against(seed):
     """No side has more area; both stayed as they were, and half of the box black."""
-    wrong = np.random.default_rng(seed).permutation(6) < 3
+    wrong = np.zeros(6, bool)
+    wrong[np.array([0, 2, 4]) + np.random.default_rng(seed).integers(0, 2, 3)] = True  # one of each two alike
     faces = [face[::-1] if w else face for face, w in zip(SIDES, wrong, strict=True)]
-    corners = (CORNERS + 5.0) @ rotation(seed + 1).T
-    np.testing.assert_array_equal(faces_against(read_mesh((corners, faces))), wrong)
+    corners = (CORNERS * [1.0, 0.7, 2.0] + 5.0) @ rotation(seed + 1).T
+    for vertices in (corners, corners.astype(np.float32), corners.round(6)):
+        np.testing.assert_array_equal(faces_against(read_mesh((vertices, faces))), wrong)
+
+
+def test_of_two_halves_of_what_is_open_none_is():
+    """Which slope of a valley is the wrong one, nothing tells."""
+    valley = [[0, -1, 1], [1, -1, 1], [1, 0, 0], [0, 0, 0], [1, 1, 1], [0, 1, 1]]
+    assert not faces_against(read_mesh((valley, [[0, 1, 2, 3], [3, 2, 4, 5][::-1]]))).any()
 
 
 def test_polygons_are_turned_over_and_others_stay():
