@@ -17,6 +17,11 @@ def counted(n, what, several=None):
     return f"{n} {what if n == 1 else several or what + 's'}"
 
 
+def listed(numbers, most):
+    """ "3, 5, 8, ...": at most so many of some numbers."""
+    return ", ".join(map(str, numbers[:most])) + (", ..." if len(numbers) > most else "")
+
+
 def path(name, value):
     """value as a str, if it is a path: str, bytes or os.PathLike."""
     if not isinstance(value, (str, bytes, os.PathLike)):

@@ -111,12 +111,11 @@ def _faces_text(inward):
     if inward is None or not inward.any():
         return []
     numbers = np.flatnonzero(inward)
-    which = ", ".join(map(str, numbers[:LISTED])) + (", ..." if len(numbers) > LISTED else "")
     if len(numbers) == len(inward):
         return ["these are all faces of the mesh: `surflux solve --normals flip` turns all of them"]
     points = "points" if len(numbers) == 1 else "point"
     of = check.counted(len(inward), "face")
-    return [f"of {of} of the mesh {len(numbers)} {points} inwards, numbered from 0: {which}"]
+    return [f"of {of} of the mesh {len(numbers)} {points} inwards, numbered from 0: {check.listed(numbers, LISTED)}"]
 
 
 def _witnesses(scene, viewpoint):

@@ -30,8 +30,11 @@ class Mesh(NamedTuple):
             return self.of_faces
         if self.reflectance is None:
             return np.full((len(self.offsets) - 1, 3), 0.5)
-        corners = np.diff(self.offsets)[:, None]
-        return np.add.reduceat(self.reflectance[self.indices], self.offsets[:-1]) / corners
+        return self.mean_of_corners(self.reflectance)
+
+    def mean_of_corners(self, values):
+        """(f, k): mean over the corners of each face of values (v, k) at vertices."""
+        return np.add.reduceat(values[self.indices], self.offsets[:-1]) / np.diff(self.offsets)[:, None]
 
     def face_emission(self):
         """(f, 3): what each face sends by itself."""

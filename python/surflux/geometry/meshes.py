@@ -17,7 +17,11 @@ from surflux.geometry.obj_materials import looks_of_faces
 
 def name_of(mesh):
     """What messages call a mesh: its path, if it is one."""
-    return os.fsdecode(mesh) if isinstance(mesh, str | bytes | os.PathLike) else "mesh"
+    return os.fsdecode(mesh) if _is_path(mesh) else "mesh"
+
+
+def _is_path(mesh):
+    return isinstance(mesh, str | bytes | os.PathLike)
 
 
 @contextmanager
@@ -26,9 +30,9 @@ def file_named(mesh):
     try:
         yield
     except ValueError as error:
-        if not isinstance(mesh, str | bytes | os.PathLike) or not str(error).startswith("mesh: "):
+        if not _is_path(mesh) or not str(error).startswith("mesh: "):
             raise
-        raise _core.FileError(f"{os.fsdecode(mesh)}: {str(error).removeprefix('mesh: ')}") from error
+        raise _core.FileError(f"{name_of(mesh)}: {str(error).removeprefix('mesh: ')}") from error
 
 
 def read_mesh(mesh):
@@ -52,7 +56,7 @@ def read_mesh(mesh):
     """
     if isinstance(mesh, Mesh):
         return mesh
-    if isinstance(mesh, str | bytes | os.PathLike):
+    if _is_path(mesh):
         return _read_file(os.fsdecode(mesh))
     result = _convert(mesh)
     problem = _problem(result)

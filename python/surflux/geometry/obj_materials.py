@@ -101,7 +101,7 @@ def _read(path):
     for number, line in enumerate(path.read_bytes().removeprefix(b"\xef\xbb\xbf").splitlines(), 1):
         keyword, _, rest = _spaced(line).partition(b" ")
         if keyword.lower() == b"newmtl":
-            found[rest] = material = {b"newmtl": (number, [])}
+            found[rest] = material = {b"newmtl": rest}  # not empty, even without a line of its own
         elif keyword:
             material[keyword.lower()] = f"{path} (line {number})", rest.split(b"#")[0].split()
     return found

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux._base.check import counted
+from surflux._base.check import counted, listed
 from surflux._base.warn import warn
 from surflux.geometry.adjacency import connected, following_corners, numbers_of_places, vector_areas
 
@@ -46,21 +46,19 @@ def faces_against(mesh):
     more = area[as_is] - area[turned]
     is_alike = np.abs(more) <= _ALIKE * area[turned]
     if np.any(is_alike & (as_is != turned)):
-        piece = np.minimum(as_is, turned)
+        piece, sign = np.minimum(as_is, turned), np.where(as_is < turned, 1.0, -1.0)
         at_border = np.bincount(pairs.ravel(), minlength=count) < np.diff(mesh.offsets)
         is_closed = (np.bincount(piece, at_border & (areas > 0.0)) == 0.0)[piece]
-        volume = np.where(as_is < turned, 1.0, -1.0) * _volumes(mesh, along, areas, piece, as_is < turned)[piece]
-        more = np.where(is_alike, is_closed * volume, more)
+        more = np.where(is_alike, is_closed * sign * _volumes(mesh, along, areas, piece, sign)[piece], more)
     return (as_is != turned) & (more < 0.0)
 
 
-def _volumes(mesh, along, areas, piece, is_front):
-    """Of each piece, three times the volume inside, below 0 if its front, what `is_front` says, faces that."""
-    corners = np.diff(mesh.offsets)[:, None]
-    middle = np.add.reduceat(mesh.vertices[mesh.indices], mesh.offsets[:-1]) / corners
+def _volumes(mesh, along, areas, piece, sign):
+    """Of each piece, three times the volume inside, below 0 if faces of sign 1, and backs of sign -1, face that."""
+    middle = mesh.mean_of_corners(mesh.vertices)
     total = np.maximum(np.bincount(piece, areas), np.finfo(float).tiny)
     center = np.stack([np.bincount(piece, areas * m) for m in middle.T], axis=1) / total[:, None]
-    return np.bincount(piece, np.where(is_front, 1.0, -1.0) * np.sum((middle - center[piece]) * along, axis=1))
+    return np.bincount(piece, sign * np.sum((middle - center[piece]) * along, axis=1))
 
 
 def wound_alike(mesh):
@@ -77,11 +75,10 @@ def warn_of_winding(mesh, name, have_backs=False):
     against = np.flatnonzero(faces_against(mesh) & ~np.asarray(have_backs))
     if len(against):
         faces, one = counted(len(mesh.offsets) - 1, "face"), len(against) == 1
-        listed = ", ".join(map(str, against[:_LISTED])) + (", ..." if len(against) > _LISTED else "")
         warn(
             f"{name}: {len(against)} of {faces} {'is' if one else 'are'} wound against most of those beside, and "
-            f"{'faces' if one else 'face'} the other side (from 0: {listed}); their corners in reverse order mend it, "
-            "as trimesh.repair.fix_winding has them"
+            f"{'faces' if one else 'face'} the other side (from 0: {listed(against, _LISTED)}); their corners in "
+            "reverse order mend it, as trimesh.repair.fix_winding has them"
         )
 
 
