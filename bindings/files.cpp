@@ -65,8 +65,10 @@ py::tuple read_obj_file(const std::filesystem::path& path) {
     const py::object colors = data.colors.empty() ? py::object(py::none()) : py::object(to_array(data.colors));
     const py::tuple materials =
         py::make_tuple(to_bytes(data.libraries), to_bytes(data.materials), to_array(data.face_materials));
+    std::vector<float> places;
+    for (const ObjData::TexturePlace& at : data.texture_places) places.insert(places.end(), {at.u, at.v});
     return py::make_tuple(to_array(data.vertices), offsets_of(data.faces), to_array(data.faces.corners), colors,
-                          materials);
+                          materials, py::make_tuple(to_array(places), to_array(data.texture_corners)));
 }
 
 using NamedColumn = std::tuple<std::string, std::string, Doubles>;
@@ -100,7 +102,7 @@ void bind_files(py::module_& module) {
                "Columns by element and name (float64), their types, face corners as offsets and indices, comments.");
     module.def("read_obj", &read_obj_file, py::arg("path"),
                "(vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), "
-               "the first two in bytes)");
+               "the first two in bytes, (u v of each place on a texture, place of each index: empty without any))");
     module.def("write_ply", &write_ply_file, py::arg("path"), py::arg("elements"), py::arg("faces") = py::none(),
                py::arg("comments") = std::vector<std::string>{},
                "elements: [(name, rows, [(column, type, values)])]; faces: (offsets, indices) of the element face.");

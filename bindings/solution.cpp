@@ -2,10 +2,12 @@
 
 #include "convert.h"
 #include "rooms.h"
+#include "solution_dict.h"
 #include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
 #include "surflux/solution/final_gather.h"
 #include "surflux/solution/nodal_field.h"
+#include "surflux/solution/self_check.h"
 #include "surflux/solution/sight.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -150,6 +152,39 @@ struct Field {
     std::vector<double> light;
 };
 
+// How far light is from that of the scene, with the surfaces of the surfels that have it: another reflectance than the
+// scene's is theirs. `parents` are in the scene.
+py::dict error_of(const CompiledScene& compiled, const Surfels& surfels, const Indices& parents,
+                  const Doubles& irradiance, const Doubles& direct, std::size_t rays, std::uint64_t seed,
+                  const py::object& progress) {
+    const std::size_t n = surfels.size();
+    Solution solution;
+    solution.surfels = surfels;
+    solution.parents = to_vector(parents);
+    solution.irradiance = to_vec3s(irradiance, "irradiance");
+    solution.direct = to_vec3s(direct, "direct");
+    require(solution.parents.size() == n && solution.irradiance.size() == n && solution.direct.size() == n,
+            "irradiance: wanted that of each surfel");
+    require_areas(surfels);
+    const Progress report = to_progress(progress);
+    Figures found;
+    without_gil([&] {
+        Scene scene = compiled.scene();
+        std::vector<Rgb> reflectance(scene.surfels.reflectance.begin(), scene.surfels.reflectance.end());
+        for (std::size_t k = 0; k < n; ++k) {
+            require(solution.parents[k] < reflectance.size(), "parents: wanted surfels of the scene");
+            reflectance[solution.parents[k]] = surfels.reflectance[k];
+        }
+        scene.surfels.reflectance = reflectance;
+        SelfCheckOptions options;
+        options.most_rays = options.most_local_rays = rays;
+        options.seed = seed;
+        gathering_error(scene, compiled.tracer(), solution, options, report).note_in(found);
+        return 0;
+    });
+    return to_dict(found);
+}
+
 }  // namespace
 
 void bind_solution(py::module_& module) {
@@ -161,6 +196,8 @@ void bind_solution(py::module_& module) {
         .def("at", &Field::at, py::arg("field"), py::arg("points"), py::arg("normals"), py::arg("progress"))
         .def("gathered", &Field::gathered, py::arg("points"), py::arg("normals"), py::arg("rays"), py::arg("seed"),
              py::arg("progress"));
+    module.def("error_of", &error_of, py::arg("scene"), py::arg("surfels"), py::arg("parents"), py::arg("irradiance"),
+               py::arg("direct"), py::arg("rays"), py::arg("seed"), py::arg("progress") = py::none());
 }
 
 }  // namespace surflux::bindings

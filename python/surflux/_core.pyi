@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'KernelWalls', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direct_at', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'emitted_at', 'environment_image', 'estimate_normals', 'estimate_radii', 'facing', 'find_strays', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'onto_surface', 'place_points', 'project_environment', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'seen_places', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'version', 'versions', 'write_ply']
+__all__: list[str] = ['AreaBackend', 'AreaLight', 'Cancelled', 'Coincidence', 'DeviceError', 'DirectionalLight', 'DistantTransfer', 'Environment', 'Field', 'FileError', 'FlatImage', 'FormFactorOperator', 'IncidentLight', 'KernelWalls', 'LampView', 'LocalTransfer', 'MeshlessField', 'OnSurface', 'OperatorOptions', 'PAIRS_UP_TO', 'PatchCorners', 'PatchRays', 'PointLight', 'Scene', 'SkyPatches', 'SkyTransfer', 'SpotLight', 'Surfels', 'ThreadLimit', 'area_shares', 'automatic_exposure', 'build_hierarchy', 'closest_hits', 'compile_scene', 'convolve_harmonics', 'direct_at', 'direction_sums', 'divide_patches', 'effective_areas', 'eliminate_samples', 'emitted_at', 'environment_image', 'error_of', 'estimate_normals', 'estimate_radii', 'facing', 'find_strays', 'form_factor_operator', 'form_factors', 'free_directions', 'gl_info', 'image_of_harmonics', 'instruction_set', 'inward_patches', 'largest_harmonic_order', 'morton_order', 'multiply_harmonics', 'nearest_points', 'onto_surface', 'place_points', 'project_environment', 'read_obj', 'read_ply', 'reference_irradiance', 'reference_radiance', 'refinement_tuning', 'render_splats', 'require_memory_for_pairs', 'rotate_harmonics', 'sample_triangles', 'scene_arrays', 'scene_of_arrays', 'seen_fronts', 'seen_places', 'solve', 'solve_meshless', 'spherical_harmonics', 'srgb_decode', 'srgb_encode', 'tone_map', 'version', 'versions', 'write_ply']
 class FileError(OSError):
     """
     A file that cannot be read or written, an OSError: "path (place): reason".
@@ -437,6 +437,8 @@ def emitted_at(scene: Scene, points: typing.Annotated[numpy.typing.ArrayLike, nu
     ...
 def environment_image(environments: collections.abc.Sequence[PointLight | SpotLight | AreaLight | DirectionalLight | Environment], camera: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex], coverage: typing.Annotated[numpy.typing.ArrayLike, numpy.float32], samples: typing.SupportsInt | typing.SupportsIndex) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
     ...
+def error_of(scene: Scene, surfels: Surfels, parents: typing.Annotated[numpy.typing.ArrayLike, numpy.uint32], irradiance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], direct: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], rays: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, progress: typing.Any = None) -> dict:
+    ...
 def estimate_normals(points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], neighbors: typing.SupportsInt | typing.SupportsIndex, viewpoint: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.float64]:
     ...
 def estimate_radii(points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], normals: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None, progress: typing.Any = None) -> numpy.typing.NDArray[numpy.float64]:
@@ -473,7 +475,7 @@ def project_environment(environment: Environment, order: typing.SupportsInt | ty
     ...
 def read_obj(path: os.PathLike | str | bytes) -> tuple:
     """
-    (vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), the first two in bytes)
+    (vertices, face offsets, face indices, vertex colors or None, (libraries, names, name of each face), the first two in bytes, (u v of each place on a texture, place of each index: empty without any))
     """
 def read_ply(path: os.PathLike | str | bytes, keep: collections.abc.Sequence[str] = ['vertex', 'face']) -> dict:
     """

@@ -70,8 +70,8 @@ TEST(LightSampledIrradiance, LampsGiveWhatLambertSays) {
 }
 
 TEST(LightSampledIrradiance, AllThatEmittersBringIsWhatTheFormFactorsSay) {
-    // A lamp that touches the floor along an edge: the balance heuristic leaves most of what is near to rays over the
-    // hemisphere. Two unit squares at a right angle exchange 0.2000438 (Hottel; Howell C-14).
+    // A lamp that touches the floor along an edge: the balance heuristic leaves a sixth of what there is, most of it
+    // near, to rays over the hemisphere. Two unit squares at a right angle exchange 0.2000438 (Hottel; Howell C-14).
     Surfels wall, floor, rest;
     add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 4, 4);
     add_rectangle(wall, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 4, 4);
@@ -90,7 +90,7 @@ TEST(LightSampledIrradiance, AllThatEmittersBringIsWhatTheFormFactorsSay) {
     double light_sampled = 0.0;
     for (const Rgb& found : light_sampled_irradiance(tracer, emitters, points, places, {256, 256}, 3))
         light_sampled += found.x / 16.0;
-    EXPECT_LT(light_sampled, 0.8 * all);
+    EXPECT_LT(light_sampled, 0.9 * all);
 }
 
 TEST(LightSampledIrradiance, WhatStandsBetweenBlocksAndTheBackGivesNothing) {

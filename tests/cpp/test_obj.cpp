@@ -76,6 +76,22 @@ TEST(Obj, NamesTheLine) {
     EXPECT_EQ(refusal("v 0 0 1e999\n"), " (line 1): a coordinate is not finite");
 }
 
+TEST(Obj, CornersHavePlacesOnTextures) {
+    const ObjData data = read(square + "vt .5 .25 1\nvt 1e99 x\nvt 2\nf 1/1 2/2/7 3/-1\nf 1 2//1 3/\nf 1/4 2/-4 3/0\n");
+    ASSERT_EQ(data.texture_places.size(), 3u);
+    const float wanted[][2] = {{0.5f, 0.25f}, {0.0f, 0.0f}, {2.0f, 0.0f}};
+    for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_EQ(data.texture_places[k].u, wanted[k][0]);
+        EXPECT_EQ(data.texture_places[k].v, wanted[k][1]);
+    }
+    const std::uint32_t none = ObjData::no_place;
+    EXPECT_EQ(data.texture_corners, (std::vector<std::uint32_t>{0, 1, 2, none, none, none, none, none, none}));
+    EXPECT_TRUE(read(square + "f 1/1 2/2 3/3\n").texture_corners.empty());
+    // A face may come before its places.
+    EXPECT_EQ(read(square + "f 1/2 2/1 3/3\nvt 0 0\nvt 0 1\n").texture_corners,
+              (std::vector<std::uint32_t>{1, 0, none}));
+}
+
 TEST(Obj, ReadsFromDisk) {
     const std::string path =
         (std::filesystem::temp_directory_path() / ("surflux_" + std::to_string(::getpid()) + ".obj")).string();

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "fuzz.h"
 #include "surflux/files/obj.h"
 
@@ -14,6 +16,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             fuzz::hold(material == ObjData::no_material || material < obj.materials.size(), "each material has a name");
         for (std::size_t i = 0; i < obj.faces.size(); ++i)
             fuzz::hold(obj.faces.begin[i] + 3 <= obj.faces.begin[i + 1], "a face has three corners or more");
+        const bool has_places = !obj.texture_places.empty();
+        fuzz::hold(obj.texture_corners.size() == (has_places ? obj.faces.corners.size() : 0), "corners have places");
+        for (const std::uint32_t place : obj.texture_corners)
+            fuzz::hold(place == ObjData::no_place || place < obj.texture_places.size(), "each place is there");
+        for (const ObjData::TexturePlace& at : obj.texture_places)
+            fuzz::hold(std::isfinite(at.u) && std::isfinite(at.v), "places are finite");
         for (const std::uint32_t corner : obj.faces.corners)
             fuzz::hold(corner < obj.vertices.size(), "each corner is a vertex");
     });

@@ -14,6 +14,8 @@ namespace surflux {
 
 namespace {
 
+constexpr double largest_place = 1e9;  // on a texture, which repeats itself
+
 class ObjReader {
 public:
     ObjReader(const std::string& path, const std::string& bytes)
@@ -25,6 +27,8 @@ public:
             if (!next_word(keyword)) continue;
             if (keyword == "v")
                 read_vertex();
+            else if (keyword == "vt")
+                read_texture_place();
             else if (keyword == "f")
                 read_face();
             else if (keyword == "mtllib")
@@ -36,6 +40,10 @@ public:
             while (next_word(rest)) continue;
         }
         check_corners();
+        const std::size_t places = data_.texture_places.size();
+        if (places == 0) std::vector<std::uint32_t>().swap(data_.texture_corners);
+        for (std::uint32_t& k : data_.texture_corners)
+            if (k >= places) k = ObjData::no_place;
         if (colored_ == data_.vertices.size()) data_.colors = std::move(colors_);
         return std::move(data_);
     }
@@ -76,9 +84,22 @@ private:
         if (count >= 6) ++colored_;  // a fourth number alone is a weight, which polygons have no use for
     }
 
+    // Where a number is missing or not finite, 0: it takes no surface away.
+    void read_texture_place() {
+        double values[2] = {};
+        std::size_t count = 0;
+        for (std::string_view word; next_word(word); ++count)
+            if (count < 2 && !(parse_number(word, values[count]) && std::abs(values[count]) < largest_place))
+                values[count] = 0.0;
+        data_.texture_places.push_back({static_cast<float>(values[0]), static_cast<float>(values[1])});
+    }
+
     void read_face() {
         const std::size_t line = lines_.number();
-        for (std::string_view word; next_word(word);) data_.faces.corners.push_back(corner(word, line));
+        for (std::string_view word; next_word(word);) {
+            data_.faces.corners.push_back(corner(word, line));
+            data_.texture_corners.push_back(texture_corner(word));
+        }
         const std::size_t count = data_.faces.corners.size() - data_.faces.begin.back();
         if (count < 3) fail(line, message("a face of ", count, " corners; wanted 3 or more"));
         data_.faces.begin.push_back(data_.faces.corners.size());
@@ -120,6 +141,18 @@ private:
         if (index == 0 || from_zero < 0 || from_zero > 0xfffffffell)
             fail(line, message("a face has the corner ", index, " after ", vertices, " vertices"));
         return static_cast<std::uint32_t>(from_zero);
+    }
+
+    std::uint32_t texture_corner(std::string_view word) const {
+        const std::size_t slash = word.find('/');
+        if (slash == std::string_view::npos) return ObjData::no_place;
+        std::int64_t index = 0;
+        std::from_chars(word.data() + slash + 1, word.data() + word.size(), index);
+        const std::int64_t from_zero =
+            index > 0 ? index - 1 : index + static_cast<std::int64_t>(data_.texture_places.size());
+        return index == 0 || from_zero < 0 || from_zero >= std::int64_t{ObjData::no_place}
+                   ? ObjData::no_place
+                   : static_cast<std::uint32_t>(from_zero);
     }
 
     // At the end: a face may come before its vertices.

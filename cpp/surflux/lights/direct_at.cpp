@@ -11,11 +11,6 @@ namespace surflux {
 
 namespace {
 
-// Points of emitters of which each light sample takes one. With 8 light under a ball, or 36 lamps in a hall, is off by
-// a quarter of what it is off by with 1, for a tenth to a third more time; 16 take as much more again, and find less
-// where walls stand between lamps.
-constexpr int candidates = 8;
-
 std::vector<Place> places_at(const Tracer& tracer, const std::vector<Vec3>& points, const std::vector<Vec3>& normals) {
     tracer.require_near(points);
     std::vector<Place> out(points.size());
@@ -43,7 +38,7 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
 
 std::vector<Rgb> emitted_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                             const std::vector<Vec3>& normals, int rays, std::uint64_t seed, const Progress& progress) {
-    const LightSampler emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels, candidates);
+    const LightSampler emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
     if (emitters.empty()) return std::vector<Rgb>(points.size());
     return emitted_irradiance(scene, tracer, emitters, SurfelPoints(scene.surfels), places_at(tracer, points, normals),
                               {std::max(1, rays / 16), std::max(1, rays / 4)}, seed, progress);

@@ -165,6 +165,14 @@ SelfCheck gathering_error(const Scene& scene, const Tracer& tracer, const Soluti
     }
 }
 
+void SelfCheck::note_in(Figures& figures) const {
+    figure(figures, "rays") += static_cast<double>(rays);
+    figure(figures, "error") = estimate.error;
+    figure(figures, "error_uncertainty") = estimate.uncertainty;
+    figure(figures, "local_error") = estimate.local;
+    figure(figures, "local_error_p90") = estimate.local_p90;
+}
+
 void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed, const Progress& progress,
                     Solution& solution, const Team& team) {
     Stopwatch watch(solution.timings);
@@ -176,11 +184,7 @@ void check_solution(const Scene& scene, const Tracer& tracer, std::uint64_t seed
     const SelfCheck check = gathering_error(scene, tracer, solution, options, progress, team);
     watch.lap("self-check");
     solution.error = check.estimate.error;
-    figure(figures, "rays") += static_cast<double>(check.rays);
-    figure(figures, "error") = check.estimate.error;
-    figure(figures, "error_uncertainty") = check.estimate.uncertainty;
-    figure(figures, "local_error") = check.estimate.local;
-    figure(figures, "local_error_p90") = check.estimate.local_p90;
+    check.note_in(figures);
     figure(figures, "seconds") = total_seconds(solution.timings);
 }
 

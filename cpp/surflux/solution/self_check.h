@@ -14,6 +14,9 @@ namespace surflux {
 struct SelfCheck {
     ErrorEstimate estimate;
     std::size_t rays = 0;
+
+    // Into those of a solution; its rays are added to what is there.
+    void note_in(Figures& figures) const;
 };
 
 struct SelfCheckOptions {

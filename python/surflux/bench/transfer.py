@@ -49,6 +49,7 @@ class Row:
     uncertainty: float = 0.0  # standard error of the worst
     worst_of_indirect: tuple | None = None  # relative to indirect light alone
     uncertainty_of_indirect: float | None = None
+    estimate: tuple | None = None  # of Solution.estimate_error, of all light, of the lamp of which it is most
     worst_of_three: tuple | None = None  # as `worst`, of 3 bounces; of the Buddha beside paths glossy throughout
     relight_ms: float | None = None
     bounce_ms: float | None = None
@@ -98,7 +99,7 @@ def of_lamps(name, seeds, threads):
     case = CASES[name]
     scene = case.build()
     lamps = [sf.PointLight(place, case.power) for place in case.lamps]
-    row, off, off_three, speeds, truths = _row(name, scene), [], [], [], None
+    row, off, off_three, speeds, truths, estimates = _row(name, scene), [], [], [], None, []
     for seed in range(seeds):
         transfer = _precomputed(row, scene, "local", seed, threads)
         if truths is None:
@@ -109,10 +110,13 @@ def of_lamps(name, seeds, threads):
         for bounces, found in ((None, off), (BOUNCES, off_three)):
             light = (transfer.indirect(lamp, bounces=bounces, threads=threads) for lamp in lamps)
             found.append([errors_of(*pair) for pair in zip(light, truths, strict=True)])
+        relit = (transfer.relight(lamp, threads=threads) for lamp in lamps)
+        estimates.append(max(solution.estimate_error(seed=seed, threads=threads) for solution in relit))
         speeds.append([*_relighting(transfer, lamps, threads), *_frames(transfer, lamps, threads)])
     of_all, of_indirect, doubt, doubt_of_indirect = np.moveaxis(off, -1, 0)  # (seeds, lamps) each
     row.worst, row.rms, row.uncertainty = _over_seeds(of_all, doubt)
     row.worst_of_indirect, _, row.uncertainty_of_indirect = _over_seeds(of_indirect, doubt_of_indirect)
+    row.estimate = _range(estimates)
     row.worst_of_three = _range(np.max(off_three, axis=1)[:, 0])
     *found, frames, parts = zip(*speeds, strict=True)
     row.relight_ms, row.bounce_ms, row.frames = (median(of) for of in (*found, frames))
@@ -233,7 +237,7 @@ SHOWN = (
     "frames",
     "frame_ms",
 )
-SHOWN += ("worst", "uncertainty", "worst_of_three", "worst_of_indirect", "uncertainty_of_indirect")
+SHOWN += ("worst", "uncertainty", "worst_of_three", "worst_of_indirect", "uncertainty_of_indirect", "estimate")
 
 
 def shown(row):
@@ -246,8 +250,8 @@ def short_table(rows):
     """The guide's table, of what `shown` gives."""
     lines = [
         "| scene | surfels | seeds | precomputed in, s | MB | at the peak, GB | one lamp, ms | a bounce, ms | frames/s "
-        "| error of all light, % | of indirect light, % |",
-        "|---|" + "--:|" * 10,
+        "| error of all light, % | of indirect light, % | own estimate, % |",
+        "|---|" + "--:|" * 11,
     ]
     for row in (Row(triangles=0, **row) for row in rows):
         about = CASES[row.scene].about if row.scene in CASES else ""
@@ -255,7 +259,7 @@ def short_table(rows):
         cells += [_said(row, "megabytes", 1, 0), _said(row, "gigabytes", 1, 1), _said(row, "relight_ms", 1, 0)]
         cells += [_said(row, "bounce_ms", 1, 1), _said(row, "frames", 1, 0)]
         cells += [_said(row, "worst", 100, 1, row.uncertainty)]
-        cells += [_said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect)]
+        cells += [_said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect), _said(row, "estimate", 100, 1)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -264,9 +268,10 @@ def table(rows):
     """Markdown: a line for each scene, with what is wanted of a cell and whether it is kept beside it."""
     lines = [
         "| scene | triangles | surfels | links | seeds | precomputed in, s | of all cores, s | MB | peak, GB "
-        "| error of worst lamp, % | RMS over lamps, % | of indirect light, worst lamp, % | with 3 bounces, % "
+        "| error of worst lamp, % | RMS over lamps, % | of indirect light, worst lamp, % | own estimate, % "
+        "| with 3 bounces, % "
         "| relit, ms | a bounce, ms | frames/s | L07 |",
-        "|---|" + "--:|" * 15 + "---|",
+        "|---|" + "--:|" * 16 + "---|",
     ]
     for row in rows:
         cells = [
@@ -277,6 +282,7 @@ def table(rows):
             _said(row, "worst", 100, 1, row.uncertainty),
             _said(row, "rms", 100, 1),
             _said(row, "worst_of_indirect", 100, 1, row.uncertainty_of_indirect),
+            _said(row, "estimate", 100, 1),
             _said(row, "worst_of_three", 100, 1),
             _said(row, "relight_ms", 1, 0),
             _said(row, "bounce_ms", 1, 1),

@@ -14,6 +14,7 @@ from surflux._base.passes import LOG
 from surflux._base.summary import box_text
 from surflux.cli.doctor_points import facts_of_points, lines_of_points
 from surflux.cli.mesh import PATCHES
+from surflux.cli.saying import error_lines
 from surflux.geometry.meshes import PYVISTA_SUFFIXES, TRIMESH_SUFFIXES, read_mesh
 from surflux.scans.formats import format_of
 from surflux.solutions.solution_file import holds_solution
@@ -184,7 +185,7 @@ def _solution(options):
     return result, [
         f"{options.input}: a solution of {check.counted(len(surfels), 'surfel')}",
         f"bounds: {box_text(surfels.bounds)}",
-        *([f"estimated error of the irradiance: {100 * solution.error:.2g} %"] if np.isfinite(solution.error) else []),
+        *error_lines(solution),
         f"camera: {solution.camera or 'none'}",
         "solved already: lights are not in the file, so `surflux solve` refuses it",
     ]

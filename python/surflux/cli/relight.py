@@ -16,6 +16,7 @@ from surflux.cli.pictures import (
     write_gaussians,
 )
 from surflux.cli.relight_lights import MovingLamps, TurningEnvironment
+from surflux.cli.saying import error_lines
 from surflux.drawing.plots import picture_path
 from surflux.pictures.animation import FILMS, NUMBER, check_target
 from surflux.viewing.page import page_path
@@ -61,6 +62,9 @@ def run(options):
     outputs = _saved(transfer, lights, options)
     images = _drawn(transfer, lights, camera, options)
     result |= {"outputs": outputs, "images": images}
+    if lights.first is not None:  # it stands for all frames
+        result["error"], result["history"] = lights.first.error, lights.first.history
+        lines += error_lines(lights.first)
     lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
     if options.gaussians is not None:
         write_gaussians(lights.relit(transfer, 0), options)

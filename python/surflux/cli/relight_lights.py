@@ -20,6 +20,7 @@ class MovingLamps:
     Attributes:
         lighting: of precompute_transfer.
         count: of frames.
+        first: the Solution of frame 0, with its error, once it was relit; None before.
     """
 
     lighting = "local"
@@ -32,6 +33,7 @@ class MovingLamps:
         self._direct = "interpolated" if options.direct is None else options.direct
         check.choice("--direct", self._direct, ("interpolated", "traced"))
         self._frames = None if options.path is None else sf.load_lamps(options.path)
+        self.first = None
         self.count = 1 if self._frames is None else len(self._frames)
 
     def take(self, scene, off_screen):
@@ -47,7 +49,13 @@ class MovingLamps:
 
     def relit(self, transfer, k):
         """The Solution of frame k, from 0 on."""
-        return transfer.relight(self._frames[k], seed=self._seed, progress=True)
+        if k == 0 and self.first is not None:
+            return self.first
+        found = transfer.relight(self._frames[k], seed=self._seed, progress=True)
+        if k == 0:
+            found.estimate_error(seed=self._seed, progress=True)
+            self.first = found
+        return found
 
     def window(self, transfer, **options):
         """The window; where nothing shines, with a lamp that move_lamps places."""
@@ -79,6 +87,7 @@ class TurningEnvironment:
     """
 
     lighting = "distant"
+    first = None  # of light of some harmonics, and of gloss, no error is estimated
 
     def __init__(self, options, transfer):
         self._name, self._turn = options.input, 0.0 if options.turn is None else options.turn

@@ -93,3 +93,16 @@ def _plain(value):
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
+
+
+def error_lines(solution):
+    """What a solution says of its own error: lines of text, none where it is unknown."""
+    if not math.isfinite(solution.error):
+        return []
+    lines = [f"estimated error of the irradiance: {100 * solution.error:.2g} %"]
+    last = solution.history[-1] if solution.history else {}
+    local = [last.get(name, math.nan) for name in ("local_error", "local_error_p90")]
+    if all(map(math.isfinite, local)):
+        median, p90 = (f"{100 * value:.2g} %" for value in local)
+        lines.append(f"  relative to the light of the place itself: {median} (median), {p90} (90th percentile)")
+    return lines

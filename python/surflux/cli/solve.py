@@ -1,6 +1,5 @@
 """`surflux solve`: a scene file, a cloud or a mesh, solved, written and drawn."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ from surflux.cli.cloud import (
 from surflux.cli.mesh import check_output, is_mesh, patches_of_mesh, save_faces, tell_dark
 from surflux.cli.pictures import background_of, camera_of, check_images, draw_if_possible
 from surflux.cli.processes import check_processes, is_first, processes_given
-from surflux.cli.saying import print_json, told
+from surflux.cli.saying import error_lines, print_json, told
 from surflux.scenes.studio import ground
 from surflux.solutions.solution_file import holds_solution
 
@@ -125,8 +124,8 @@ def run(options):
         return print_json(result) or status
     rgb = ", ".join(f"{v:.4g}" for v in result["mean_radiosity"])
     print(f"{check.counted(result['surfels'], 'surfel')}, area {result['area']:.6g}, mean radiosity {rgb}")
-    if math.isfinite(solution.error):
-        print(f"estimated error of the irradiance: {100 * solution.error:.2g} %")
+    for line in error_lines(solution):
+        print(line)
     for stage, seconds in solution.timings.items():
         print(f"  {stage:<16} {seconds:8.3f} s")
     if cloud is None:

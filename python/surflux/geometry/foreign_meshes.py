@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from surflux._base.color import WHITE, reflectance_of_colors, srgb_to_linear, white_of_colors
+from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
+from surflux.geometry.textures import mean_texels
 
 
 class Mesh(NamedTuple):
@@ -102,36 +103,13 @@ def _textured(visual, faces):
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     tint = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
     if image is not None and visual.uv is not None:
-        return np.clip(WHITE * tint * _mean_texels(image, np.asarray(visual.uv, np.float64)[faces]), 0.0, WHITE)
+        return np.clip(WHITE * tint * mean_texels(image, np.asarray(visual.uv, np.float64)[faces]), 0.0, WHITE)
     if factor is not None:
         return np.tile(WHITE * tint, (len(faces), 1))
     diffuse = getattr(material, "diffuse", None)
     if diffuse is None or np.array_equal(diffuse, type(material)().diffuse):  # grey, where nobody has said anything
         return None
     return np.tile(reflectance_of(np.asarray(diffuse)[None]), (len(faces), 1))
-
-
-def _mean_texels(image, corners):
-    """(f, 3): linear means of an image over triangles of texture coordinates (f, 3, 2), which it repeats itself over.
-
-    Each is looked at in the middles of the 16 triangles that its sides' quarters make; v goes up.
-    """
-    pixels = np.asarray(image)
-    if pixels.dtype == np.uint16:
-        linear = srgb_to_linear(np.arange(65536) / 65535.0)
-        pixels = pixels if pixels.ndim == 3 else pixels[:, :, None].repeat(3, axis=2)
-    else:
-        linear, pixels = srgb_to_linear(np.arange(256) / 255.0), np.asarray(image.convert("RGB"))
-    height, width = pixels.shape[:2]
-    upright = [(3 * i + 1, 3 * j + 1) for i in range(4) for j in range(4 - i)]
-    places = upright + [(3 * i + 2, 3 * j + 2) for i in range(3) for j in range(3 - i)]
-    total = np.zeros((len(corners), 3))
-    for a, b in places:  # twelfths
-        u, v = ((12 - a - b) * corners[:, 0] + a * corners[:, 1] + b * corners[:, 2]).T / 12.0
-        column = np.floor(u * width).astype(np.int64) % width
-        row = np.floor((1.0 - v) * height).astype(np.int64) % height
-        total += linear[pixels[row, column, :3]]
-    return total / len(places)
 
 
 def _from_open3d(mesh):

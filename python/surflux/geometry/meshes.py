@@ -13,6 +13,7 @@ from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 from surflux.geometry.obj_materials import looks_of_faces
+from surflux.geometry.textures import TexturedFaces
 
 
 def name_of(mesh):
@@ -38,9 +39,10 @@ def file_named(mesh):
 def read_mesh(mesh):
     """Vertices and polygons of a mesh.
 
-    PLY and OBJ are read by surflux itself, with materials of OBJ: quads and larger polygons stay whole, OBJ's relative
-    indices work, positions are exact, and an error names the line. (trimesh cuts polygons into triangles; VTK makes
-    three vertices of one where texture coordinates or normals differ, so that neighbours no longer share edges.)
+    PLY and OBJ are read by surflux itself, with materials and textures of OBJ: quads and larger polygons stay whole,
+    OBJ's relative indices work, positions are exact, and an error names the line. (trimesh cuts polygons into
+    triangles; VTK makes three vertices of one where texture coordinates or normals differ, so that neighbours no longer
+    share edges.)
     VTK's formats go through pyvista; STL, OFF and glTF through trimesh, the extra surflux[meshes].
 
     Args:
@@ -75,9 +77,10 @@ def _read_file(path):
     if suffix == ".ply":
         mesh = _read_ply(path)
     elif suffix == ".obj":
-        vertices, offsets, indices, colors, materials = _core.read_obj(path)
+        vertices, offsets, indices, colors, materials, (places, of_corners) = _core.read_obj(path)
         rho = _reflectance(path, colors, "float")
-        of_faces, exitance = looks_of_faces(path, *materials)
+        textured = TexturedFaces(vertices[indices], offsets, places.reshape(-1, 2), of_corners) if len(places) else None
+        of_faces, exitance = looks_of_faces(path, *materials, textured)
         mesh = Mesh(vertices, offsets, indices.astype(np.int64), rho, None if rho is not None else of_faces, exitance)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)

@@ -9,24 +9,31 @@ import numpy as np
 from surflux._base.check import counted
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
+from surflux.geometry.textures import read_image
 
 _USUAL = 0.5  # what is reflected where a file says nothing
 _NAMED = 3  # so many names in a warning
 _COMMENT = re.compile(rb"\s#.*")
+_NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_MAP_OPTIONS = {b"-" + name: 1 for name in (b"blendu", b"blendv", b"bm", b"boost", b"cc", b"clamp", b"imfchan")}
+_MAP_OPTIONS |= {b"-texres": 1, b"-type": 1, b"-mm": 2, b"-o": 3, b"-s": 3, b"-t": 3}
+_NUMBERED = (b"-o", b"-s", b"-t")
 _WORD = re.compile(rb'"([^"]+)"|(\S+)')
 
 
-def looks_of_faces(path, libraries, names, of_face):
+def looks_of_faces(path, libraries, names, of_face, textured=None):
     """(reflectance, exitance), (f, 3) each, of the faces of an OBJ file, by its materials; (None, None) without any.
 
-    Kd is linear reflectance, at most .98; Ke radiance, so that a face sends pi times as much. What is not there, no
-    colour or a texture is warned of.
+    Kd is linear reflectance, at most .98; Ke radiance, so that a face sends pi times as much. Their textures, map_Kd
+    and map_Ke, are times these, or by themselves where they are 0; a face has the mean of its own. What is not there,
+    no colour or no image is warned of.
 
     Args:
         path: of the OBJ file, in whose folder its libraries are looked for.
         libraries: what stands in each of its lines mtllib, in bytes.
         names: of its materials, in bytes.
         of_face: (f,) index into names; larger where a face has none.
+        textured: its TexturedFaces; None where no corner has a place on a texture.
     """
     has_face = np.bincount(np.minimum(of_face, len(names)), minlength=len(names) + 1)[:-1] > 0
     names = [_spaced(name) if used else b"" for name, used in zip(names, has_face, strict=True)]
@@ -48,16 +55,79 @@ def looks_of_faces(path, libraries, names, of_face):
         warn(f"{path}: {counted(len(unknown), 'material')} ({_listed(unknown)}) {lost}; {faces} {_USUAL:g}")
     if not any(used):
         return None, None
-    textured = sum(b"map_kd" in material or b"map_ke" in material for material in used if material)
-    if textured:
-        have = "material has a texture" if textured == 1 else "materials have textures"
-        warn(f"{path}: {textured} {have} (map_Kd, map_Ke), not read from OBJ files: Kd and Ke count")
     which = np.minimum(of_face, len(names))
     rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", _USUAL), (b"ke", 0.0)))
+    images = _Images(path)
+    for keyword, looks, most in ((b"kd", rho, WHITE), (b"ke", glow, 1.0)):
+        for k, material in enumerate(used):
+            if material and b"map_" + keyword in material:
+                _paint(np.flatnonzero(which == k), looks, most, material, keyword, textured, images)
+    images.warn()
     off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1))
     if off:
         warn(f"{path}: Kd of {counted(off, 'face')} is not in 0 to {WHITE:g}, the most that counts, and is cut off")
     return np.clip(rho, 0.0, WHITE), np.pi * np.maximum(0.0, glow)
+
+
+def _paint(faces, looks, most, material, keyword, textured, images):
+    """Puts a texture, of which white is `most`, on some faces, times what they have."""
+    place, words = material[b"map_" + keyword]
+    name, scale, shift = _map_options(words)
+    image = images.of(Path(place[0]).parent, name)
+    if image is None:
+        return
+    tints = looks[faces]
+    tints[~tints.any(axis=1) | (keyword not in material)] = 1.0
+    means = np.full((len(faces), 3), np.nan) if textured is None else textured.means(faces, image, scale, shift)
+    known = np.isfinite(means[:, 0])
+    images.unplaced += np.count_nonzero(~known)
+    looks[faces[known]] = most * tints[known] * means[known]
+
+
+class _Images:
+    """The images of an OBJ file's materials, each read once, and what there is to say of them."""
+
+    def __init__(self, path):
+        self.path, self.known, self.lost, self.unplaced = path, {}, [], 0
+
+    def of(self, folder, name):
+        """The image, or None where it cannot be had."""
+        if (folder, name) in self.known:
+            return self.known[folder, name]
+        file, image = _file(folder, name) or _beside(folder, name), None
+        if file is None:
+            self.lost.append(f"{_listed([name])!r} is not there")
+        else:
+            try:
+                image = read_image(file)
+            except Exception as error:  # of Pillow, which raises many kinds
+                self.lost.append(f"{str(file)!r} is not read ({type(error).__name__}: {error})")
+        self.known[folder, name] = image
+        return image
+
+    def warn(self):
+        if self.lost:
+            more = f" (and {len(self.lost) - 1} more)" if len(self.lost) > 1 else ""
+            warn(f"{self.path}: texture {self.lost[0]}{more}; Kd and Ke alone count there")
+        if self.unplaced:
+            what = "has a texture and no place on it" if self.unplaced == 1 else "have a texture and no place on it"
+            warn(f"{self.path}: {counted(self.unplaced, 'face')} {what} (vt); Kd and Ke alone count there")
+
+
+def _map_options(words):
+    """(file name, (scale of u, v), (shift of u, v)) of the words of map_Kd: options, and a name, maybe with spaces."""
+    scale, shift = [1.0, 1.0], [0.0, 0.0]
+    while words and words[0].lower() in _MAP_OPTIONS and len(words) > 1:
+        option, words = words[0].lower(), words[1:]
+        most, count = _MAP_OPTIONS[option], 0
+        # Of -s, -o and -t one to three numbers, of all others always so many words.
+        while count < most and len(words) > 1 and (option not in _NUMBERED or _NUMBER.fullmatch(words[0])):
+            if option == b"-s" and count < 2:
+                scale[count] = float(words[0])
+            elif option == b"-o" and count < 2:
+                shift[count] = float(words[0])
+            count, words = count + 1, words[1:]
+    return b" ".join(words).strip(b'"'), scale, shift
 
 
 def _spaced(text):
@@ -103,7 +173,8 @@ def _read(path):
         if keyword.lower() == b"newmtl":
             found[rest] = material = {b"newmtl": rest}  # not empty, even without a line of its own
         elif keyword:
-            material[keyword.lower()] = f"{path} (line {number})", rest.split(b"#")[0].split()
+            rest = rest if keyword.lower().startswith(b"map_") else rest.split(b"#")[0]
+            material[keyword.lower()] = (path, number), rest.split()
     return found
 
 
@@ -113,7 +184,7 @@ def _colors(materials, keyword, usual):
     for k, material in enumerate(materials):
         if not material or keyword not in material:
             continue
-        place, words = material[keyword]
+        (path, line), words = material[keyword]
         try:
             values = np.array([float(word) for word in words])
         except ValueError:
@@ -121,7 +192,7 @@ def _colors(materials, keyword, usual):
         if len(values) in (1, 3) and np.all(np.isfinite(values)):
             out[k] = values
         else:
-            bad.append(f"{place}: a colour is {_listed([b' '.join(words)])!r}, wanted three numbers")
+            bad.append(f"{path} (line {line}): a colour is {_listed([b' '.join(words)])!r}, wanted three numbers")
     if bad:
         more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
         warn(f"{bad[0]}; taken for {usual:g}{more}")

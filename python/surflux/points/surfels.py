@@ -153,7 +153,7 @@ class Surfels:
                 with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
                 mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), the
-                mean over each face, or for Kd of the materials of an OBJ file, linear; else 0.5.
+                mean over each face, or for Kd of an OBJ file's materials, linear, and its map; else 0.5.
             emission: exitance in W/m2, the same shapes. None for what the materials of an OBJ file send, pi Ke; else 0.
             specular: the same shapes. exponent: one number, or one per face.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that

@@ -13,7 +13,7 @@ MESH_HINT = 'surflux.Surfels.from_mesh reads it as a mesh (kind = "mesh" in a sc
 
 def open_obj(path):
     """A PointFile of the vertices, their colours, and their normals where there are as many of them."""
-    vertices, offsets, _, colors, _ = _core.read_obj(path)
+    vertices, offsets, _, colors, *_ = _core.read_obj(path)
     if len(offsets) > 1:
         raise file_error(path, f"has {check.counted(len(offsets) - 1, 'face')}; {MESH_HINT}")
     if len(vertices) == 0:

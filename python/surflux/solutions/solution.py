@@ -20,7 +20,7 @@ from surflux.points.surfels import Surfels
 from surflux.points.writing import pack_comments, ply_path, save_surfels
 from surflux.scenes.lights import AreaLight, Environment
 from surflux.scenes.scene import Scene
-from surflux.solutions import rendering, showing, summaries, towards
+from surflux.solutions import estimating, rendering, showing, summaries, towards
 from surflux.solutions.about import about_solution, pixels_of
 from surflux.solutions.fields import RAYS, BasisField, Evaluation, SurfelField, basis_field, light_of, warn_of_mid_air
 from surflux.solutions.leaves import inserted_among, insertion_depth, means_of_faces, means_of_parents
@@ -47,7 +47,7 @@ class Solution:
         error: the solver's own estimate of the relative RMS error of H, direct light included: from the residuals at
             2000 surfels or more, drawn by area, that fresh rays find there, and what they bring to all others over all
             bounces. Never less than what its rays can tell; NaN where no light arrives at all, so that there is
-            nothing to be relative to, and where it was not estimated.
+            nothing to be relative to, and where it was not estimated (estimate_error).
         timings: dict, seconds per stage.
         history: list of dicts, the figures of each iteration (of relit scenes once, surfels and powers alone): surfels,
             cut (nodes that light was solved for), refined (nodes that gave way to get there), inserted (all that ever
@@ -306,7 +306,7 @@ class Solution:
             found = rendering.picture(self, view, names, callback)
         return found if layers is not False else found["radiance"]
 
-    radiance_towards = towards.radiance_towards
+    radiance_towards, estimate_error = towards.radiance_towards, estimating.estimate_error
     animate, plot, to_pyvista, values = showing.animate, showing.plot, showing.to_pyvista, showing.values
 
     def per_face(self, name: Literal["irradiance", "direct", "radiosity"] = "irradiance", object: int = 0) -> Floats:

@@ -58,9 +58,10 @@ class DistantTransfer(Transfer):
 
         Returns:
             Solution at the scene's own surfels, what emissive ones bring in it. Where surfels are glossy, `render` and
-            `radiance_towards` are, too; radiosity is their diffuse part. Its `error` is NaN: it is not estimated. Five
-            bands of a bright small light are below 0 elsewhere; so may irradiance be, which is cut off at 0. Its
-            history tells where the power goes, as that of lamps does.
+            `radiance_towards` are, too; radiosity is their diffuse part. Its `error` is NaN until `estimate_error`
+            is asked, which compares it with the environment as it is, not with its harmonics. Five bands of a bright
+            small light are below 0 elsewhere; so may irradiance be, which is cut off at 0. Its history tells where the
+            power goes, as that of lamps does.
 
         Raises:
             ValueError: an argument, by name.

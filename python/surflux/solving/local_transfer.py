@@ -87,9 +87,9 @@ class LocalTransfer(Transfer):
             seed, threads, progress: see `solve`.
 
         Returns:
-            Solution at the scene's own surfels. What emissive surfels bring is in it. Its `error` is NaN: it is not
-            estimated. Its history tells where the power goes: `power_lost` is what is made (below 0) or lost, and what
-            reflections that `bounces` leaves out would bring.
+            Solution at the scene's own surfels. What emissive surfels bring is in it. Its `error` is NaN until
+            `estimate_error` is asked, which takes a second or more. Its history tells where the power goes:
+            `power_lost` is what is made (below 0) or lost, and what reflections that `bounces` leaves out would bring.
 
         Raises:
             ValueError: an argument, by name; an Environment, which is no local light.

@@ -66,8 +66,8 @@ class SkyTransfer(Transfer):
 
         Returns:
             Solution at the scene's own surfels, what emissive ones bring in it. Its `irradiance_at` traces the sky as
-            it is. Its `error` is NaN, not estimated. Its history tells where the power goes, as that
-            of lamps does.
+            it is. Its `error` is NaN until `estimate_error` is asked. Its history tells where the power
+            goes, as that of lamps does.
 
         Raises:
             ValueError: an argument, by name.

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux._base.color import srgb_to_linear
 from surflux.geometry.meshes import read_mesh
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -134,9 +135,14 @@ def test_many_libraries_in_one_line(tmp_path):
             r"1 material \(lamp\) in no library of it; faces that have it",
         ),
         ("nothing", None, r"3 materials \(red wall, lamp, grey\) in no library of it"),
-        (LIBRARY + "map_Kd wood.png\n", None, r"1 material has a texture \(map_Kd, map_Ke\), not read from OBJ files"),
+        (
+            LIBRARY + "map_Kd wood.png\n",
+            None,
+            r"room\.obj: texture 'wood\.png' is not there; Kd and Ke alone count there",
+        ),
         (LIBRARY.replace(".3", "-.3"), None, r"room\.obj: Kd of 1 face is not in 0 to 0\.98, the most that counts"),
-        (LIBRARY + "map_Ke glow.png\n", None, r"1 material has a texture"),
+        (LIBRARY + "map_Ke my glow.png\n", None, r"texture 'my glow\.png' is not there"),
+        (LIBRARY + "map_Kd my room.mtl\n", None, r"texture '.*my room\.mtl' is not read \(UnidentifiedImageError"),
         *(
             (
                 f"newmtl lamp\nKd {colour}\n",
@@ -169,3 +175,71 @@ def test_the_cornell_box():
     np.testing.assert_allclose(box.emission[glows], np.pi * np.array([[17, 12, 4]]), rtol=1e-6)
     shades = {tuple(rho) for rho in box.reflectance.round(3)}
     assert {(0.63, 0.065, 0.05), (0.14, 0.45, 0.091), (0.725, 0.71, 0.68)} <= shades
+
+
+SQUARE = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl painted\n"
+
+
+def painted(tmp_path, library, faces="f 1/1 2/2 3/3 4/4\n", places=SQUARE, name="a picture.png"):
+    """The Mesh of an OBJ file with a picture whose left half is white and whose right half is red."""
+    image = pytest.importorskip("PIL.Image")
+    pixels = np.zeros((8, 8, 3), np.uint8)
+    pixels[:, :4] = 255
+    pixels[:, 4:, 0] = 255
+    image.fromarray(pixels).save(tmp_path / name)
+    return read_mesh(obj(tmp_path, f"newmtl painted\n{library}\n", text=places + faces))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("library", "wanted"),
+    [
+        ("map_Kd a picture.png", [0.98, 0.49, 0.49]),
+        ("Kd .5 .5 1\nmap_Kd -blendu on -s 1 1 1 -o 0 0 ./a picture.png", [0.49, 0.245, 0.49]),
+        ("Kd 0 0 0\nmap_Kd textures\\a picture.png", [0.98, 0.49, 0.49]),  # as some programs write it
+        ("map_Kd -s .5 1 -mm 0 1 a picture.png", [0.98, 0.98, 0.98]),
+        ("map_Kd -s .5 1 -o .5 0 a picture.png", [0.98, 0.0, 0.0]),
+    ],
+)
+def test_a_face_has_the_mean_of_its_texture(tmp_path, library, wanted):
+    """It was Kd alone, and said."""
+    np.testing.assert_allclose(painted(tmp_path, library).face_reflectance(), [wanted], rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("error")
+def test_polygons_and_relative_places(tmp_path):
+    """A pentagon on white, a triangle on red by places from behind, and one whose corners have one place."""
+    places = "vt .1 .5\nvt .9 .5\n"
+    text = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 0 1 0\n" + places + "usemtl painted\n"
+    faces = "f 1/1 2/1 3/1 4/1 5/1\nf 1/-1/7 2/-1/7 3/-1/7\nf 1/2 2/2 4/2\n"
+    found = painted(tmp_path, "map_Kd a picture.png", faces, text).face_reflectance()
+    np.testing.assert_allclose(found, [[0.98] * 3, [0.98, 0, 0], [0.98, 0, 0]], rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("error")
+def test_textures_that_shine(tmp_path):
+    mesh = painted(tmp_path, "Kd 0\nKe 2 2 2\nmap_Ke a picture.png")
+    np.testing.assert_allclose(mesh.face_emission(), [[2 * np.pi, np.pi, np.pi]], rtol=1e-6)
+    np.testing.assert_array_equal(mesh.face_reflectance(), [[0, 0, 0]])
+
+
+def test_faces_without_a_place_on_their_texture(tmp_path):
+    faces = "f 1/1 2/2 3/3\nf 1 3 4\nf 1/1 3/3 4/9\n"
+    with pytest.warns(UserWarning, match=r"room\.obj: 2 faces have a texture and no place on it \(vt\); Kd and Ke"):
+        mesh = painted(tmp_path, "Kd .3\nmap_Kd a picture.png", faces)
+    np.testing.assert_allclose(mesh.face_reflectance()[1:], np.full((2, 3), 0.3))
+    assert mesh.face_reflectance()[0, 0] == pytest.approx(0.98 * 0.3)
+
+
+def test_every_face_of_a_textured_grid(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    n = 8
+    x, y = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+    text = "".join(f"v {a} {b} 0\nvt {a / n} {b / n}\n" for a, b in np.c_[x.ravel(), y.ravel()])
+    corners = [[k + c for c in (1, 2, n + 3, n + 2)] for k in (j * (n + 1) + i for j in range(n) for i in range(n))]
+    text += "usemtl painted\n" + "".join("f " + " ".join(f"{k}/{k}" for k in face) + "\n" for face in corners)
+    pixels = np.random.default_rng(0).integers(0, 256, (n, n, 3), dtype=np.uint8)
+    image.fromarray(pixels[::-1]).save(tmp_path / "a.png")  # its first row is on top
+    mesh = read_mesh(obj(tmp_path, "newmtl painted\nmap_Kd a.png\n", text=text))
+    wanted = 0.98 * srgb_to_linear(pixels / 255.0).reshape(-1, 3)
+    np.testing.assert_allclose(mesh.face_reflectance(), wanted, atol=1e-6)
