@@ -65,6 +65,15 @@ TEST(LevelLight, JumpsOfCoarserLevelsAreNoSlopes) {
     }
 }
 
+// Where it is dark, values may be a little less than 0, from weights that are.
+TEST(LevelLight, ValuesBelowNothingAreNumbers) {
+    const MeshlessField field = two_levels({grey(-1e-9)}, {}, {});
+    MeshlessField::At light;
+    LevelLight(field, {{0, 1.0}}).add_to(light);
+    EXPECT_EQ(light.all.x, -1e-9);
+    EXPECT_EQ(light.direct.x, -5e-10);
+}
+
 // Its color is not changed by a limit of a channel.
 TEST(LevelLight, ColorsOfSlopesAreKept) {
     const MeshlessField field = two_levels({grey(1.0)}, {grey(1.0)}, {{0.9, 0.0, -0.3}});

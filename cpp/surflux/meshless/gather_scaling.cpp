@@ -45,13 +45,17 @@ void HemisphereGather::scale(Gathered& of) const {
     const auto add = [&](std::uint32_t i) {
         const double factor = sender_scale_[i];
         all.add(1.0, factor);
-        lit.add(exitance_[i], keeps_power ? factor * sender_power_.exitance[i] : factor);
         emitted.add(emission(i), keeps_power ? factor * sender_power_.emitted[i] : factor);
         if (keeps_power) reflected.add(factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
         return factor;
     };
     for (const std::uint32_t i : of.senders) add(i);
     for (const std::uint32_t i : of.linked) linked.add(1.0, add(i));
+    for (const Lit& of_surfel : of.lit) {
+        const std::uint32_t i = of_surfel.surfel;
+        lit.add(static_cast<double>(of_surfel.luminance),
+                keeps_power ? sender_scale_[i] * sender_power_.exitance[i] : sender_scale_[i]);
+    }
     Row& row = of.row;
     // Rays that met nothing which sends make a row complete, as in scale_by_reciprocity.
     all.add(std::max(0.0, 1.0 / row.share - static_cast<double>(of.senders.size() + of.linked.size())), 1.0);

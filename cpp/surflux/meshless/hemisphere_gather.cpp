@@ -6,8 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/hemisphere_row.h"
-#include "surflux/lights/light_rays.h"
+#include "surflux/meshless/gather_sums.h"
 
 namespace surflux {
 
@@ -28,67 +27,6 @@ std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light)
 }
 
 }  // namespace
-
-// Shares of all functions, of which most are 0.
-class HemisphereGather::Sums {
-public:
-    void make_room(std::size_t functions) { sums_.resize(functions); }
-    void add(std::uint32_t function, double weight, const float (&share)[3]) {
-        Sum& sum = sums_[function];
-        if (!sum.touched) {
-            sum.touched = true;
-            touched_.push_back(function);
-        }
-        for (int c = 0; c < 3; ++c) sum.share[c] += weight * static_cast<double>(share[c]);
-    }
-    // Appends them by function, and begins anew.
-    void take(std::vector<Link>& out) {
-        std::sort(touched_.begin(), touched_.end());
-        out.reserve(out.size() + touched_.size());
-        for (const std::uint32_t function : touched_) {
-            Sum& sum = sums_[function];
-            out.push_back({function,
-                           {static_cast<float>(sum.share[0]), static_cast<float>(sum.share[1]),
-                            static_cast<float>(sum.share[2])}});
-            sum = {};
-        }
-        touched_.clear();
-    }
-
-    std::vector<BasisWeight> weights;
-    HemisphereRow row;
-    std::vector<Hit> hits;  // of rays that are not over the hemisphere of the place
-    LightRays towards;
-    std::vector<Rgb> gain;
-    std::vector<char> second_half;
-    std::vector<Ray> ahead;  // over the hemisphere of what is lit, for what of emitters such rays find
-    std::vector<Rgb> ahead_gain;
-    std::vector<char> ahead_second_half;
-    // A sample of a lit patch, and the share of what it reflects that it brings.
-    struct LitSample {
-        LitPatches::Target at;
-        double distance;
-        Rgb gain;
-        bool second_half;
-    };
-    LitPatches::Aim aim;
-    std::vector<LitSample> lit_samples;
-    std::vector<Ray> lit_rays;
-    // What has been found of light that needs no solving: the first bounce, and by halves of the rays.
-    Rgb first, halves[2];
-    void add_first(const Rgb& found, bool in_second_half) {
-        first += found;
-        halves[in_second_half] += found;
-    }
-
-private:
-    struct Sum {
-        double share[3] = {};
-        bool touched = false;
-    };
-    std::vector<Sum> sums_;
-    std::vector<std::uint32_t> touched_;
-};
 
 HemisphereGather::HemisphereGather(const Scene& scene, const Tracer& tracer, const SurfaceLight& light,
                                    const MultilevelBasis& basis, const SurfelMeans& means, const GatherOptions& options,
@@ -169,7 +107,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
         radius * radius * static_cast<double>(sums.row.rays.size()) <= rays_on_a_patch * distance * distance) {
-        sums.add_first(gain * light_.beside_basis(i), second_half);
+        sums.add_first(i, gain * light_.beside_basis(i), second_half);
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
@@ -177,14 +115,12 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
         const Vec3 direction =
             frame_around(s.normals[i]).to_world(square_to_cosine_hemisphere(random.uniform(), random.uniform()));
         sums.ahead.push_back({{at, s.normals[i], i}, direction});
-        sums.ahead_gain.push_back(gain);
-        sums.ahead_second_half.push_back(second_half);
+        sums.ahead_gain.push_back({i, gain, second_half});
     }
     const LightRay light = light_.towards(at, s.normals[i], u);
     if (!(light.length > 0.0)) return;
     sums.towards.add({at, s.normals[i], i}, light);
-    sums.gain.push_back(gain * light.irradiance);
-    sums.second_half.push_back(second_half);
+    sums.gain.push_back({i, gain * light.irradiance, second_half});
 }
 
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
@@ -196,8 +132,9 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     }
     const double each = 1.0 / over;
     gather_row(light_.points(), tracer_, place, over, options_.seed + gather_stream, sums.row);
-    sums.towards.clear(), sums.gain.clear(), sums.second_half.clear();
-    sums.ahead.clear(), sums.ahead_gain.clear(), sums.ahead_second_half.clear();
+    sums.towards.clear(), sums.gain.clear();
+    sums.ahead.clear(), sums.ahead_gain.clear();
+    sums.lit.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
     out.row.share = each;
     Random random(options_.seed + light_stream, stream_of(place));
@@ -245,15 +182,18 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
     }
     const std::vector<char>& arrives = sums.towards.trace(tracer_);
-    for (std::size_t k = 0; k < arrives.size(); ++k)
-        if (arrives[k]) sums.add_first(sums.gain[k], sums.second_half[k] != 0);
+    for (std::size_t k = 0; k < arrives.size(); ++k) {
+        const Sums::Gain& gain = sums.gain[k];
+        if (arrives[k]) sums.add_first(gain.surfel, gain.of, gain.second_half);
+    }
     tracer_.closest(sums.ahead, sums.hits);
     for (std::size_t k = 0; k < sums.ahead.size(); ++k) {
         const Hit& hit = sums.hits[k];
-        const Vec3& normal = sums.ahead[k].from.normal;
-        if (hit.front)
-            sums.add_first(sums.ahead_gain[k] * light_.emitters().found_at_end(normal, sums.ahead[k].direction, hit),
-                           sums.ahead_second_half[k] != 0);
+        const Ray& ray = sums.ahead[k];
+        const Sums::Gain& gain = sums.ahead_gain[k];
+        if (!hit.front) continue;
+        const Rgb found = light_.emitters().found_at_end(ray.from.normal, ray.direction, hit);
+        sums.add_first(gain.surfel, gain.of * found, gain.second_half);
     }
     out.row.first_bounce = sums.first;
     out.row.standard_error = std::abs(luminance(sums.halves[0] - sums.halves[1]));
@@ -262,6 +202,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         met->shrink_to_fit();
     }
     sums.take(out.links);
+    sums.take_lit(out.lit);
     scale(out);
 }
 
@@ -271,6 +212,7 @@ void HemisphereGather::pack(const Gathered& row, std::size_t first_link, Packed&
     to.add(row.row);
     to.add(row.senders);
     to.add(row.linked);
+    to.add(row.lit);
     to.add(static_cast<std::uint64_t>(row.links.size() - first_link));
     to.add(row.links.data() + first_link, row.links.size() - first_link);
     to.add(row.open);
@@ -282,6 +224,8 @@ void HemisphereGather::unpack(Unpacking& from, std::size_t first_link, Gathered&
         met->clear();
         from.append_to(*met);
     }
+    row.lit.clear();
+    from.append_to(row.lit);
     row.links.resize(first_link);
     from.append_to(row.links);
     row.open.clear();

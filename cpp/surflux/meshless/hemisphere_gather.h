@@ -70,6 +70,11 @@ public:
     void for_links(std::size_t row, const Visit& visit) const {
         for (const Link& link : rows_[row].links) visit(link.function);
     }
+    // Calls visit(surfel, luminance) for what a row's first_bounce is made of, before any factor.
+    template <class Visit>
+    void for_lit(std::size_t row, const Visit& visit) const {
+        for (const Lit& lit : rows_[row].lit) visit(lit.surfel, static_cast<double>(lit.luminance));
+    }
     // Luminance of what a surfel sends of light that is not in the basis.
     double exitance(std::uint32_t surfel) const { return exitance_[surfel]; }
     // Without emitters that are sampled as lights, emission is found where hemisphere rays meet it, and is in
@@ -123,10 +128,16 @@ private:
         float share[3];
         float unused = 0.0f;  // no padding, which would be of any value where rows are packed
     };
+    // What a surfel brings of the first bounce.
+    struct Lit {
+        std::uint32_t surfel;
+        float luminance;
+    };
     struct Gathered {
         Row row;
         std::vector<std::uint32_t> senders;  // surfels that rays met, once for each ray
         std::vector<std::uint32_t> linked;   // those that send by functions
+        std::vector<Lit> lit;                // by surfel
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };

@@ -31,7 +31,7 @@ public:
         const MeshlessField::At mean{values_.all / share_, values_.direct / share_};
         const double middle = largest_channel(mean.all);
         const double deviation = std::sqrt(std::max(0.0, squares_ / share_ - middle * middle));
-        const double most = largest_deviation * deviation + largest_part * middle;
+        const double most = std::max(0.0, largest_deviation * deviation + largest_part * middle);
         light.all += share_ * (mean.all + limited(light.all + change_.all / share_ - mean.all, most) - light.all);
         light.direct +=
             share_ * (mean.direct + limited(light.direct + change_.direct / share_ - mean.direct, most) - light.direct);

@@ -174,16 +174,17 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
                                                              const std::vector<Rgb>& coefficients) const {
     const std::size_t n = scene_.surfels.size(), rows = gather_.size();
     HemisphereGather::SenderPower out;
-    std::vector<double> exitance(n), emission(n), first(rows), emitted(rows), arrived(rows);
+    std::vector<double> emission(n), emitted(rows), arrived(rows);
     std::vector<double> exitance_met(scaling.groups, 0.0), emission_met(scaling.groups, 0.0),
         reflected_met(scaling.groups, 0.0);
     for (std::uint32_t i = 0; i < n; ++i) {
-        exitance[i] = gather_.exitance(i);
         emission[i] = gather_.emission(i);
         out.radiosity.push_back(reflected(i, coefficients));
+        const double area = scene_.surfels.areas[i] * means_.outside(i);
         const double lost = scaling.lost[scaling.group[i]] * (losses_[i].escape + losses_[i].into_backs);
-        const double area_met = scene_.surfels.areas[i] * means_.outside(i) * std::max(0.0, 1.0 - lost);
-        exitance_met[scaling.group[i]] += area_met * exitance[i];
+        const double area_met = area * std::max(0.0, 1.0 - lost);
+        // Of the sun on roofs, which all leaves, a group may hold more than of the light that `lost` was found by.
+        exitance_met[scaling.group[i]] += area * losses_[i].met() * gather_.exitance(i);
         emission_met[scaling.group[i]] += area_met * emission[i];
         reflected_met[scaling.group[i]] += area_met * out.radiosity[i];
     }
@@ -191,7 +192,6 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
     gather_.sent(coefficients, sent);
     parallel_for(rows, 64, [&](std::size_t k) {
         const HemisphereGather::Row& row = gather_[k];
-        first[k] = row.first_scale * luminance(row.first_bounce);
         emitted[k] = row.emitted_scale * luminance(row.emitted);
         arrived[k] = luminance(gather_.gather(k, coefficients, sent));
     });
@@ -205,7 +205,12 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         }
         return of;
     };
-    out.exitance = factors(exitance_met, received(scaling, exitance, first));
+    std::vector<double> first(scaling.groups, 0.0);
+    for (std::size_t k = 0; k < rows; ++k)
+        gather_.for_lit(k, [&](std::uint32_t i, double found) {
+            first[scaling.group[i]] += areas_[k] * gather_[k].scale * scaling.senders[i] * found;
+        });
+    out.exitance = factors(exitance_met, first);
     out.emitted = factors(emission_met, received(scaling, emission, emitted));
     out.reflected = factors(reflected_met, received(scaling, out.radiosity, arrived));
     return out;

@@ -156,7 +156,7 @@ void main() {
     vec3 mean = values.xyz / values.w;
     float middle = unit * max(mean.x, max(mean.y, mean.z));
     float deviation = sqrt(max(0.0, texelFetch(square_sums, pixel, 0).x / values.w - middle * middle));
-    float most = (limits.x * deviation + limits.y * middle) / unit;
+    float most = max(0.0, limits.x * deviation + limits.y * middle) / unit;
     all.xyz += share * (mean + limited(all.xyz + sum.xyz / values.w - mean, most) - all.xyz);
 #ifdef DIRECT
     mean = texelFetch(direct_value_sums, pixel, 0).xyz / values.w;

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from cases import church
 from fresh_rays import unaccounted
-from scenes import patch, solve_own, surfels_of, two_cells
+from scenes import patch, rms, solve_own, surfels_of, two_cells
 from surflux.scenes import shapes
 
 UP, DOWN = [0, 0, 1], [0, 0, -1]
@@ -195,3 +196,18 @@ def test_uniform_furnace_under_the_sky_keeps_its_rows_whole():
     scene = sf.Scene([ball, floor], [sf.Environment(1.0)])
     off = [sf.solve_meshless(scene, seed=seed).radiosity / np.pi - 1 for seed in (0, 1)]
     assert np.sqrt(np.mean(np.square(off))) < 1.8e-5  # 2.5e-5 where the sky's part stayed as it was
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_what_leaves_thin_walls_outwards_does_not_light_the_rooms(seed):
+    """In a church of large patches those of its outside, in the sun, and of its inside make one group of senders.
+
+    The group's share of what leaves the scene was that of the light in the rooms: their light was 19 % off (RMS), where
+    thirty reflections, of which nothing is scaled, are 4 % off.
+    """
+    scene = church.scene(size=4.0)
+    found, unscaled = (sf.solve_meshless(scene, seed=seed, bounces=bounces) for bounces in (None, 30))
+    indirect, wanted = (s.irradiance - s.direct for s in (found, unscaled))
+    assert rms(indirect, wanted, found.surfels.areas) < 0.06
+    assert abs(found.history[-1]["power_lost"]) < 0.005 * found.history[-1]["power_in"]
