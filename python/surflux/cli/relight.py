@@ -64,7 +64,7 @@ def run(options):
     result |= {"outputs": outputs, "images": images}
     if lights.first is not None:  # it stands for all frames
         result["error"], result["history"] = lights.first.error, lights.first.history
-        lines += error_lines(lights.first)
+        lines += error_lines(lights.first, "the irradiance" if lights.count == 1 else "the first frame's irradiance")
     lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
     if options.gaussians is not None:
         write_gaussians(lights.relit(transfer, 0), options)

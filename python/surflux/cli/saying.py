@@ -95,11 +95,11 @@ def _plain(value):
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
 
 
-def error_lines(solution):
-    """What a solution says of its own error: lines of text, none where it is unknown."""
+def error_lines(solution, of="the irradiance"):
+    """What a solution says of its own error: lines of text, none where it is unknown. of: what it is."""
     if not math.isfinite(solution.error):
         return []
-    lines = [f"estimated error of the irradiance: {100 * solution.error:.2g} %"]
+    lines = [f"estimated error of {of}: {100 * solution.error:.2g} %"]
     last = solution.history[-1] if solution.history else {}
     local = [last.get(name, math.nan) for name in ("local_error", "local_error_p90")]
     if all(map(math.isfinite, local)):

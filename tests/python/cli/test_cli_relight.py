@@ -1,6 +1,7 @@
 """`surflux relight`: pictures, films and files of lamps that move, the window's picture, and what is refused."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,12 @@ def test_pictures_of_a_lamp_that_moves(room, run):
     options = ("--path", "path.toml", "--image", "a%d.exr", "--samples", 1, *SMALL)
     status, out, err = run("relight", "room.toml", *options)
     assert status == 0, err
-    assert out.splitlines()[1:] == [f"picture: a{k}.exr" for k in (1, 2, 3)]
+    _, error, local, *rest = out.splitlines()
+    assert rest == [f"picture: a{k}.exr" for k in (1, 2, 3)]
+    assert re.fullmatch(r"estimated error of the first frame's irradiance: 0\.\d+ %", error)
+    assert re.fullmatch(
+        r"  relative to the light of the place itself: .* % \(median\), .* % \(90th percentile\)", local
+    )
     frames = sf.load_lamps("path.toml")
     pictures = [sf.read_image(f"a{k}.exr") for k in (1, 2, 3)]
     for picture, lights in zip(pictures, frames, strict=True):
@@ -62,6 +68,8 @@ def test_a_film_and_numbered_files(room, run):
     assert (found["frames"], found["surfels"], found["images"]) == (3, 216, ["a.gif"])
     assert found["outputs"] == ["lit01.ply", "lit02.ply", "lit03.ply"]
     assert found["bytes"] == room.nbytes
+    # One reflection of all: that the others are missing is an error, too.
+    assert found["error"] == found["history"][-1]["error"] > 0.05
     assert Image.open("a.gif").n_frames == 3
     for k, lights in enumerate(sf.load_lamps("path.toml"), start=1):
         wanted = room.relight(lights, bounces=1).irradiance
@@ -169,7 +177,9 @@ def test_what_is_precomputed_is_saved_and_taken(room, run, here, monkeypatch):
 def test_saving_and_relighting_go_together(room, run):
     status, out, err = run("relight", "room.toml", "--save", "a.transfer", "-o", "a.ply", "--gaussians", "a.ply.glb")
     assert status == 0, err
-    assert out.splitlines()[2:] == ["relit surfels: a.ply", "Gaussians: a.ply.glb"]
+    assert out.splitlines()[2].startswith("estimated error of the irradiance: 0.")
+    assert out.splitlines()[4:] == ["relit surfels: a.ply", "Gaussians: a.ply.glb"]
+    assert 0.0 < sf.load_solution("a.ply").error < 0.02
     wanted = sf.Gaussians.of(room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0)))
     found = sf.load_gaussians("a.ply.glb")
     assert len(found) == len(wanted) == 216
