@@ -59,12 +59,13 @@ def run(options):
         look = {"stops": options.stops, "size": options.size, "screenshot": options.screenshot}
         path = lights.window(transfer, camera=camera, **look)
         return result | {"picture": path}, lines + ([] if path is None else [f"picture: {path}"])
+    first = lights.checked(transfer) if relights else None
     outputs = _saved(transfer, lights, options)
     images = _drawn(transfer, lights, camera, options)
     result |= {"outputs": outputs, "images": images}
-    if lights.first is not None:  # it stands for all frames
-        result["error"], result["history"] = lights.first.error, lights.first.history
-        lines += error_lines(lights.first, "the irradiance" if lights.count == 1 else "the first frame's irradiance")
+    if first is not None:  # it stands for all frames
+        result["error"], result["history"] = first.error, first.history
+        lines += error_lines(first, lights.what(transfer))
     lines += [f"relit surfels: {path}" for path in outputs] + [f"picture: {path}" for path in images]
     if options.gaussians is not None:
         write_gaussians(lights.relit(transfer, 0), options)

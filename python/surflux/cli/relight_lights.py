@@ -20,7 +20,6 @@ class MovingLamps:
     Attributes:
         lighting: of precompute_transfer.
         count: of frames.
-        first: the Solution of frame 0, with its error, once it was relit; None before.
     """
 
     lighting = "local"
@@ -33,7 +32,7 @@ class MovingLamps:
         self._direct = "interpolated" if options.direct is None else options.direct
         check.choice("--direct", self._direct, ("interpolated", "traced"))
         self._frames = None if options.path is None else sf.load_lamps(options.path)
-        self.first = None
+        self._first = None  # the Solution of frame 0, once it was relit
         self.count = 1 if self._frames is None else len(self._frames)
 
     def take(self, scene, off_screen):
@@ -49,13 +48,21 @@ class MovingLamps:
 
     def relit(self, transfer, k):
         """The Solution of frame k, from 0 on."""
-        if k == 0 and self.first is not None:
-            return self.first
-        found = transfer.relight(self._frames[k], seed=self._seed, progress=True)
-        if k == 0:
-            found.estimate_error(seed=self._seed, progress=True)
-            self.first = found
-        return found
+        if k > 0:
+            return transfer.relight(self._frames[k], seed=self._seed, progress=True)
+        if self._first is None:
+            self._first = transfer.relight(self._frames[0], seed=self._seed, progress=True)
+        return self._first
+
+    def checked(self, transfer):
+        """The Solution of frame 0, with its error; it warns of lamps that light nothing."""
+        self.relit(transfer, 0).estimate_error(seed=self._seed, progress=True)
+        return self._first
+
+    def what(self, transfer):
+        """It is whose error that is."""
+        light = "the irradiance" if self.count == 1 else "the first frame's irradiance"
+        return light if transfer.bounces is None else f"{light}, beside all reflections"
 
     def window(self, transfer, **options):
         """The window; where nothing shines, with a lamp that move_lamps places."""
@@ -66,7 +73,6 @@ class MovingLamps:
         if self._direct == "interpolated":
             settings = {"background": background, "samples": samples, "culling": culling}
             return write_images(self.relit(transfer, 0), camera, options, images, **settings)
-        self.relit(transfer, 0)  # which warns of lamps that light nothing
         renderer = sf.LampRenderer(transfer, camera, options.size, samples=samples, culling=culling, progress=True)
 
         def drawn(layers):
@@ -75,8 +81,6 @@ class MovingLamps:
         return write_layers(drawn, camera, samples, options, images, background)
 
     def film(self, transfer, path, size, **options):
-        if self._direct == "traced":
-            self.relit(transfer, 0)  # as above
         return sf.animate_lamps(transfer, self._frames, path, size, seed=self._seed, direct=self._direct, **options)
 
 
@@ -87,7 +91,6 @@ class TurningEnvironment:
     """
 
     lighting = "distant"
-    first = None  # of light of some harmonics, and of gloss, no error is estimated
 
     def __init__(self, options, transfer):
         self._name, self._turn = options.input, 0.0 if options.turn is None else options.turn
@@ -126,6 +129,9 @@ class TurningEnvironment:
         """The Solution of frame k, from 0 on."""
         self._light = self._light or TurningLight(transfer, self._environment)
         return self._light.relight(360.0 * k / self.count)
+
+    def checked(self, transfer):
+        """None: its harmonics are another light than the environment that it would be checked by."""
 
     def window(self, transfer, **options):
         return sf.turn_environment(transfer, self._environment, **options)

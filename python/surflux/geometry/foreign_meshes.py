@@ -7,7 +7,7 @@ import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
-from surflux.geometry.textures import mean_texels
+from surflux.geometry.textures import mean_texels, texture_of
 
 
 class Mesh(NamedTuple):
@@ -103,7 +103,8 @@ def _textured(visual, faces):
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     tint = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
     if image is not None and visual.uv is not None:
-        return np.clip(WHITE * tint * mean_texels(image, np.asarray(visual.uv, np.float64)[faces]), 0.0, WHITE)
+        means = mean_texels(texture_of(image), np.asarray(visual.uv, np.float64)[faces])
+        return np.clip(WHITE * tint * means, 0.0, WHITE)
     if factor is not None:
         return np.tile(WHITE * tint, (len(faces), 1))
     diffuse = getattr(material, "diffuse", None)

@@ -88,7 +88,7 @@ class LocalTransfer(Transfer):
 
         Returns:
             Solution at the scene's own surfels. What emissive surfels bring is in it. Its `error` is NaN until
-            `estimate_error` is asked, which takes a second or more. Its history tells where the power goes:
+            `estimate_error` is asked, by some half a million rays. Its history tells where the power goes:
             `power_lost` is what is made (below 0) or lost, and what reflections that `bounces` leaves out would bring.
 
         Raises:

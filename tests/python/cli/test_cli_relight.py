@@ -37,7 +37,7 @@ def test_pictures_of_a_lamp_that_moves(room, run):
     assert status == 0, err
     _, error, local, *rest = out.splitlines()
     assert rest == [f"picture: a{k}.exr" for k in (1, 2, 3)]
-    assert re.fullmatch(r"estimated error of the first frame's irradiance: 0\.\d+ %", error)
+    assert re.fullmatch(r"estimated error of the first frame's irradiance.*: 0\.\d+ %", error)
     assert re.fullmatch(
         r"  relative to the light of the place itself: .* % \(median\), .* % \(90th percentile\)", local
     )
@@ -177,7 +177,7 @@ def test_what_is_precomputed_is_saved_and_taken(room, run, here, monkeypatch):
 def test_saving_and_relighting_go_together(room, run):
     status, out, err = run("relight", "room.toml", "--save", "a.transfer", "-o", "a.ply", "--gaussians", "a.ply.glb")
     assert status == 0, err
-    assert out.splitlines()[2].startswith("estimated error of the irradiance: 0.")
+    assert re.fullmatch(r"estimated error of the irradiance.*: 0\.\d+ %", out.splitlines()[2])
     assert out.splitlines()[4:] == ["relit surfels: a.ply", "Gaussians: a.ply.glb"]
     assert 0.0 < sf.load_solution("a.ply").error < 0.02
     wanted = sf.Gaussians.of(room.relight(sf.PointLight([0.5, 0.5, 0.6], 1.0)))
@@ -265,3 +265,15 @@ def test_a_scene_without_lamps(run, here):
 def test_no_bounces_but_a_number(run, here):
     with pytest.raises(SystemExit):
         run("relight", "room.toml", "--bounces", "some")
+
+
+def test_an_error_is_said_of_films_and_gaussians_too(room, run):
+    """And that reflections are left out."""
+    room.save("a.transfer")
+    status, out, err = run("relight", "a.transfer", "--gaussians", "a.ply.glb", "--bounces", 0)
+    assert status == 0, err
+    assert "estimated error of the irradiance, beside all reflections: " in out
+    options = ("--path", "path.toml", "--image", "a.gif", "--exposure", 1, "--bounces", "all", "--json", *SMALL)
+    status, out, err = run("relight", "a.transfer", *options)
+    assert status == 0, err
+    assert 0.0 < json.loads(out)["error"] < 0.02

@@ -199,6 +199,10 @@ def painted(tmp_path, library, faces="f 1/1 2/2 3/3 4/4\n", places=SQUARE, name=
         ("Kd 0 0 0\nmap_Kd textures\\a picture.png", [0.98, 0.49, 0.49]),  # as some programs write it
         ("map_Kd -s .5 1 -mm 0 1 a picture.png", [0.98, 0.98, 0.98]),
         ("map_Kd -s .5 1 -o .5 0 a picture.png", [0.98, 0.0, 0.0]),
+        ("map_Kd a picture.png # baked", [0.98, 0.49, 0.49]),
+        ('map_Kd "a picture.png" #baked', [0.98, 0.49, 0.49]),
+        ("map_Kd a picture.png\nmap_Kd", [0.98, 0.49, 0.49]),
+        ("map_Kd -s 1e999 1 a picture.png", [0.98, 0.49, 0.49]),
     ],
 )
 def test_a_face_has_the_mean_of_its_texture(tmp_path, library, wanted):
@@ -243,3 +247,44 @@ def test_every_face_of_a_textured_grid(tmp_path):
     mesh = read_mesh(obj(tmp_path, "newmtl painted\nmap_Kd a.png\n", text=text))
     wanted = 0.98 * srgb_to_linear(pixels / 255.0).reshape(-1, 3)
     np.testing.assert_allclose(mesh.face_reflectance(), wanted, atol=1e-6)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("first", range(4))
+def test_the_mean_over_a_concave_face_is_by_area(tmp_path, first):
+    """A chevron, .583 of which lies on white: it was .8 where it begins at an end, with what lies beyond."""
+    places = "".join(f"v {x} {y} 0\nvt {y} {x}\n" for x, y in ((0, 0), (0.5, 0.4), (1, 0), (0.5, 1)))
+    face = " ".join(f"{(k + first) % 4 + 1}/{(k + first) % 4 + 1}" for k in range(4))
+    found = painted(tmp_path, "map_Kd a picture.png", f"f {face}\n", places + "usemtl painted\n").face_reflectance()
+    assert found[0, 0] == pytest.approx(0.98)
+    assert found[0, 1] == pytest.approx(0.98 * 0.583, abs=0.06)  # by 16 places on each triangle
+
+
+@pytest.mark.filterwarnings("error")
+def test_pictures_of_16_bits_and_of_one_channel(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    grey = 0.98 * srgb_to_linear(0.5)
+    for name, pixels in (
+        ("a.tif", np.full((8, 8), 32768, ">u2")),
+        ("b.png", np.full((8, 8), 32768, np.uint16)),
+        ("c.png", np.full((8, 8), 128, np.uint8)),
+        ("d.jpg", np.full((8, 8, 3), 128, np.uint8)),
+        ("e.png", np.full((8, 8, 4), 128, np.uint8)),
+    ):
+        image.fromarray(pixels).save(tmp_path / name)
+        mesh = read_mesh(obj(tmp_path, f"newmtl painted\nmap_Kd {name}\n", text=SQUARE + "f 1/1 2/2 3/3 4/4\n"))
+        np.testing.assert_allclose(mesh.face_reflectance(), [[grey] * 3], atol=3e-3)
+    for name, pixels in (("f.tif", np.full((8, 8), 0.5, np.float32)), ("i.tif", np.full((8, 8), 32768, np.int32))):
+        image.fromarray(pixels).save(tmp_path / name)
+        path = obj(tmp_path, f"newmtl painted\nmap_Kd {name}\n", text=SQUARE + "f 1/1 2/2 3/3 4/4\n")
+        with pytest.warns(
+            UserWarning, match=rf"texture '.*{name}' is not read \(ValueError: a texture of mode [FI]; wanted"
+        ):
+            read_mesh(path)  # was white or black
+
+
+@pytest.mark.filterwarnings("error")
+def test_colours_of_vertices_count_in_place_of_textures(tmp_path):
+    colored = "".join(f"v {x} {y} 0 1 0 0\n" for x, y in ((0, 0), (1, 0), (1, 1))) + "vt 0 0\nusemtl painted\n"
+    mesh = read_mesh(obj(tmp_path, "newmtl painted\nmap_Kd gone.png\n", text=colored + "f 1/1 2/1 3/1\n"))
+    np.testing.assert_allclose(mesh.face_reflectance(), [[0.98, 0, 0]])

@@ -1,5 +1,7 @@
 """Solution.estimate_error: what of a solution nobody has checked, such as a relit one, is off by."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,10 @@ def test_a_relit_solution_learns_its_error(transfer):
     assert 0.0 < last["error_uncertainty"] < 0.5 * solution.error
     assert 0.0 < last["local_error"] <= last["local_error_p90"]
     assert last["rays"] <= 1 << 20
+    twin = copy.copy(solution)
+    twin.estimate_error(seed=7)
+    assert solution.history[-1] is last
+    assert twin.history[-1]["rays"] > 1.5 * last["rays"]
     true = sf.solve(sf.Scene(transfer.scene.objects, [LAMP]), rays=4096, zeta=0.002, insert=False).irradiance
     wrong = rms(solution.irradiance, true, solution.surfels.areas)
     assert 0.6 * wrong < solution.error < 1.6 * wrong
@@ -94,6 +100,9 @@ def test_it_wants_a_scene_and_numbers(transfer, tmp_path):
         solution.estimate_error(rays=0)
     with pytest.raises(ValueError, match=r"^seed: wanted "):
         solution.estimate_error(seed=-1)
+    solution.irradiance = np.full_like(solution.irradiance, np.nan)
+    with pytest.raises(ValueError, match=r"^irradiance: wanted finite"):
+        solution.estimate_error()
 
 
 def test_threads_do_not_matter_and_cancelling_leaves_all_as_it_was(transfer):
