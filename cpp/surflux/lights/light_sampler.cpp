@@ -83,6 +83,7 @@ LightSampler::LightSampler(const Scene& scene, double small_emitters, Sources so
     // periodic, and then all samples of a batch would fall on like places.
     for (std::uint32_t k : morton_order(places)) {
         emitters_.push_back(pieces[k]);
+        if (pieces[k].is_disk) candidates_ = 1;
         emitters_up_to_.push_back(power_ += powers[k]);
     }
     for (double& up_to : emitters_up_to_) up_to /= power_;
@@ -113,8 +114,8 @@ LightRay LightSampler::resampled(const Vec3& point, const Vec3& normal, double u
     for (const PointLike& light : point_like_) offer(towards(light, point, normal), true);
     for (const Rectangle& light : areas_) offer(towards(light, point, normal, u, v), true);
     for (std::size_t k = 0; k < images_.size(); ++k) offer(towards_sky(k, normal, u, v), false);
-    for (int k = 0; k < candidates && !emitters_.empty(); ++k)
-        offer(towards_emitters(point, normal, (k + u) / candidates, std::fmod(v + k * golden, 1.0)), false);
+    for (int k = 0; k < candidates_ && !emitters_.empty(); ++k)
+        offer(towards_emitters(point, normal, (k + u) / candidates_, std::fmod(v + k * golden, 1.0)), false);
     if (kept_weight > 0.0) kept.irradiance *= sum / kept_weight;
     return kept;
 }
@@ -248,7 +249,7 @@ LightRay LightSampler::towards_emitters(const Vec3& point, const Vec3& normal, d
     const double facing = std::abs(dot(piece.normal, d)) / distance;
     if (!(cosine > 0.0 && facing > 0.0 && dot(surfels_.normals[piece.surfel], d) < 0.0)) return {};
     const Vec3 direction = d / distance;
-    const double density = candidates * emitter_density(piece.surfel) * distance * distance / facing;
+    const double density = candidates_ * emitter_density(piece.surfel) * distance * distance / facing;
     const double weighed = emitter_density(piece.surfel, direction, distance);
     const double share = pi * weighed / (pi * weighed + cosine);
     const Rgb irradiance = (cosine / (pi * density) * share) * surfels_.emission[piece.surfel];
@@ -261,7 +262,7 @@ double LightSampler::emitter_density(std::uint32_t surfel) const {
 
 double LightSampler::emitter_density(std::uint32_t surfel, const Vec3& direction, double distance) const {
     const double facing = std::max(1e-12, -dot(surfels_.normals[surfel], direction));
-    return candidates * emitter_density(surfel) * distance * distance / facing;
+    return candidates_ * emitter_density(surfel) * distance * distance / facing;
 }
 
 }  // namespace surflux

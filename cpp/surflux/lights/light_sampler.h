@@ -31,12 +31,13 @@ public:
     // cosine-distributed rays find as well. Measured on a sphere in a sphere and a lamp in a room: a gain of 2 at 0.1,
     // of 30 at 0.04, and none from 0.2 on.
     static constexpr double usual_small_emitters = 0.15;
-    // Points of emissive surfels, drawn by power, of which a light sample takes one by what it would bring (resampled
+    // Points of emissive patches, drawn by power, of which a light sample takes one by what it would bring (resampled
     // importance sampling, Talbot et al. 2005): the more, the less it matters how many emitters there are, how far, and
     // which way they face. With 8 light under a ball, or of nine or 36 lamps in a room, is off by a fifth to a quarter
     // of what it is off by with 1, for a tenth to a third more time; 16 take as much more again, and find less where
-    // walls stand between lamps.
-    static constexpr int candidates = 8;
+    // walls stand between lamps. Of disks, which overlap, few light samples meet their own first: there is one, so that
+    // hemisphere samples have the more weight.
+    static constexpr int usual_candidates = 8;
     explicit LightSampler(const Scene& scene, double small_emitters = usual_small_emitters,
                           Sources sources = Sources::all);
 
@@ -102,6 +103,7 @@ private:
     std::vector<EnvironmentMap> images_;
     bool whole_images_;
     Rgb constant_sky_;
+    int candidates_ = usual_candidates;
     std::vector<Piece> emitters_;
     std::vector<double> emitters_up_to_;  // share of their power up to and with each
     double power_ = 0.0;

@@ -1,4 +1,4 @@
-"""Lamps that are meshes or clouds: what emissive surfels bring is sampled as light of lamps is."""
+"""Lamps that are meshes: what emissive patches bring is sampled as light of lamps is."""
 
 import numpy as np
 import pytest
