@@ -60,7 +60,7 @@ class MovingLamps:
         return self._first
 
     def what(self, transfer):
-        """It is whose error that is."""
+        """In words, what has that error."""
         light = "the irradiance" if self.count == 1 else "the first frame's irradiance"
         return light if transfer.bounces is None else f"{light}, beside all reflections"
 
