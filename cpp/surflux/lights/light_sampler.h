@@ -34,7 +34,7 @@ public:
     // Points of emissive patches, drawn by power, of which a light sample takes one by what it would bring (resampled
     // importance sampling, Talbot et al. 2005): the more, the less it matters how many emitters there are, how far, and
     // which way they face. With 8 light under a ball, or of nine or 36 lamps in a room, is off by a fifth to a quarter
-    // of what it is off by with 1, for a tenth to a third more time; 16 take as much more again, and find less where
+    // of what it is off by with 1, for a tenth to two fifths more time; 16 take as much more again, and find less where
     // walls stand between lamps. Of disks, which overlap, few light samples meet their own first: there is one, so that
     // hemisphere samples have the more weight.
     static constexpr int usual_candidates = 8;
