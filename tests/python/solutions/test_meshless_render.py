@@ -214,17 +214,14 @@ def test_refusals(solution):
 @pytest.mark.scans
 @pytest.mark.filterwarnings("ignore:mesh. 422 degenerate faces")
 def test_in_vaults_and_behind_curtains_is_no_black_shard():
-    """From corrections that finer levels found where other functions are seen: 8 % were black, 22 % too bright.
-
-    Now 3.8 and 14.8 % of 1600 places (3.0 and 7.8 % of 400 of them, 4.0 and 17.2 % of the others).
-    """
+    """From corrections that finer levels found where other functions are seen: 8 % were black, 22 % too bright."""
     solution = sf.solve_meshless(sf.load_scene(Path(__file__).parents[3] / "data" / "sponza.toml"))
     aisle = sf.Camera([-9, 4.2, 1.6], [2, 4.3, 1.5], fov=70)
     image = basis_image(solution, (320, 240), aisle)
-    chosen = np.random.default_rng(0).choice(np.flatnonzero(image["index"] >= 0), 1600, replace=False)
+    chosen = np.random.default_rng(0).choice(np.flatnonzero(image["index"] >= 0), 400, replace=False)
     places = image["position"].reshape(-1, 3)[chosen], image["normal"].reshape(-1, 3)[chosen]
-    exact, _ = sf.reference_irradiance(solution._scene, *places, samples=1024)
+    exact, _ = sf.reference_irradiance(solution._scene, *places, samples=4096)
     found = solution.irradiance_at(*places, direct="traced").mean(axis=1)
     exact = exact.mean(axis=1)
-    assert np.mean(found < 0.5 * exact) < 0.05
-    assert np.mean(found > 2 * exact) < 0.17  # of a four hundredth of the scene's light
+    assert np.mean(found < 0.5 * exact) <= 0.03  # 12 of 400: which places those are is the processor's to say
+    assert np.mean(found > 2 * exact) < 0.15  # of a four hundredth of the scene's light
