@@ -16,6 +16,7 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t light_stream = 16;
+constexpr double least_patches = 256.0;  // as many, of equal areas, have options.probes and options.rays each
 constexpr double evenness = 0.5;  // of even points' standard error in that of random ones, measured in penumbrae
 
 // Is the way free to a light at a place, or in a direction?
@@ -82,6 +83,18 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
     return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
 }
 
+double area_of_all(const std::vector<Triangle>& triangles) {
+    constexpr std::size_t grain = 4096;
+    return parallel_sum<double>(triangles.size(), grain,
+                                [&](std::size_t k, double& sum) { sum += area_of(triangles[k]); });
+}
+
+// A few wide patches carry the light of a whole room: they have more rays, by their share of the area of all.
+DirectOptions of_patch(const DirectOptions& options, double share) {
+    const auto more = [&](int count) { return std::max(count, static_cast<int>(share * least_patches * count)); };
+    return {more(options.probes), more(options.rays)};
+}
+
 // Disks, and those inserted in them, which have what the whole one has.
 bool is_disk(const SurfelPoints& points, const Place& place) {
     return (place.is_whole_surfel() && !points.is_patch(place.shape)) || (place.is_part && place.shape == Place::point);
@@ -112,6 +125,9 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
     const bool has_disks =
         std::any_of(places.begin(), places.end(), [&](const Place& place) { return is_disk(points, place); });
     const NarrowLight narrow = has_disks ? NarrowLight(scene, from, tracer, seed, progress) : NarrowLight();
+    const auto patch = [&](const Place& place) { return place.shape != Place::point && points.is_patch(place.shape); };
+    const bool has_patches = std::any_of(places.begin(), places.end(), patch);
+    const double all_area = has_patches ? area_of_all(scene.surfels.triangles) : 1.0;
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -121,10 +137,12 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                                         place.position, place.normal, place.is_whole_surfel()};
                 Rgb squared;
                 const bool as_disk = is_disk(points, place);
+                const DirectOptions own =
+                    patch(place) ? of_patch(options, points.area(place.shape) / all_area) : options;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
                     const Part part = whole ? *whole
-                                            : irradiance_from(*lights[l], tracer, receiver, options,
+                                            : irradiance_from(*lights[l], tracer, receiver, own,
                                                               EvenPoints(4, seed + light_stream + l, stream_of(place)));
                     direct[k] += part.irradiance * lights[l]->color;
                     squared += (part.error * lights[l]->color) * (part.error * lights[l]->color);

@@ -11,8 +11,10 @@
 namespace surflux {
 
 struct DirectOptions {
-    int probes = 16;  // shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer
-    int rays = 64;    // where they do not
+    // Shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer. Patches of more than
+    // a 256th of the scene's area have more, by their share of it.
+    int probes = 16;
+    int rays = 64;  // where they do not
 };
 
 // Irradiance of each surfel from every light but the Environments (see hemisphere.h), with shadows: the unoccluded

@@ -107,7 +107,9 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
         radius * radius * static_cast<double>(sums.row.rays.size()) <= rays_on_a_patch * distance * distance) {
-        sums.add_first(i, gain * light_.beside_basis(i), second_half);
+        // No ray ends on what lies inside geometry and is dark: the light of all is that of what can be seen.
+        const double outside = means_.outside(i);
+        sums.add_first(i, (outside > 0.0 ? 1.0 / outside : 1.0) * gain * light_.beside_basis(i), second_half);
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -11,8 +13,10 @@ namespace surflux {
 
 namespace {
 
-// On a patch: at most, and where it is wide, or some of these are inside geometry and some are not.
+// On a patch: at most, and no fewer where it is wide, or some of these are inside geometry and some are not.
 constexpr int most_places = 16, all_places = 64;
+// Of wide patches: in a cell as wide as the spacing of a level, and on all together, shared out by their areas.
+constexpr double in_each_cell = 4.0, on_all_wide = 65536.0;
 constexpr std::size_t grain = 256;
 
 }  // namespace
@@ -27,9 +31,11 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
       first_radius_(first_radius),
       widest_(widest),
       seed_(seed),
-      outside_(scene.surfels.size()),
-      inside_(scene.surfels.size(), 0) {
+      outside_(scene.surfels.size()) {
+    for (std::uint32_t i = 0; i < outside_.size(); ++i)
+        if (is_wide(i)) wide_area_ += points_.area(i);
     const auto finest = static_cast<std::size_t>(levels - 1);
+    std::vector<std::vector<PartlyInside>> found((outside_.size() + grain - 1) / grain);  // by blocks
     parallel_blocks(
         outside_.size(), grain,
         [&](std::size_t begin, std::size_t end) {
@@ -38,7 +44,7 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
             for (std::size_t i = begin; i < end; ++i) {
                 const auto index = static_cast<std::uint32_t>(i);
                 first.push_back(places.size());
-                places_on(index, count_for(index, finest), of_one);
+                places_on(index, std::min(all_places, count_for(index, finest)), of_one);
                 places.insert(places.end(), of_one.begin(), of_one.end());
             }
             first.push_back(places.size());
@@ -48,15 +54,24 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
                            to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
                 outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
                 if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
-                places_on(static_cast<std::uint32_t>(i), all_places, of_one);
-                const std::vector<char> of_all = inside_geometry(scene_, tracer_, of_one, seed_ + i);
-                for (std::size_t p = 0; p < of_all.size(); ++p) {
-                    inside_[i] |= static_cast<std::uint64_t>(of_all[p]) << p;
-                    outside_[i] -= static_cast<double>(of_all[p]) / all_places;
-                }
+                const auto index = static_cast<std::uint32_t>(i);
+                places_on(index, std::max(all_places, count_for(index, finest)), of_one);
+                PartlyInside part{index, inside_geometry(scene_, tracer_, of_one, seed_ + i)};
+                const auto count = std::count(part.inside.begin(), part.inside.end(), 1);
+                outside_[i] = 1.0 - static_cast<double>(count) / static_cast<double>(of_one.size());
+                found[begin / grain].push_back(std::move(part));
             }
         },
         progress);
+    for (std::vector<PartlyInside>& block : found)
+        std::move(block.begin(), block.end(), std::back_inserter(partly_inside_));
+}
+
+// Which of its places are inside geometry; none: no place is, or all are.
+const std::vector<char>* SurfelMeans::partly_inside(std::uint32_t i) const {
+    const auto at = std::lower_bound(partly_inside_.begin(), partly_inside_.end(), i,
+                                     [](const PartlyInside& part, std::uint32_t surfel) { return part.surfel < surfel; });
+    return at == partly_inside_.end() || at->surfel != i ? nullptr : &at->inside;
 }
 
 bool SurfelMeans::is_wide(std::uint32_t i) const {
@@ -68,7 +83,10 @@ int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
     const double spacing = std::ldexp(first_radius_[scene_.object[i]], -static_cast<int>(level));
     const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
     int count = 1;
-    if (is_wide(i)) return all_places;
+    if (is_wide(i)) {
+        const double most = std::max(1.0 * all_places, on_all_wide * points_.area(i) / wide_area_);
+        return static_cast<int>(std::clamp(in_each_cell * points_.area(i) / (spacing * spacing), 1.0 * all_places, most));
+    }
     if (points_.is_patch(i))
         while (count < most_places && count < across * across) count *= 4;
     return count;
@@ -117,22 +135,23 @@ void SurfelMeans::extend(std::size_t spacing_level, const BasisSight& sight, con
                 if (outside_[k] == 0.0) continue;
                 const auto i = static_cast<std::uint32_t>(k);
                 const std::uint32_t object = scene_.object[k];
-                places_on(i, inside_[k] != 0 ? all_places : count_for(i, spacing_level), places);
+                const std::vector<char>* inside = partly_inside(i);
+                const int count = count_for(i, spacing_level);
+                places_on(i, inside ? std::max(all_places, count) : count, places);
                 all.clear();
                 // A place that sees none of the coarsest has what others of the surfel have.
                 const bool coarsest = basis_.is_coarsest(level, object);
-                std::size_t outside = 0, seen = 0;
+                std::size_t seen = 0;
                 for (std::size_t p = 0; p < places.size(); ++p) {
-                    if ((inside_[k] >> p & 1) != 0) continue;
+                    if (inside && (*inside)[p] != 0) continue;
                     sight.at_level(level, places[p].position, places[p].normal, object, i, weights);
                     all.insert(all.end(), weights.begin(), weights.end());
-                    ++outside;
                     seen += !coarsest || !weights.empty();
                 }
                 std::sort(all.begin(), all.end(),
                           [](const BasisWeight& a, const BasisWeight& b) { return a.function < b.function; });
                 const std::size_t before = out.size();
-                const double share = static_cast<double>(outside) / static_cast<double>(seen * places.size());
+                const double share = outside_[k] / static_cast<double>(seen);
                 for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
                     double sum = 0.0;
                     for (; to < all.size() && all[to].function == all[from].function; ++to) sum += all[to].weight;

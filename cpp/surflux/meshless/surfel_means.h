@@ -13,8 +13,8 @@
 namespace surflux {
 
 // The restriction of a basis to surfels, as a sparse matrix: row i holds the mean of each function over patch i, by up
-// to 16 samples (64 on wide patches and those partly inside geometry, where samples count 0), or its value at the
-// centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
+// to 16 samples (64 on those partly inside geometry, where samples count 0, and on wide ones no fewer, by their share of
+// the area), or its value at the centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
 // product, where evaluating the basis at each ray's end took most of the time of L07 and of this solver, too.
 class SurfelMeans {
 public:
@@ -67,6 +67,7 @@ private:
     };
     int count_for(std::uint32_t i, std::size_t level) const;
     void places_on(std::uint32_t i, int count, std::vector<Departure>& out) const;
+    const std::vector<char>* partly_inside(std::uint32_t i) const;
 
     const Scene& scene_;
     const Tracer& tracer_;
@@ -76,7 +77,12 @@ private:
     double widest_;
     std::uint64_t seed_;
     std::vector<double> outside_;
-    std::vector<std::uint64_t> inside_;  // of each patch that is in part, a bit for each of its places
+    struct PartlyInside {
+        std::uint32_t surfel;
+        std::vector<char> inside;  // each of its places
+    };
+    std::vector<PartlyInside> partly_inside_;  // by surfel
+    double wide_area_ = 0.0;
     std::vector<Rows> levels_;
 };
 

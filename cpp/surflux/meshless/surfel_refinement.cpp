@@ -9,9 +9,10 @@ namespace surflux {
 
 namespace {
 
-// A surfel has rays by the root of its area, all of them where so many in a row span the spacing of the coarsest level.
+// A surfel has rays by the root of its area, all of them where so many in a row span the spacing of the coarsest level;
+// a patch wider than that by its area, up to so many times as many: it speaks for as many points.
 constexpr int least_rays = 64;
-constexpr double in_a_row = 16.0;
+constexpr double in_a_row = 16.0, most_for_wide = 16.0;
 // Of the largest that are tried: rays of each; of these, and of the brightest, all together over those of all levels.
 constexpr int trying_rays = 16;
 constexpr std::size_t share_of_rays = 16;
@@ -67,7 +68,8 @@ double SurfelRefinement::allowed(std::uint32_t surfel) const {
 
 int SurfelRefinement::rays_for(std::uint32_t surfel) const {
     const double spacing = oracle_.first_radius[scene_.object[surfel]];
-    const double share = std::min(1.0, in_a_row * std::sqrt(scene_.surfels.areas[surfel]) / spacing);
+    const double across = std::sqrt(scene_.surfels.areas[surfel]) / spacing;
+    const double share = std::clamp(across * across, std::min(1.0, in_a_row * across), most_for_wide);
     return std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share)));
 }
 
