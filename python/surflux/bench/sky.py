@@ -2,7 +2,6 @@
 --only sky_view`.
 """
 
-import functools
 import os
 from pathlib import Path
 from time import perf_counter
@@ -29,8 +28,8 @@ def tile(threads):
     read = perf_counter() - start
     view = sf.sky_view_factor(surfels, threads=threads)
     seconds = perf_counter() - start
-    expected = _reference(threads)
-    error = np.sqrt(np.mean((view - expected) ** 2) / np.mean(expected**2))
+    some, expected = compared(sf.Scene([surfels]), COMPARED)
+    error = np.sqrt(np.mean((view[some] - expected) ** 2) / np.mean(expected**2))
     stages = {"reading, normals, radii": read, "sky view": seconds - read}
     return len(surfels), seconds, error, f"{REFERENCE_RAYS} rays of another seed, RMS", stages
 
@@ -60,11 +59,6 @@ def compared(scene, count, weighting="cosine", seed=1000):
     free = _core.free_directions(lines._core, directions, None, some.astype(np.uint32))
     seen, whole = _core.direction_sums(lines.normals[some], free, directions, weighting == "cosine")
     return some, unobstructed_view(lines.normals[some], weighting) * seen / np.maximum(whole, 1e-12)
-
-
-@functools.cache
-def _reference(threads):
-    return sf.sky_view_factor(_surfels(), rays=REFERENCE_RAYS, seed=1, threads=threads)
 
 
 def _surfels():

@@ -44,15 +44,12 @@ def test_errors_are_those_of_the_closed_forms(name, largest):
 
 @pytest.mark.scans
 @pytest.mark.slow
-def test_the_sky_of_a_lidar_tile(monkeypatch):
-    monkeypatch.setattr(sky, "REFERENCE_RAYS", 1024)
-    sky._reference.cache_clear()
+def test_the_sky_of_a_lidar_tile():
     surfels, seconds, error, against, stages = sky.tile(None)
-    sky._reference.cache_clear()
     assert surfels == 110_000
     assert seconds == pytest.approx(sum(stages.values()))
     assert 0.002 < error < 0.015
-    assert against == "1024 rays of another seed, RMS"
+    assert against == "4096 rays of another seed, RMS"
 
 
 def test_cases_without_their_data_are_left_out_aloud(monkeypatch, capsys):

@@ -136,8 +136,9 @@ def test_scenes_with_other_lights_have_no_polygons():
 
 @pytest.mark.slow
 def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
-    small = replace(SMALL, densities={"concentric spheres": (0.25, 0.5), "three spheres": (0.25,)})
-    small = replace(small, samples=(4, 16, 64), every_setting=True, knobs_at=dict.fromkeys(scenes.NAMES, 0.25))
+    small = replace(SMALL, densities={"concentric spheres": (0.25, 0.5), "three spheres": (0.1,)})
+    knobs_at = {"concentric spheres": 0.25, "three spheres": 0.1}
+    small = replace(small, samples=(4, 16, 64), every_setting=True, knobs_at=knobs_at)
     monkeypatch.setattr(solvers, "QUICK", small)
     monkeypatch.setattr(mitsuba_renderer, "load", lambda threads: None)
     usual = solvers.SOLVERS["meshless"]
@@ -147,6 +148,9 @@ def test_knobs_of_a_solver_and_the_plot(monkeypatch, tmp_path, capsys):
         return usual.run(scene, **({} if "error" in options else {"levels": 1}) | options)
 
     monkeypatch.setitem(solvers.SOLVERS, "meshless", replace(usual, run=quick))
+    for name, solver in solvers.SOLVERS.items():
+        asked = [{"error": error} for error in (0.2, 0.15, 0.1, 0.08)]
+        monkeypatch.setitem(solvers.SOLVERS, name, replace(solver, knobs=solver.knobs | {"error": asked}))
     text, rows, plot = tmp_path / "bench.md", tmp_path / "bench.json", tmp_path / "bench.png"
     chosen = ["--scene", "concentric spheres", "--scene", "three spheres", "--repeats", "1"]
     paths = ["--markdown", str(text), "--json", str(rows), "--plot", str(plot)]

@@ -364,13 +364,12 @@ def test_furnaces_of_nearly_white_walls(rho, within):
     np.testing.assert_allclose(solution.radiosity, expected, rtol=within)
 
 
-@pytest.mark.parametrize(
-    "whiteness", [1 - 1e-6, 1 - 1e-9, pytest.param(np.nextafter(1.0, 0.0), marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("whiteness", [1 - 1e-6, 1 - 1e-9, np.nextafter(1.0, 0.0)])
 @pytest.mark.filterwarnings("ignore:the linear solver stopped")
 def test_the_last_step_to_white_never_diverges(whiteness):
     """Finite, and at least what the walls emit; within 2 % of the furnace as far as single precision bears."""
-    solution = sf.solve_meshless(sf.Scene([cube_inside(6, whiteness, 1.0)]))
+    # Where the digits end, what the basis is refined by is noise: two levels of it are enough.
+    solution = sf.solve_meshless(sf.Scene([cube_inside(6, whiteness, 1.0)]), levels=2)
     assert np.all(np.isfinite(solution.radiosity))
     assert solution.radiosity.min() >= 1.0
     if whiteness == 1 - 1e-6:
