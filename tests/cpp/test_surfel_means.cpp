@@ -20,7 +20,7 @@ struct Placed {
           points(scene.surfels),
           placement(scene, tracer, {radius, 5}),
           sight(scene, tracer, basis) {
-        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, placement.points().first_radius, 3, 1.0,
+        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, sight, placement.points().first_radius, 3, 1.0,
                                               seed, Progress{});
         for (std::size_t level = 0; level < 3; ++level) {
             placement.add_level();
@@ -29,7 +29,7 @@ struct Placed {
             basis.add_level({p.positions.begin() + from, p.positions.end()},
                             {p.normals.begin() + from, p.normals.end()}, {p.objects.begin() + from, p.objects.end()});
             sight.extend({}, Progress{});
-            means->extend(level, sight, Progress{});
+            means->extend(level, Progress{});
         }
     }
     Scene scene;

@@ -107,19 +107,23 @@ void BasisSight::at_level(std::size_t level, const Vec3& point, const Vec3& norm
     basis_.to_shares(level, object, out);
 }
 
-std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<char>& asked,
+void BasisSight::keep_seen_if_parted(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& weights) const {
+    const auto apart = [&](const BasisWeight& w) { return !joined(weights[0].function, w.function); };
+    if (std::any_of(weights.begin(), weights.end(), apart)) keep_seen(point, normal, weights);
+}
+
+std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<Departure>& asked,
                                                           const std::vector<double>& spacing,
                                                           const Progress& progress) const {
-    const Surfels& s = scene_.surfels;
-    std::vector<char> hidden(s.size(), 0);
+    std::vector<char> hidden(asked.size(), 0);
+    const auto object_of = [&](const Departure& place) { return scene_.object[place.surfel]; };
     parallel_blocks(
-        s.size(), 256,
+        asked.size(), 256,
         [&](std::size_t begin, std::size_t end) {
             std::vector<BasisWeight> near;
-            for (std::size_t i = begin; i < end; ++i) {
-                if (!asked[i]) continue;
-                at_level(0, s.positions[i], s.normals[i], scene_.object[i], Hit::none, near);
-                hidden[i] = near.empty();
+            for (std::size_t k = begin; k < end; ++k) {
+                at_level(0, asked[k].position, asked[k].normal, object_of(asked[k]), Hit::none, near);
+                hidden[k] = near.empty();
             }
         },
         progress);
@@ -128,13 +132,14 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<char
         std::size_t index;
     };
     std::map<std::array<std::int64_t, 4>, std::vector<Nook>> cells;  // by object, and cubes of its spacing
-    const Vec3 low = bounds_of(s).low;
+    const Vec3 low = bounds_of(scene_.surfels).low;
     std::vector<std::vector<std::uint32_t>> out;
-    for (std::uint32_t i = 0; i < s.size(); ++i) {
+    for (std::uint32_t i = 0; i < asked.size(); ++i) {
         if (!hidden[i]) continue;
-        const double side = spacing[scene_.object[i]];
-        const Vec3 at = (1.0 / side) * (s.positions[i] - low);
-        const std::array<std::int64_t, 4> cell{scene_.object[i], static_cast<std::int64_t>(at.x),
+        const Vec3 &place = asked[i].position, &normal = asked[i].normal;
+        const double side = spacing[object_of(asked[i])];
+        const Vec3 at = (1.0 / side) * (place - low);
+        const std::array<std::int64_t, 4> cell{object_of(asked[i]), static_cast<std::int64_t>(at.x),
                                                static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)};
         double above = -1.0;
         const Nook* in = nullptr;
@@ -146,10 +151,10 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<char
             if (near == cells.end()) continue;
             for (std::size_t n = near->second.size(); n-- > 0 && tries < most_tries;) {
                 const Nook& nook = near->second[n];
-                if (!(length(nook.first.position - s.positions[i]) < side * dot(nook.first.normal, s.normals[i])))
+                if (!(length(nook.first.position - place) < side * dot(nook.first.normal, normal)))
                     continue;
                 ++tries;
-                if (!sight_.sees(s.positions[i], s.normals[i], above, nook.first)) continue;
+                if (!sight_.sees(place, normal, above, nook.first)) continue;
                 in = &nook;
                 break;
             }
@@ -158,8 +163,8 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<char
             out[in->index].push_back(i);
             continue;
         }
-        if (above < 0.0) above = sight_.headroom(s.positions[i], s.normals[i]);
-        cells[cell].push_back({{s.positions[i], s.normals[i], above}, out.size()});
+        if (above < 0.0) above = sight_.headroom(place, normal);
+        cells[cell].push_back({{place, normal, above}, out.size()});
         out.push_back({i});
     }
     return out;

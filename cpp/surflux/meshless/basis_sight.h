@@ -39,10 +39,16 @@ public:
         at_level(level, basis_.position(j), basis_.normal(j), basis_.object(j), surfel_[j], out);
     }
     std::uint32_t surfel(std::uint32_t function) const { return surfel_[function]; }
-    // The nooks of the scene, as the surfels in each: those that see the nook's first surfel, no farther away than the
-    // spacing of their object.
-    std::vector<std::vector<std::uint32_t>> nooks(const std::vector<char>& asked, const std::vector<double>& spacing,
-                                                  const Progress& progress) const;
+    // Those of functions near a point that it sees; all of them, without a ray, where they see each other.
+    void keep_seen_if_parted(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& weights) const;
+    // Is a place that sees no function of points so far apart dark, as under furniture that stands a millimetre above it?
+    bool is_dark(const Vec3& point, const Vec3& normal, double spacing) const {
+        return Sight::is_low(sight_.headroom(point, normal), spacing);
+    }
+    // The nooks among the places asked about, as indices of the places in each: those that see the nook's first place,
+    // no farther away than the spacing of their object.
+    std::vector<std::vector<std::uint32_t>> nooks(const std::vector<Departure>& asked,
+                                                  const std::vector<double>& spacing, const Progress& progress) const;
     // Makes a function the only one on a nook's surfels.
     void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
     // Do the points of two functions of one level see each other?

@@ -205,7 +205,9 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     }
     sums.take(out.links);
     sums.take_lit(out.lit);
-    scale(out);
+    // Rays of a wide patch leave from under furniture and from beside it: they are many, and what factors the senders
+    // under it have is nothing to the others.
+    if (!(place.is_whole_surfel() && means_.is_wide(place.surfel))) scale(out);
 }
 
 // What other processes know of a row once it has been shot or, of one that they have, what extend() changed: links from

@@ -13,6 +13,8 @@ namespace {
 
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
+// Of functions for nooks on wide patches, over the spacing, within which the places of a nook are.
+constexpr double nook_support = 2.0;
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -29,7 +31,7 @@ PlacedBasis::PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelP
       basis_(basis),
       placement_(scene, tracer, {options.radius, options.seed}),
       sight_(scene, tracer, basis),
-      means_(scene, tracer, points, basis, placement_.points().first_radius, options.levels, options.widest,
+      means_(scene, tracer, points, basis, sight_, placement_.points().first_radius, options.levels, options.widest,
              options.seed, progress) {}
 
 void PlacedBasis::add_first(const Progress& progress) {
@@ -42,16 +44,28 @@ void PlacedBasis::add_first(const Progress& progress) {
     sight_.extend(surfels, progress);
     SupportOptions support;
     for (std::uint32_t j = 0; j < evenly_placed_; ++j) support.radii.push_back(basis_.radius(0, j));
-    std::vector<char> outside;
-    for (std::uint32_t i = 0; i < scene_.surfels.size(); ++i) outside.push_back(means_.outside(i) > 0.0);
-    for (const std::vector<std::uint32_t>& nook : sight_.nooks(outside, first_radius(), progress)) {
-        const std::uint32_t i = nook[0];
-        sight_.set_nook(nook, static_cast<std::uint32_t>(positions.size()));
-        positions.push_back(scene_.surfels.positions[i]);
-        normals.push_back(scene_.surfels.normals[i]);
-        objects.push_back(scene_.object[i]);
-        surfels.push_back(i);
-        support.radii.push_back(0.0);
+    std::vector<Departure> asked, on_one;
+    for (std::uint32_t i = 0; i < scene_.surfels.size(); ++i) {
+        if (means_.is_wide(i)) {
+            means_.outside_places(i, on_one);
+            asked.insert(asked.end(), on_one.begin(), on_one.end());
+        } else if (means_.outside(i) > 0.0) {
+            asked.push_back({scene_.surfels.positions[i], scene_.surfels.normals[i], i});
+        }
+    }
+    for (const std::vector<std::uint32_t>& nook : sight_.nooks(asked, first_radius(), progress)) {
+        // Surfels are in a nook as a whole, but for wide patches: of these, places have what functions they see.
+        std::vector<std::uint32_t> whole;
+        for (const std::uint32_t k : nook)
+            if (!means_.is_wide(asked[k].surfel)) whole.push_back(asked[k].surfel);
+        sight_.set_nook(whole, static_cast<std::uint32_t>(positions.size()));
+        const Departure& at = asked[nook[0]];
+        const std::uint32_t object = scene_.object[at.surfel];
+        positions.push_back(at.position);
+        normals.push_back(at.normal);
+        objects.push_back(object);
+        surfels.push_back(at.surfel);
+        support.radii.push_back(whole.size() < nook.size() ? nook_support * first_radius()[object] : 0.0);
     }
     basis_ = MultilevelBasis();
     sight_.clear();
@@ -102,7 +116,7 @@ void PlacedBasis::add_level(const std::vector<Vec3>& positions, const std::vecto
     basis_.add_level(positions, normals, objects, support);
     sight_.extend(surfels, progress);
     basis_.set_cuts(wall_cuts(scene_, tracer_, basis_, sight_, progress));
-    means_.extend(placement_.points().level_begin.size() - 2, sight_, progress);
+    means_.extend(placement_.points().level_begin.size() - 2, progress);
 }
 
 }  // namespace surflux

@@ -22,12 +22,13 @@ constexpr std::size_t grain = 256;
 }  // namespace
 
 SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
-                         const MultilevelBasis& basis, const std::vector<double>& first_radius, int levels,
-                         double widest, std::uint64_t seed, const Progress& progress)
+                         const MultilevelBasis& basis, const BasisSight& sight, const std::vector<double>& first_radius,
+                         int levels, double widest, std::uint64_t seed, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       points_(points),
       basis_(basis),
+      sight_(sight),
       first_radius_(first_radius),
       widest_(widest),
       seed_(seed),
@@ -103,6 +104,16 @@ void SurfelMeans::places_on(std::uint32_t i, int count, std::vector<Departure>& 
     }
 }
 
+void SurfelMeans::outside_places(std::uint32_t i, std::vector<Departure>& out) const {
+    out.clear();
+    if (outside_[i] == 0.0) return;
+    const std::vector<char>* inside = partly_inside(i);
+    std::vector<Departure> places;
+    places_on(i, count_for(i, 0), places);
+    for (std::size_t p = 0; p < places.size(); ++p)
+        if (!inside || (*inside)[p] == 0) out.push_back(places[p]);
+}
+
 void SurfelMeans::at_level(std::size_t level, std::uint32_t i, const Vec3& point, std::vector<BasisWeight>& out) const {
     const std::uint32_t object = scene_.object[i];
     if (outside_[i] == 0.0) return basis_.at_level(level, point, scene_.surfels.normals[i], object, out);
@@ -115,12 +126,14 @@ void SurfelMeans::at_level(std::size_t level, std::uint32_t i, const Vec3& point
         return at == end || at->function != w.function;
     };
     out.erase(std::remove_if(out.begin(), out.end(), foreign), out.end());
+    if (is_wide(i)) sight_.keep_seen_if_parted(point, scene_.surfels.normals[i], out);
     basis_.to_shares(level, object, out);
     if (!out.empty() || !basis_.is_coarsest(level, object)) return;
+    if (is_wide(i) && sight_.is_dark(point, scene_.surfels.normals[i], first_radius_[object])) return;
     for (auto at = begin; at != end; ++at) out.push_back({at->function, static_cast<double>(at->weight) / outside_[i]});
 }
 
-void SurfelMeans::extend(std::size_t spacing_level, const BasisSight& sight, const Progress& progress) {
+void SurfelMeans::extend(std::size_t spacing_level, const Progress& progress) {
     const std::size_t n = outside_.size(), level = basis_.levels() - 1;
     std::vector<std::vector<Entry>> found((n + grain - 1) / grain);  // by blocks
     Rows rows;
@@ -139,14 +152,16 @@ void SurfelMeans::extend(std::size_t spacing_level, const BasisSight& sight, con
                 const int count = count_for(i, spacing_level);
                 places_on(i, inside ? std::max(all_places, count) : count, places);
                 all.clear();
-                // A place that sees none of the coarsest has what others of the surfel have.
+                // A place that sees none of the coarsest has what others of the surfel have, but where it is dark.
+                const bool wide = is_wide(i);
                 const bool coarsest = basis_.is_coarsest(level, object);
                 std::size_t seen = 0;
                 for (std::size_t p = 0; p < places.size(); ++p) {
                     if (inside && (*inside)[p] != 0) continue;
-                    sight.at_level(level, places[p].position, places[p].normal, object, i, weights);
+                    sight_.at_level(level, places[p].position, places[p].normal, object, i, weights);
                     all.insert(all.end(), weights.begin(), weights.end());
-                    seen += !coarsest || !weights.empty();
+                    seen += !coarsest || !weights.empty() ||
+                            (wide && sight_.is_dark(places[p].position, places[p].normal, first_radius_[object]));
                 }
                 std::sort(all.begin(), all.end(),
                           [](const BasisWeight& a, const BasisWeight& b) { return a.function < b.function; });

@@ -22,18 +22,20 @@ public:
     // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. Patches are
     // wide whose diameter exceeds `widest` times that.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
-                const std::vector<double>& first_radius, int levels, double widest, std::uint64_t seed,
+                const BasisSight& sight, const std::vector<double>& first_radius, int levels, double widest, std::uint64_t seed,
                 const Progress& progress);
 
     // The rows of the level that the basis has got last. `spacing_level`: the level that its points are as far apart
     // as.
-    void extend(std::size_t spacing_level, const BasisSight& sight, const Progress& progress);
-    // MultilevelBasis::at_level at a place on a surfel, of the functions in its row; where there is none on the
-    // coarsest level, the row itself over outside(i).
+    void extend(std::size_t spacing_level, const Progress& progress);
+    // MultilevelBasis::at_level at a place on a surfel, of the functions in its row, and on a wide patch of those that
+    // the place sees; where there is none on the coarsest level, the row itself over outside(i).
     void at_level(std::size_t level, std::uint32_t i, const Vec3& point, std::vector<BasisWeight>& out) const;
 
     // The share of a surfel that is not inside geometry. There is no light inside, where no points are (L07 6.1).
     double outside(std::size_t i) const { return outside_[i]; }
+    // Of those of its places that tell the mean of a coarsest level, the ones that are not inside geometry.
+    void outside_places(std::uint32_t i, std::vector<Departure>& out) const;
     // Is a surfel so large, beside what the coarsest level can tell apart, that its mean says little of its parts?
     bool is_wide(std::uint32_t i) const;
 
@@ -73,6 +75,7 @@ private:
     const Tracer& tracer_;
     const SurfelPoints& points_;
     const MultilevelBasis& basis_;
+    const BasisSight& sight_;
     std::vector<double> first_radius_;
     double widest_;
     std::uint64_t seed_;

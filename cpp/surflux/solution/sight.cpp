@@ -11,8 +11,15 @@ namespace {
 
 constexpr double heights[] = {0.25, 0.05};  // of the distance
 constexpr double under_cover = 0.5;         // of the headroom
+constexpr double alike = 4.0;                // the higher of two covers over the lower
 constexpr double same_way = 0.5;            // cosine of normals of disks that make one surface
 constexpr int most_own_disks = 4;           // over a place, of a noisy cloud
+
+// Is one place under a cover so low that hardly any light gets there from where the other one is, and the other is not?
+bool parted_by_cover(double headroom_p, double headroom_q, double distance) {
+    const double lower = std::min(headroom_p, headroom_q), higher = std::max(headroom_p, headroom_q);
+    return Sight::is_low(lower, distance) && higher > alike * lower;
+}
 
 Hit first_hit(const Tracer& tracer, const Vec3& from, const Vec3& normal, const Vec3& direction, double length) {
     thread_local std::vector<Ray> ray(1);
@@ -72,6 +79,7 @@ bool Sight::joined(const Place& p, const Place& q) const {
     const double distance = length(q.position - p.position);
     // No ray is so short; of two that face apart there they are the sides of a sheet.
     if (!(distance > 4.0 * tracer_.contact(p.position))) return dot(p.normal, q.normal) > 0.0;
+    if (parted_by_cover(p.headroom, q.headroom, distance)) return false;
     for (const double height : heights) {
         const auto above = [&](const Place& place) {
             return place.position + std::min(height * distance, under_cover * place.headroom) * place.normal;
@@ -91,6 +99,11 @@ bool Sight::overlooks(const Vec3& p, const Vec3& normal, const Place& q) const {
 }
 
 bool Sight::sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const {
+    const double distance = length(q.position - p);
+    if (is_low(q.headroom, distance)) {
+        if (headroom_p < 0.0) headroom_p = headroom(p, normal);
+        if (parted_by_cover(headroom_p, q.headroom, distance)) return false;
+    }
     if (overlooks(p, normal, q)) return true;
     if (headroom_p < 0.0) headroom_p = headroom(p, normal);
     return joined({p, normal, headroom_p}, q);

@@ -38,10 +38,13 @@ public:
 
     // Distance to what covers a place, along its normal, or infinity.
     double headroom(const Vec3& p, const Vec3& normal) const;
+    // Is it so low that hardly any light gets in under it from a distance?
+    static bool is_low(double headroom, double distance) { return headroom < 0.05 * distance; }
     // Of all surfels.
     std::vector<Place> places(const Progress& progress) const;
     // Is the way free from one to the other: up from the surface, across, and down again? Two heights are tried, for
-    // what lies between two sheets and for what curves; under a cover, half way up to it at most.
+    // what lies between two sheets and for what curves; under a cover, half way up to it at most. Under a low one are
+    // no places that see one without.
     bool joined(const Place& p, const Place& q) const;
     // Is one ray free, from the surface straight up to the air over q? Less than joined() asks for where both are flat.
     bool overlooks(const Vec3& p, const Vec3& normal, const Place& q) const;
