@@ -106,6 +106,7 @@ MESHLESS = {
     "squares with one between, points": 0.04,
     # Light that comes through an opening, in the dark half.
     "two long rooms": 0.11,
+    "behind a slit": 0.05,
 }
 
 SOLVERS = {

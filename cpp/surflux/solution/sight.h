@@ -39,7 +39,7 @@ public:
     // Distance to what covers a place, along its normal, or infinity.
     double headroom(const Vec3& p, const Vec3& normal) const;
     // Is it so low that hardly any light gets in under it from a distance?
-    static bool is_low(double headroom, double distance) { return headroom < 0.05 * distance; }
+    static bool is_low(double headroom, double distance) { return headroom < 0.02 * distance; }
     // Of all surfels.
     std::vector<Place> places(const Progress& progress) const;
     // Is the way free from one to the other: up from the surface, across, and down again? Two heights are tried, for
