@@ -144,7 +144,8 @@ double gathered(const Spot& of) {
     const Tracer tracer(scene);
     const SurfaceLight light(scene, tracer, {}, of.lights_in_basis, 256, of.seed, {});
     const MultilevelBasis basis;
-    const SurfelMeans means(scene, tracer, light.points(), basis, {1.0, 1.0, 1.0, 1.0}, 1, 1.0, of.seed, {});
+    const BasisSight sight(scene, tracer, basis);
+    const SurfelMeans means(scene, tracer, light.points(), basis, sight, {1.0, 1.0, 1.0, 1.0}, 1, 1.0, of.seed, {});
     HemisphereGather gather(scene, tracer, light, basis, means, {0.314, of.seed});
     const Place place{to({0, 0, 0}), frame.n, under, Place::point};
     const auto found = gather.once({place}, {256}, {}, std::vector<Rgb>(scene.surfels.size()), {});

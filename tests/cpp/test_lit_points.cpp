@@ -6,14 +6,18 @@
 namespace surflux {
 namespace {
 
-// Direct light of the four parts of a unit patch half under a small one, with `before` other surfels in front of it in
-// the scene's order, which lie behind it and within its bounds.
+// Direct light of the four parts of a unit patch half under a small one, with `before` of nine other surfels in front of
+// it in the scene's order, which lie behind it and within its bounds.
 std::vector<Rgb> light_of_parts(int before) {
     Surfels s;
-    for (int k = 0; k < before; ++k) shapes::add_rectangle(s, {0.1 * k, 0, -0.5}, {0, 0.1, 0}, {0.1, 0, 0}, 1, 1);
+    const auto add_others = [&](int from, int to) {
+        for (int k = from; k < to; ++k) shapes::add_rectangle(s, {0.1 * k, 0, -0.5}, {0, 0.1, 0}, {0.1, 0, 0}, 1, 1);
+    };
+    add_others(0, before);
     const auto patch = static_cast<std::uint32_t>(before);
     shapes::add_rectangle(s, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1, 1);
     shapes::add_rectangle(s, {0.3, 0.3, 0.5}, {0.4, 0, 0}, {0, 0.4, 0}, 1, 1);
+    add_others(before, 9);
     shapes::finish(s, 0.5, 0.0);
     const Scene scene = shapes::scene_of({s}, {AreaLight{{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {1, 1, 1}}});
     SurfelTree tree(scene, build_hierarchy(scene.surfels, scene.object, {}), 100);

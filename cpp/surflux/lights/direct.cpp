@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t light_stream = 16;
 constexpr double least_patches = 256.0;  // as many, of equal areas, have options.probes and options.rays each
-constexpr double evenness = 0.5;  // of even points' standard error in that of random ones, measured in penumbrae
+constexpr double evenness = 0.5;         // of even points' standard error in that of random ones, measured in penumbrae
 
 // Is the way free to a light at a place, or in a direction?
 bool is_free(const Tracer& tracer, const Receiver& receiver, const Vec3& at, const Vec3& light, bool distant) {

@@ -151,8 +151,7 @@ std::vector<std::vector<std::uint32_t>> BasisSight::nooks(const std::vector<Depa
             if (near == cells.end()) continue;
             for (std::size_t n = near->second.size(); n-- > 0 && tries < most_tries;) {
                 const Nook& nook = near->second[n];
-                if (!(length(nook.first.position - place) < side * dot(nook.first.normal, normal)))
-                    continue;
+                if (!(length(nook.first.position - place) < side * dot(nook.first.normal, normal))) continue;
                 ++tries;
                 if (!sight_.sees(place, normal, above, nook.first)) continue;
                 in = &nook;

@@ -41,7 +41,8 @@ public:
     std::uint32_t surfel(std::uint32_t function) const { return surfel_[function]; }
     // Those of functions near a point that it sees; all of them, without a ray, where they see each other.
     void keep_seen_if_parted(const Vec3& point, const Vec3& normal, std::vector<BasisWeight>& weights) const;
-    // Is a place that sees no function of points so far apart dark, as under furniture that stands a millimetre above it?
+    // Is a place that sees no function of points so far apart dark, as under furniture that stands a millimetre above
+    // it?
     bool is_dark(const Vec3& point, const Vec3& normal, double spacing) const {
         return Sight::is_low(sight_.headroom(point, normal), spacing);
     }

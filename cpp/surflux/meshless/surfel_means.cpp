@@ -70,8 +70,9 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
 
 // Which of its places are inside geometry; none: no place is, or all are.
 const std::vector<char>* SurfelMeans::partly_inside(std::uint32_t i) const {
-    const auto at = std::lower_bound(partly_inside_.begin(), partly_inside_.end(), i,
-                                     [](const PartlyInside& part, std::uint32_t surfel) { return part.surfel < surfel; });
+    const auto at =
+        std::lower_bound(partly_inside_.begin(), partly_inside_.end(), i,
+                         [](const PartlyInside& part, std::uint32_t surfel) { return part.surfel < surfel; });
     return at == partly_inside_.end() || at->surfel != i ? nullptr : &at->inside;
 }
 
@@ -86,7 +87,8 @@ int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
     int count = 1;
     if (is_wide(i)) {
         const double most = std::max(1.0 * all_places, on_all_wide * points_.area(i) / wide_area_);
-        return static_cast<int>(std::clamp(in_each_cell * points_.area(i) / (spacing * spacing), 1.0 * all_places, most));
+        return static_cast<int>(
+            std::clamp(in_each_cell * points_.area(i) / (spacing * spacing), 1.0 * all_places, most));
     }
     if (points_.is_patch(i))
         while (count < most_places && count < across * across) count *= 4;

@@ -13,17 +13,18 @@
 namespace surflux {
 
 // The restriction of a basis to surfels, as a sparse matrix: row i holds the mean of each function over patch i, by up
-// to 16 samples (64 on those partly inside geometry, where samples count 0, and on wide ones no fewer, by their share of
-// the area), or its value at the centre of disk i. It is found once for a level; after that what surfels receive and send is a sparse
-// product, where evaluating the basis at each ray's end took most of the time of L07 and of this solver, too.
+// to 16 samples (64 on those partly inside geometry, where samples count 0, and on wide ones no fewer, by their share
+// of the area), or its value at the centre of disk i. It is found once for a level; after that what surfels receive and
+// send is a sparse product, where evaluating the basis at each ray's end took most of the time of L07 and of this
+// solver, too.
 class SurfelMeans {
 public:
     // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on
     // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. Patches are
     // wide whose diameter exceeds `widest` times that.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
-                const BasisSight& sight, const std::vector<double>& first_radius, int levels, double widest, std::uint64_t seed,
-                const Progress& progress);
+                const BasisSight& sight, const std::vector<double>& first_radius, int levels, double widest,
+                std::uint64_t seed, const Progress& progress);
 
     // The rows of the level that the basis has got last. `spacing_level`: the level that its points are as far apart
     // as.

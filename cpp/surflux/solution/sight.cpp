@@ -11,7 +11,7 @@ namespace {
 
 constexpr double heights[] = {0.25, 0.05};  // of the distance
 constexpr double under_cover = 0.5;         // of the headroom
-constexpr double alike = 4.0;                // the higher of two covers over the lower
+constexpr double alike = 4.0;               // the higher of two covers over the lower
 constexpr double same_way = 0.5;            // cosine of normals of disks that make one surface
 constexpr int most_own_disks = 4;           // over a place, of a noisy cloud
 
