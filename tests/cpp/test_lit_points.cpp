@@ -6,8 +6,8 @@
 namespace surflux {
 namespace {
 
-// Direct light of the four parts of a unit patch half under a small one, with `before` of nine other surfels in front of
-// it in the scene's order, which lie behind it and within its bounds.
+// Direct light of the four parts of a unit patch half under a small one, with `before` of nine other surfels in front
+// of it in the scene's order, which lie behind it and within its bounds.
 std::vector<Rgb> light_of_parts(int before) {
     Surfels s;
     const auto add_others = [&](int from, int to) {
