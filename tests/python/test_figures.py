@@ -119,6 +119,7 @@ def test_a_figure_that_is_not_there_is_named(measured):
         quoted_figures.wrong_quotes("1 s<!-- = cases / hall / seconds -->")
 
 
+@pytest.mark.slow
 def test_the_command_writes_each_table_in_both_forms(monkeypatch, tmp_path, capsys):
     # Others have tests of their own, in bench/test_bench_site.py and test_bench_limits.py.
     monkeypatch.setattr(site, "TABLES", {name: site.TABLES[name] for name in ("cases", "areas", "area_speeds")})

@@ -8,6 +8,7 @@ import surflux as sf
 from scenes import cell, rms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["rays", "meshless"])
 def test_many_lamps_have_little_noise(solver):
     """Nine bulbs: a light sample takes one of eight points by what it would bring; with one H was off by 5 and 3 %."""
