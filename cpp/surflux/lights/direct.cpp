@@ -6,6 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
+#include "surflux/core/size_shares.h"
 #include "surflux/core/thread_scratch.h"
 #include "surflux/lights/emitter.h"
 #include "surflux/lights/narrow_light.h"
@@ -16,6 +17,7 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t light_stream = 16;
+constexpr int most_rays = 1 << 20;
 constexpr double least_patches = 256.0;  // as many, of equal areas, have options.probes and options.rays each
 constexpr double evenness = 0.5;         // of even points' standard error in that of random ones, measured in penumbrae
 
@@ -83,15 +85,23 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
     return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
 }
 
-double area_of_all(const std::vector<Triangle>& triangles) {
-    constexpr std::size_t grain = 4096;
-    return parallel_sum<double>(triangles.size(), grain,
-                                [&](std::size_t k, double& sum) { sum += area_of(triangles[k]); });
+// Of patches; their triangles follow each other.
+SizeShares area_shares(const std::vector<Triangle>& triangles) {
+    return parallel_sum<SizeShares>(triangles.size(), 65536, [&](std::size_t t, SizeShares& shares) {
+        const std::uint32_t surfel = triangles[t].surfel;
+        if (t > 0 && triangles[t - 1].surfel == surfel) return;
+        double area = 0.0;
+        for (; t < triangles.size() && triangles[t].surfel == surfel; ++t) area += area_of(triangles[t]);
+        shares.add(area);
+    });
 }
 
-// A few wide patches carry the light of a whole room: they have more rays, by their share of the area of all.
+// A few wide patches carry the light of a whole room: they have more rays, by their share of the area of those that are
+// no wider.
 DirectOptions of_patch(const DirectOptions& options, double share) {
-    const auto more = [&](int count) { return std::max(count, static_cast<int>(share * least_patches * count)); };
+    const auto more = [&](int count) {
+        return std::max(count, static_cast<int>(std::min(1.0 * most_rays, share * least_patches * count)));
+    };
     return {more(options.probes), more(options.rays)};
 }
 
@@ -127,7 +137,7 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
     const NarrowLight narrow = has_disks ? NarrowLight(scene, from, tracer, seed, progress) : NarrowLight();
     const auto patch = [&](const Place& place) { return place.shape != Place::point && points.is_patch(place.shape); };
     const bool has_patches = std::any_of(places.begin(), places.end(), patch);
-    const double all_area = has_patches ? area_of_all(scene.surfels.triangles) : 1.0;
+    const SizeShares shares = has_patches ? area_shares(scene.surfels.triangles) : SizeShares();
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -138,7 +148,7 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                 Rgb squared;
                 const bool as_disk = is_disk(points, place);
                 const DirectOptions own =
-                    patch(place) ? of_patch(options, points.area(place.shape) / all_area) : options;
+                    patch(place) ? of_patch(options, shares.share(points.area(place.shape))) : options;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
                     const Part part = whole ? *whole

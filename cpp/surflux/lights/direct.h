@@ -11,8 +11,8 @@
 namespace surflux {
 
 struct DirectOptions {
-    // Shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer. Patches of more
-    // than a 256th of the scene's area have more, by their share of it.
+    // Shadow rays of a surfel towards a light; where all agree, or all but one, that is the answer. Patches have more
+    // that are more than a 256th of all that are no wider (SizeShares), by their share.
     int probes = 16;
     int rays = 64;  // where they do not
 };

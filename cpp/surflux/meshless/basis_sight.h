@@ -52,6 +52,8 @@ public:
                                                   const std::vector<double>& spacing, const Progress& progress) const;
     // Makes a function the only one on a nook's surfels.
     void set_nook(const std::vector<std::uint32_t>& surfels, std::uint32_t function);
+    // Is an object one of disks alone, which see all functions around?
+    bool is_cloud(std::uint32_t object) const { return is_cloud_[object] != 0; }
     // Do the points of two functions of one level see each other?
     bool joined(std::uint32_t a, std::uint32_t b) const;
 

@@ -107,9 +107,7 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     const double radius = s.radii[i];
     if (!light_.points().is_patch(i) ||
         radius * radius * static_cast<double>(sums.row.rays.size()) <= rays_on_a_patch * distance * distance) {
-        // No ray ends on what lies inside geometry and is dark: the light of all is that of what can be seen.
-        const double outside = means_.outside(i);
-        sums.add_first(i, (outside > 0.0 ? 1.0 / outside : 1.0) * gain * light_.beside_basis(i), second_half);
+        sums.add_first(i, gain * light_.beside_basis(i), second_half);
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
@@ -205,9 +203,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     }
     sums.take(out.links);
     sums.take_lit(out.lit);
-    // Rays of a wide patch leave from under furniture and from beside it: they are many, and what factors the senders
-    // under it have is nothing to the others.
-    if (!(place.is_whole_surfel() && means_.is_wide(place.surfel))) scale(out);
+    if (has_factors(place)) scale(out);
 }
 
 // What other processes know of a row once it has been shot or, of one that they have, what extend() changed: links from
@@ -305,7 +301,8 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered row;
                 shoot(places[k], counts[k], sums, row);
-                out[k] = {row.row, row.row.power_scale * gather(row, coefficients, sent)};
+                out[k] = {row.row, has_factors(places[k]) ? row.row.power_scale * gather(row, coefficients, sent)
+                                                          : gather_unscaled(row, coefficients, sent)};
             }
         },
         [&](std::size_t begin, std::size_t end, Packed& to) { to.add(out.data() + begin, end - begin); },
@@ -333,6 +330,16 @@ Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coeffic
         for (int c = 0; c < 3; ++c) linked[c] += static_cast<double>(link.share[c]) * value[c];
     }
     return (of.row.share * of.row.scale) * sum + of.row.linked_scale * linked;
+}
+
+Rgb HemisphereGather::gather_unscaled(const Gathered& of, const std::vector<Rgb>& coefficients,
+                                      const std::vector<Rgb>& sent) const {
+    if (sender_scale_.empty()) return gather(of, coefficients, sent);
+    Rgb sum;
+    for (const std::uint32_t i : of.senders) sum += sent[i] / sender_scale_[i];
+    Gathered links;
+    links.links = of.links;
+    return of.row.share * sum + gather(links, coefficients, sent);
 }
 
 }  // namespace surflux

@@ -144,6 +144,10 @@ private:
     void scale_all();
     static void pack(const Gathered& row, std::size_t first_link, Packed& to);
     static void unpack(Unpacking& from, std::size_t first_link, Gathered& row);
+    // Have rows from a place factors of energy? Many rays of a wide patch leave from under furniture and from beside
+    // it: the factors of the senders under it are nothing to the others.
+    bool has_factors(const Place& place) const { return !(place.is_whole_surfel() && means_.is_wide(place.surfel)); }
+    Rgb gather_unscaled(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) const;
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;

@@ -97,6 +97,13 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     return out;
 }
 
+// By area of what is outside geometry. Wide patches send what lights bring to where a ray ends, any other its mean,
+// which is over what lies inside, too.
+double MeshlessExchange::exitance(std::uint32_t surfel) const {
+    const double outside = means_.outside(surfel), exitance = gather_.exitance(surfel);
+    return means_.is_wide(surfel) && outside > 0.0 ? exitance / outside : exitance;
+}
+
 ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>& coefficients,
                                                          const Progress& progress) const {
     const Surfels& s = scene_.surfels;
@@ -105,12 +112,8 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     exchange.area = areas_;
     for (double& area : exchange.area) area /= unit_area;
     const auto carried_by = [&](std::uint32_t i) { return reflected(i, coefficients) + gather_.emission(i); };
-    const auto sent_by = [&](std::uint32_t i) {  // by area of what is outside
-        const double outside = means_.outside(i);
-        return outside > 0.0 ? carried_by(i) + gather_.exitance(i) / outside : 0.0;
-    };
     double brightest = 0.0;
-    for (std::uint32_t i = 0; i < s.size(); ++i) brightest = std::max(brightest, sent_by(i));
+    for (std::uint32_t i = 0; i < s.size(); ++i) brightest = std::max(brightest, carried_by(i) + exitance(i));
     const double unit_radiosity = brightest > 0.0 ? brightest : 1.0;
     const std::size_t rows = gather_.size();
     exchange.bias.assign(rows, 0.0);
@@ -120,7 +123,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const double outside = means_.outside(i), carried = carried_by(i);
-        const RayExchange::Sender sender{static_cast<float>(sent_by(i) / unit_radiosity),
+        const RayExchange::Sender sender{static_cast<float>((carried + exitance(i)) / unit_radiosity),
                                          static_cast<float>(carried / unit_radiosity),
                                          gather_.sends(i) ? static_cast<float>(s.areas[i] * outside / unit_area) : 0.0f,
                                          static_cast<float>(losses_[i].met()),
@@ -188,7 +191,7 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         const double lost = scaling.lost[scaling.group[i]] * (losses_[i].escape + losses_[i].into_backs);
         const double area_met = area * std::max(0.0, 1.0 - lost);
         // Of the sun on roofs, which all leaves, a group may hold more than of the light that `lost` was found by.
-        exitance_met[scaling.group[i]] += scene_.surfels.areas[i] * losses_[i].met() * gather_.exitance(i);
+        exitance_met[scaling.group[i]] += area * losses_[i].met() * exitance(i);
         emission_met[scaling.group[i]] += area_met * emission[i];
         reflected_met[scaling.group[i]] += area_met * out.radiosity[i];
     }

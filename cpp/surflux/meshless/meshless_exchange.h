@@ -42,6 +42,7 @@ public:
 
 private:
     double reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const;
+    double exitance(std::uint32_t surfel) const;
     std::vector<double> received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
                                  const std::vector<double>& gathered) const;
     void find_parts(const Progress& progress);

@@ -49,7 +49,7 @@ void PlacedBasis::add_first(const Progress& progress) {
         if (means_.is_wide(i)) {
             means_.outside_places(i, on_one);
             asked.insert(asked.end(), on_one.begin(), on_one.end());
-        } else if (means_.outside(i) > 0.0) {
+        } else if (means_.outside(i) > 0.0 && !sight_.is_cloud(scene_.object[i])) {
             asked.push_back({scene_.surfels.positions[i], scene_.surfels.normals[i], i});
         }
     }

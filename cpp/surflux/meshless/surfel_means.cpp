@@ -34,7 +34,7 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
       seed_(seed),
       outside_(scene.surfels.size()) {
     for (std::uint32_t i = 0; i < outside_.size(); ++i)
-        if (is_wide(i)) wide_area_ += points_.area(i);
+        if (is_wide(i)) wide_.add(points_.area(i));
     const auto finest = static_cast<std::size_t>(levels - 1);
     std::vector<std::vector<PartlyInside>> found((outside_.size() + grain - 1) / grain);  // by blocks
     parallel_blocks(
@@ -86,9 +86,9 @@ int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
     const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
     int count = 1;
     if (is_wide(i)) {
-        const double most = std::max(1.0 * all_places, on_all_wide * points_.area(i) / wide_area_);
-        return static_cast<int>(
-            std::clamp(in_each_cell * points_.area(i) / (spacing * spacing), 1.0 * all_places, most));
+        if (!(spacing > 0.0)) return all_places;
+        const double area = points_.area(i), most = std::max(1.0 * all_places, on_all_wide * wide_.share(area));
+        return static_cast<int>(std::clamp(in_each_cell * area / (spacing * spacing), 1.0 * all_places, most));
     }
     if (points_.is_patch(i))
         while (count < most_places && count < across * across) count *= 4;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "surflux/core/progress.h"
+#include "surflux/core/size_shares.h"
 #include "surflux/lights/sample_points.h"
 #include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
@@ -86,7 +87,7 @@ private:
         std::vector<char> inside;  // each of its places
     };
     std::vector<PartlyInside> partly_inside_;  // by surfel
-    double wide_area_ = 0.0;
+    SizeShares wide_;                          // areas of wide patches
     std::vector<Rows> levels_;
 };
 

@@ -151,8 +151,13 @@ void SurfelRefinement::run(const Progress& progress) {
     for (std::uint32_t i = 0; i < n; ++i)
         if (off[i]) surfels_.push_back(i);
     found_ = gather(surfels_, rays_for(surfels_), progress);
-    const std::vector<std::uint32_t> doubted = largest(bright_ones, rays / least_rays);
-    const std::vector<int> counts = rays_for(doubted);
+    std::vector<std::uint32_t> doubted = largest(bright_ones, rays / least_rays);
+    std::vector<int> counts = rays_for(doubted);
+    std::size_t taken = 0, spent = 0;
+    for (; taken < doubted.size() && (taken == 0 || spent + static_cast<std::size_t>(counts[taken]) <= rays); ++taken)
+        spent += static_cast<std::size_t>(counts[taken]);
+    doubted.resize(taken);
+    counts.resize(taken);
     const std::vector<MeshlessField::At> found = gather(doubted, counts, progress);
     for (std::size_t k = 0; k < doubted.size(); ++k) {
         if (!contradicted(doubted[k], found[k], counts[k])) continue;

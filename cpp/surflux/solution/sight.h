@@ -43,8 +43,8 @@ public:
     // Of all surfels.
     std::vector<Place> places(const Progress& progress) const;
     // Is the way free from one to the other: up from the surface, across, and down again? Two heights are tried, for
-    // what lies between two sheets and for what curves; under a cover, half way up to it at most. Under a low one are
-    // no places that see one without.
+    // what lies between two sheets and for what curves; under a cover, half way up to it at most. From under a low
+    // one the way to a place without is not free.
     bool joined(const Place& p, const Place& q) const;
     // Is one ray free, from the surface straight up to the air over q? Less than joined() asks for where both are flat.
     bool overlooks(const Vec3& p, const Vec3& normal, const Place& q) const;

@@ -122,7 +122,7 @@ def test_a_row_in_a_process_of_its_own(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("SURFLUX_DATA", str(tmp_path))
     (tmp_path / "statues").mkdir()
     vertices, faces = shapes.icosphere(4)
-    trimesh.Trimesh(5.0 * (vertices + [0, 1, 0]), faces).export(tmp_path / "statues" / "dragon_50k.ply")
+    trimesh.Trimesh(5.0 * np.add(vertices, [0, 1, 0]), faces).export(tmp_path / "statues" / "dragon_50k.ply")
     kept = tmp_path / "rows.json"
     status = commands.main(["bench", "--transfer", "--scene", "statue", "--repeats", "1", "--json", str(kept)])
     (row,) = json.loads(kept.read_text())["rows"]
