@@ -1,4 +1,4 @@
-"""A furnished room each of whose walls is one patch: what few rays or places say of one is the light of all the room."""
+"""A furnished room each of whose walls is one patch: what few rays or places say of it is the light of all the room."""
 
 import numpy as np
 import pytest
@@ -97,4 +97,4 @@ def test_a_millimetre_under_furniture_is_dark(seed):
     random = np.random.default_rng(seed)
     places = np.concatenate([low + random.random((20, 3)) * size * [1, 1, 0] for low, size in map(np.array, FURNITURE)])
     found = solution.irradiance_at(places, np.tile([0.0, 0.0, 1.0], (len(places), 1)))[:, 0]
-    assert found.mean() < 0.02 * wanted[4]
+    assert found.mean() < 0.05 * wanted[4]
