@@ -68,7 +68,7 @@ def pytest_terminal_summary(terminalreporter):
     terminalreporter.write_line(f"scans: {len(SCANS_RUN)} run{note}")
     left = sum(NO_TIME_LEFT in str(report.longrepr) for report in terminalreporter.stats.get("skipped", ()))
     if left:
-        terminalreporter.write_line(f"left over for want of time: {left} tests, which script/test runs")
+        terminalreporter.write_line(f"left over for want of time: {left} tests, which script/test --all runs")
 
 
 @pytest.fixture(scope="session")
