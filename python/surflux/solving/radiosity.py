@@ -80,7 +80,7 @@ def solve(
         rays: of a node; with pairs of each surfel, to measure what escapes and what Environments send, four times as
             many where not all meet the same; 16 to 65535.
         probes, shadow_rays: shadow rays from a surfel to a light: as many to begin with, and where more than one
-            disagrees.
+            disagrees; more for a patch that is a large part of the scene.
         epsilon: surfels with n_i . n_j above this that overlap stand for the same surface and may form a group (D04 eq.
             10); in (0, 1).
         max_memory: bytes for the exchange of all pairs; None for three quarters of the machine's memory, or
