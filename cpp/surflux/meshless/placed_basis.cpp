@@ -13,8 +13,8 @@ namespace {
 
 // Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
 constexpr double widest_support = 3.0;
-// Of functions for nooks on wide patches, over the spacing, within which the places of a nook are.
-constexpr double nook_support = 2.0;
+// Of functions for nooks on wide patches: as far as their places reach, and at least this share of the spacing.
+constexpr double beyond_nook = 1.25, least_nook = 0.25;
 // A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
 // ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
 constexpr double widest_spacing = 3.0;
@@ -65,7 +65,11 @@ void PlacedBasis::add_first(const Progress& progress) {
         normals.push_back(at.normal);
         objects.push_back(object);
         surfels.push_back(at.surfel);
-        support.radii.push_back(whole.size() < nook.size() ? nook_support * first_radius()[object] : 0.0);
+        double farthest = 0.0;
+        for (const std::uint32_t k : nook)
+            if (means_.is_wide(asked[k].surfel)) farthest = std::max(farthest, length(asked[k].position - at.position));
+        support.radii.push_back(
+            whole.size() < nook.size() ? std::max(beyond_nook * farthest, least_nook * first_radius()[object]) : 0.0);
     }
     basis_ = MultilevelBasis();
     sight_.clear();
