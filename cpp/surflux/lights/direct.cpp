@@ -148,7 +148,7 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                 Rgb squared;
                 const bool as_disk = is_disk(points, place);
                 const DirectOptions own =
-                    patch(place) ? of_patch(options, shares.share(points.area(place.shape))) : options;
+                    receiver.is_patch() ? of_patch(options, shares.share(points.area(place.shape))) : options;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
                     const Part part = whole ? *whole

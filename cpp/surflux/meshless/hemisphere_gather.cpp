@@ -322,24 +322,26 @@ void HemisphereGather::count_links() {
     for (const Gathered& row : rows_) links_ += row.senders.size() + row.links.size();
 }
 
-Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
-    Rgb sum, linked;
-    for (const std::uint32_t i : of.senders) sum += sent[i];
+Rgb HemisphereGather::gather_linked(const Gathered& of, const std::vector<Rgb>& coefficients) {
+    Rgb linked;
     for (const Link& link : of.links) {
         const Rgb& value = coefficients[link.function];
         for (int c = 0; c < 3; ++c) linked[c] += static_cast<double>(link.share[c]) * value[c];
     }
-    return (of.row.share * of.row.scale) * sum + of.row.linked_scale * linked;
+    return linked;
+}
+
+Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
+    Rgb sum;
+    for (const std::uint32_t i : of.senders) sum += sent[i];
+    return (of.row.share * of.row.scale) * sum + of.row.linked_scale * gather_linked(of, coefficients);
 }
 
 Rgb HemisphereGather::gather_unscaled(const Gathered& of, const std::vector<Rgb>& coefficients,
                                       const std::vector<Rgb>& sent) const {
-    if (sender_scale_.empty()) return gather(of, coefficients, sent);
     Rgb sum;
-    for (const std::uint32_t i : of.senders) sum += sent[i] / sender_scale_[i];
-    Gathered links;
-    links.links = of.links;
-    return of.row.share * sum + gather(links, coefficients, sent);
+    for (const std::uint32_t i : of.senders) sum += sender_scale_.empty() ? sent[i] : sent[i] / sender_scale_[i];
+    return of.row.share * sum + gather_linked(of, coefficients);
 }
 
 }  // namespace surflux

@@ -148,6 +148,7 @@ private:
     // it: the factors of the senders under it are nothing to the others.
     bool has_factors(const Place& place) const { return !(place.is_whole_surfel() && means_.is_wide(place.surfel)); }
     Rgb gather_unscaled(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) const;
+    static Rgb gather_linked(const Gathered& row, const std::vector<Rgb>& coefficients);
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
     void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
