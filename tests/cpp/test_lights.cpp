@@ -108,6 +108,29 @@ Environment image_of(std::size_t width, std::size_t height, const Vec3& axis_up)
 }
 
 // The kernel at a place is the mean of what points of the light bring there.
+TEST(Direct, PartsOfAPatchShareItsRays) {
+    // The only patch of its size has 256 times the rays of the options; a 256th of it those of the options. Their
+    // number shows in the standard error of a part that is half in shade.
+    Surfels floor, parts, lid;
+    shapes::add_rectangle(floor, {}, {1, 0, 0}, {0, 1, 0}, 1, 1);
+    shapes::add_rectangle(parts, {}, {1, 0, 0}, {0, 1, 0}, 16, 16);
+    shapes::add_rectangle(lid, {-5, -5, 0.5}, {5.45, 0, 0}, {0, 10, 0}, 1, 1);
+    for (Surfels* s : {&floor, &parts, &lid}) shapes::finish(*s, 0.5, 0.0);
+    const PointLight light{{0.5, 0.5, 1}, white};
+    const std::uint32_t half_in_shade = 6 * 16 + 8;
+    const Place place{parts.positions[half_in_shade], up, 0, half_in_shade, true};
+    const auto shine = [&](const Scene& scene, std::vector<Rgb>& errors) {
+        const Tracer tracer(scene);
+        return direct_irradiance(scene, tracer, SurfelPoints(parts), {place}, {16, 64}, 0, {}, &errors)[0].x;
+    };
+    std::vector<Rgb> none, errors;
+    const double all = shine(scene_of({floor}, {light}), none), lit = shine(scene_of({floor, lid}, {light}), errors);
+    EXPECT_EQ(none[0].x, 0.0);
+    EXPECT_NEAR(lit / all, 0.6, 0.1);
+    // Of even points it is half that of random ones.
+    EXPECT_NEAR(errors[0].x / (0.5 * std::sqrt(lit * (all - lit) / 64)), 1.0, 0.01);
+}
+
 TEST(Emitter, TheKernelIsTheMeanOverTheLight) {
     const std::vector<Light> lights{PointLight{{0.3, 0.2, 1.5}, white},
                                     SpotLight{{0.3, 0.2, 1.5}, normalized({-0.2, 0, -1}), white, 50.0, 30.0},

@@ -2,7 +2,7 @@
 
 Without SURFLUX_DATA they are skipped; with it nothing excuses a skip, so that a missing file cannot pass unseen.
 
-The option `--seconds N`: no test begins later than that; how many were left over is said at the end.
+The option `--seconds=N`: no test begins later than that; how many were left over is said at the end.
 """
 
 import os

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -85,25 +86,35 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
     return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
 }
 
-// Of patches; their triangles follow each other.
-SizeShares area_shares(const std::vector<Triangle>& triangles) {
-    return parallel_sum<SizeShares>(triangles.size(), 65536, [&](std::size_t t, SizeShares& shares) {
-        const std::uint32_t surfel = triangles[t].surfel;
-        if (t > 0 && triangles[t - 1].surfel == surfel) return;
-        double area = 0.0;
-        for (; t < triangles.size() && triangles[t].surfel == surfel; ++t) area += area_of(triangles[t]);
-        shares.add(area);
-    });
-}
+// Rays of patches: a few wide ones carry the light of a whole room, and have more, by their share of the area of those
+// that are no wider. Parts have that of their patch, by area.
+class RaysOfPatches {
+public:
+    RaysOfPatches(const Surfels& surfels, const DirectOptions& options)
+        : surfels_(surfels), begin_(triangle_ranges(surfels)), options_(options) {
+        shares_ = parallel_sum<SizeShares>(surfels.size(), 65536, [&](std::size_t i, SizeShares& shares) {
+            shares.add(area(static_cast<std::uint32_t>(i)));
+        });
+    }
+    DirectOptions of(std::uint32_t surfel, double area_of_part) const {
+        const double whole = area(surfel), share = whole > 0.0 ? shares_.share(whole) * (area_of_part / whole) : 0.0;
+        const auto more = [&](int count) {
+            return std::max(count, static_cast<int>(std::min(1.0 * most_rays, share * least_patches * count)));
+        };
+        return {more(options_.probes), more(options_.rays)};
+    }
 
-// A few wide patches carry the light of a whole room: they have more rays, by their share of the area of those that are
-// no wider.
-DirectOptions of_patch(const DirectOptions& options, double share) {
-    const auto more = [&](int count) {
-        return std::max(count, static_cast<int>(std::min(1.0 * most_rays, share * least_patches * count)));
-    };
-    return {more(options.probes), more(options.rays)};
-}
+private:
+    double area(std::uint32_t i) const {
+        double sum = 0.0;
+        for (std::uint32_t t = begin_[i]; t < begin_[i + 1]; ++t) sum += area_of(surfels_.triangles[t]);
+        return sum;
+    }
+    const Surfels& surfels_;
+    std::vector<std::uint32_t> begin_;  // of a surfel's triangles
+    DirectOptions options_;
+    SizeShares shares_;
+};
 
 // Disks, and those inserted in them, which have what the whole one has.
 bool is_disk(const SurfelPoints& points, const Place& place) {
@@ -136,8 +147,8 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
         std::any_of(places.begin(), places.end(), [&](const Place& place) { return is_disk(points, place); });
     const NarrowLight narrow = has_disks ? NarrowLight(scene, from, tracer, seed, progress) : NarrowLight();
     const auto patch = [&](const Place& place) { return place.shape != Place::point && points.is_patch(place.shape); };
-    const bool has_patches = std::any_of(places.begin(), places.end(), patch);
-    const SizeShares shares = has_patches ? area_shares(scene.surfels.triangles) : SizeShares();
+    std::optional<RaysOfPatches> rays;
+    if (std::any_of(places.begin(), places.end(), patch)) rays.emplace(scene.surfels, options);
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
@@ -148,7 +159,7 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                 Rgb squared;
                 const bool as_disk = is_disk(points, place);
                 const DirectOptions own =
-                    receiver.is_patch() ? of_patch(options, shares.share(points.area(place.shape))) : options;
+                    receiver.is_patch() ? rays->of(place.surfel, points.area(place.shape)) : options;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
                     const Part part = whole ? *whole
