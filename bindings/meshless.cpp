@@ -11,6 +11,7 @@
 #include "surflux/neighbors/point_index.h"
 #include "surflux/render/meshless_image.h"
 #include "team.h"
+#include "tuning.h"
 
 namespace surflux::bindings {
 
@@ -271,7 +272,8 @@ std::shared_ptr<const MeshlessField> field_of(const py::dict& functions) {
 
 py::dict solve_scene(const std::shared_ptr<CompiledScene>& scene, int levels, double radius, double epsilon_e,
                      double epsilon_omega, int rays, int bounces, bool indirect_only, double tolerance, int probes,
-                     int shadow_rays, std::uint64_t seed, const py::object& progress, const py::object& team) {
+                     int shadow_rays, std::uint64_t seed, const TuningValues& tuning, const py::object& progress,
+                     const py::object& team) {
     MeshlessOptions options;
     options.levels = levels;
     options.radius = radius;
@@ -283,6 +285,7 @@ py::dict solve_scene(const std::shared_ptr<CompiledScene>& scene, int levels, do
     options.tolerance = tolerance;
     options.direct = {probes, shadow_rays};
     options.seed = seed;
+    options.tuning = tuning_with<MeshlessTuning>(tuning);
     options.team = to_team(team);
     const StageProgress report = to_stage_progress(progress);
     MeshlessSolution found = without_gil([&] { return solve_meshless(*scene, options, report); });
@@ -310,7 +313,10 @@ void bind_meshless(py::module_& module) {
     module.def("solve_meshless", &solve_scene, py::arg("scene"), py::arg("levels"), py::arg("radius"),
                py::arg("epsilon_e"), py::arg("epsilon_omega"), py::arg("rays"), py::arg("bounces"),
                py::arg("indirect_only"), py::arg("tolerance"), py::arg("probes"), py::arg("shadow_rays"),
-               py::arg("seed"), py::arg("progress") = py::none(), py::arg("team") = py::none());
+               py::arg("seed"), py::arg("tuning") = TuningValues(), py::arg("progress") = py::none(),
+               py::arg("team") = py::none());
+    // Constants of solve_meshless by name, as they are unless "tuning" sets them.
+    module.def("meshless_tuning", &tuning_values<MeshlessTuning>);
     module.def("place_points", &place_points, py::arg("scene"), py::arg("levels"), py::arg("radius") = 0.0,
                py::arg("seed") = 0, py::arg("region") = py::none(), py::arg("progress") = py::none());
 }

@@ -18,6 +18,23 @@ namespace surflux::bindings {
 
 namespace {
 
+std::vector<std::array<Vec3, 3>> to_triangles(const Doubles& triangles) {
+    require(triangles.size() % 9 == 0, "triangles: wanted shape (t, 3, 3)");
+    std::vector<std::array<Vec3, 3>> out(static_cast<std::size_t>(triangles.size()) / 9);
+    if (!out.empty()) std::memcpy(static_cast<void*>(out.data()), triangles.data(), out.size() * sizeof(out[0]));
+    return out;
+}
+
+// Positions (n, 3), and which triangle (n,) each is on.
+py::tuple points_on_triangles(const std::vector<SurfacePoint>& points) {
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> triangles;
+    positions.reserve(points.size());
+    triangles.reserve(points.size());
+    for (const SurfacePoint& p : points) positions.push_back(p.position), triangles.push_back(p.triangle);
+    return py::make_tuple(to_array(positions), to_array(triangles));
+}
+
 // The `count` nearest neighbours of every point, one row each, the point itself first and for padding.
 std::vector<std::uint32_t> nearest_points(const std::vector<Vec3>& points, std::size_t count) {
     const PointIndex index(points);
@@ -82,10 +99,10 @@ void bind_neighbors(py::module_& module) {
     module.def(
         "eliminate_samples",
         [](const Doubles& points, std::size_t count, double area, std::uint64_t seed, const py::object& progress) {
-            const std::vector<Vec3> p = to_vec3s(points, "points");
+            std::vector<Vec3> p = to_vec3s(points, "points");
             const Progress report = to_progress(progress);
             const std::vector<std::uint32_t> kept =
-                without_gil([&] { return eliminate_samples(p, count, area, seed, report); });
+                without_gil([&] { return eliminate_samples(std::move(p), count, area, seed, report); });
             return to_array(kept);
         },
         py::arg("points"), py::arg("count"), py::arg("area"), py::arg("seed"), py::arg("progress") = py::none());
@@ -107,21 +124,36 @@ void bind_neighbors(py::module_& module) {
                 return to_array(without_gil([&] { return surface(at.points, at.normals); }));
             },
             py::arg("points"), py::arg("normals"));
-    module.def("sample_triangles", [](const Doubles& triangles, std::size_t count, std::uint64_t seed) {
-        require(triangles.size() % 9 == 0, "triangles: wanted shape (t, 3, 3)");
-        std::vector<std::array<Vec3, 3>> t(static_cast<std::size_t>(triangles.size()) / 9);
-        if (!t.empty()) std::memcpy(static_cast<void*>(t.data()), triangles.data(), t.size() * sizeof(t[0]));
-        std::vector<Vec3> positions;
-        std::vector<std::uint32_t> indices;
-        {
-            py::gil_scoped_release release;
-            for (const SurfacePoint& s : sample_triangles(t, count, seed)) {
-                positions.push_back(s.position);
-                indices.push_back(s.triangle);
-            }
-        }
-        return py::make_tuple(to_array(positions), to_array(indices));
-    });
+    module.def(
+        "sample_triangles",
+        [](const Doubles& triangles, std::size_t count, std::uint64_t seed) {
+            std::vector<std::array<Vec3, 3>> corners = to_triangles(triangles);
+            return points_on_triangles(without_gil([&] {
+                const TriangleSamples samples(std::move(corners), count, seed);
+                std::vector<SurfacePoint> all(count);
+                parallel_for(count, 4096, [&](std::size_t i) { all[i] = samples[i]; });
+                return all;
+            }));
+        },
+        py::arg("triangles"), py::arg("count"), py::arg("seed"));
+    // Of `candidates` times as many points on the triangles those that eliminate_samples leaves.
+    module.def(
+        "sample_evenly",
+        [](const Doubles& triangles, std::size_t count, std::size_t candidates, std::uint64_t seed,
+           const py::object& progress) {
+            std::vector<std::array<Vec3, 3>> corners = to_triangles(triangles);
+            const Progress report = to_progress(progress);
+            return points_on_triangles(without_gil([&] {
+                const TriangleSamples samples(std::move(corners), candidates * count, seed);
+                std::vector<Vec3> points(samples.size());
+                parallel_for(points.size(), 4096, [&](std::size_t i) { points[i] = samples[i].position; });
+                std::vector<SurfacePoint> kept;
+                for (const std::uint32_t i : eliminate_samples(std::move(points), count, samples.area(), seed, report))
+                    kept.push_back(samples[i]);
+                return kept;
+            }));
+        },
+        py::arg("triangles"), py::arg("count"), py::arg("candidates"), py::arg("seed"), py::arg("progress"));
 }
 
 }  // namespace surflux::bindings

@@ -10,29 +10,16 @@
 #include "surflux/radiosity/hierarchy.h"
 #include "surflux/radiosity/solve.h"
 #include "team.h"
+#include "tuning.h"
 
 namespace surflux::bindings {
 
 namespace {
 
-// Sets those that are named.
-void set_tuning(RefinementTuning& tuning, const std::map<std::string, double>& values) {
-    std::size_t known = 0;
-    tuning.for_each([&](const char* name, double& value) {
-        const auto given = values.find(name);
-        if (given == values.end()) return;
-        require(given->second > 0.0 && std::isfinite(given->second), "tuning: wanted ", name, " above 0, got ",
-                given->second);
-        value = given->second;
-        ++known;
-    });
-    require(known == values.size(), "tuning: wanted names that refinement_tuning() has");
-}
-
 py::dict solve_scene(const CompiledScene& scene, const std::string& transport, double zeta, bool insert,
                      std::size_t max_surfels, double tolerance, int rays, int probes, int shadow_rays, double epsilon,
-                     double max_memory, std::uint64_t seed, const std::map<std::string, double>& tuning,
-                     const py::object& progress, const py::object& team) {
+                     double max_memory, std::uint64_t seed, const TuningValues& tuning, const py::object& progress,
+                     const py::object& team) {
     SolveOptions options;
     options.transport = transport == "pairs"  ? Transport::pairs
                         : transport == "rays" ? Transport::rays
@@ -46,7 +33,7 @@ py::dict solve_scene(const CompiledScene& scene, const std::string& transport, d
     options.exchange.epsilon = epsilon;
     options.exchange.max_memory = max_memory;
     options.seed = seed;
-    set_tuning(options.tuning, tuning);
+    options.tuning = tuning_with<RefinementTuning>(tuning);
     options.team = to_team(team);
     const StageProgress report = to_stage_progress(progress);
     Solution solution = without_gil([&] { return solve(scene, options, report); });
@@ -172,15 +159,10 @@ void bind_radiosity(py::module_& module) {
     module.def("require_memory_for_pairs", &require_memory_for_pairs, py::arg("surfels"), py::arg("limit"));
     module.def("solve", &solve_scene, py::arg("scene"), py::arg("transport"), py::arg("zeta"), py::arg("insert"),
                py::arg("max_surfels"), py::arg("tolerance"), py::arg("rays"), py::arg("probes"), py::arg("shadow_rays"),
-               py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"),
-               py::arg("tuning") = std::map<std::string, double>(), py::arg("progress") = py::none(),
-               py::arg("team") = py::none());
+               py::arg("epsilon"), py::arg("max_memory"), py::arg("seed"), py::arg("tuning") = TuningValues(),
+               py::arg("progress") = py::none(), py::arg("team") = py::none());
     // Constants of global refinement by name, as they are unless "tuning" sets them.
-    module.def("refinement_tuning", [] {
-        py::dict out;
-        RefinementTuning().for_each([&](const char* name, double value) { out[name] = value; });
-        return out;
-    });
+    module.def("refinement_tuning", &tuning_values<RefinementTuning>);
     module.def("build_hierarchy", &hierarchy_of, py::arg("surfels"), py::arg("object"), py::arg("epsilon"),
                py::arg("max_levels"), py::arg("seed"), py::arg("progress") = py::none());
     module.def("form_factors", &form_factors_of_scene, py::arg("scene"), py::arg("visibility"), py::arg("error"),

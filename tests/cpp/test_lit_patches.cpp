@@ -145,7 +145,7 @@ double gathered(const Spot& of) {
     const SurfaceLight light(scene, tracer, {}, of.lights_in_basis, 256, of.seed, {});
     const MultilevelBasis basis;
     const BasisSight sight(scene, tracer, basis);
-    const SurfelMeans means(scene, tracer, light.points(), basis, sight, {1.0, 1.0, 1.0, 1.0}, 1, 1.0, of.seed, {});
+    const SurfelMeans means(scene, tracer, light.points(), basis, sight, {1.0, 1.0, 1.0, 1.0}, {1, 1.0, of.seed}, {});
     HemisphereGather gather(scene, tracer, light, basis, means, {0.314, of.seed});
     const Place place{to({0, 0, 0}), frame.n, under, Place::point};
     const auto found = gather.once({place}, {256}, {}, std::vector<Rgb>(scene.surfels.size()), {});

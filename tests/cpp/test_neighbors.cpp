@@ -265,7 +265,7 @@ std::vector<std::uint32_t> eliminated_plainly(const std::vector<Vec3>& points, s
     const auto weight = [&](std::size_t i, std::size_t j) {
         const double d = std::max(length(points[i] - points[j]), 2.0 * r_min);
         const double w = 1.0 - d / (2.0 * r_max), w2 = w * w, w4 = w2 * w2;
-        return i == j || w <= 0.0 ? 0.0 : w4 * w4;
+        return i == j || w <= 0.0 ? 0.0 : std::floor(w4 * w4 * 0x1p40) / 0x1p40;  // their sums are exact
     };
     std::vector<double> crowding(n, 0.0);
     for (std::size_t i = 0; i < n; ++i)
@@ -357,9 +357,11 @@ TEST(SampleTriangles, SharesPointsByAreaAndStaysInside) {
     // Areas 1/2 and 3/2: a quarter of the points, to one, falls on the first.
     const std::vector<std::array<Vec3, 3>> triangles{{Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}},
                                                      {Vec3{0, 0, 1}, Vec3{3, 0, 1}, Vec3{0, 1, 1}}};
-    const std::vector<SurfacePoint> points = sample_triangles(triangles, 1000, 0);
+    const TriangleSamples points(triangles, 1000, 0);
+    EXPECT_EQ(points.area(), 2.0);
     long first = 0;
-    for (const SurfacePoint& p : points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SurfacePoint p = points[i];
         const double x = p.triangle == 0 ? p.position.x : p.position.x / 3.0;
         EXPECT_GE(x, -1e-12);
         EXPECT_GE(p.position.y, -1e-12);

@@ -20,8 +20,8 @@ struct Placed {
           points(scene.surfels),
           placement(scene, tracer, {radius, 5}),
           sight(scene, tracer, basis) {
-        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, sight, placement.points().first_radius, 3,
-                                              1.0, seed, Progress{});
+        means = std::make_unique<SurfelMeans>(scene, tracer, points, basis, sight, placement.points().first_radius,
+                                              SurfelMeans::Options{3, 1.0, seed}, Progress{});
         for (std::size_t level = 0; level < 3; ++level) {
             placement.add_level();
             const PlacedPoints& p = placement.points();

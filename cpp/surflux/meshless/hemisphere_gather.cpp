@@ -13,11 +13,6 @@ namespace surflux {
 namespace {
 
 constexpr std::uint64_t gather_stream = 0x6a71e4, light_stream = 0x11647;
-// A patch on which about this many rays end or more is not sent by its mean: it is nearer than light may change on it.
-constexpr double rays_on_a_patch = 4.0;
-// Of the rays of a place, where all that lights shine on are patches: how many sample the hemisphere, and for each of
-// all, how many samples of lit patches. About half of these face the place, and have rays.
-constexpr double over_hemisphere = 0.75, light_samples_for_each = 0.5;
 
 // What surfels send of light that is not in the basis.
 std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light) {
@@ -105,8 +100,8 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
                                Random& random, Sums& sums) const {
     const Surfels& s = scene_.surfels;
     const double radius = s.radii[i];
-    if (!light_.points().is_patch(i) ||
-        radius * radius * static_cast<double>(sums.row.rays.size()) <= rays_on_a_patch * distance * distance) {
+    if (!light_.points().is_patch(i) || radius * radius * static_cast<double>(sums.row.rays.size()) <=
+                                            options_.tuning.rays_on_a_patch * distance * distance) {
         sums.add_first(i, gain * light_.beside_basis(i), second_half);
         return;
     }
@@ -127,8 +122,8 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     const Surfels& s = scene_.surfels;
     int over = count, light_samples = 0;
     if (lit_.aim(place.position, place.normal, sums.aim)) {
-        over -= static_cast<int>((1.0 - over_hemisphere) * lit_.share() * count);
-        light_samples = static_cast<int>(light_samples_for_each * lit_.share() * count);
+        over -= static_cast<int>((1.0 - options_.tuning.over_hemisphere) * lit_.share() * count);
+        light_samples = static_cast<int>(options_.tuning.light_samples_for_each * lit_.share() * count);
     }
     const double each = 1.0 / over;
     gather_row(light_.points(), tracer_, place, over, options_.seed + gather_stream, sums.row);

@@ -10,12 +10,14 @@
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/surfel_means.h"
+#include "surflux/meshless/tuning.h"
 
 namespace surflux {
 
 struct GatherOptions {
     double epsilon_omega = 0.314;  // solid angle below which a wide patch sends by its mean, and supports are small
     std::uint64_t seed = 0;
+    MeshlessTuning tuning = {};
 };
 
 // Final gathering at points (GATHER of L07 6.3), kept as the rows of a sparse transport operator (L07 eq. 14): the rays

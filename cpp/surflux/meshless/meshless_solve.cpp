@@ -22,21 +22,13 @@ namespace surflux {
 
 namespace {
 
-constexpr double rough_tolerance = 3e-2;     // of solutions that are refined
-constexpr double balanced_tolerance = 1e-3;  // of those whose energy is balanced
-// A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
-constexpr int least_rays = 128;
-constexpr int most_repeats = 2;  // of receivers of clouds (PlacedBasis)
-// Of patches that send by their means nearby, over the coarsest spacing; and where direct light is in the basis, which
-// changes faster.
-constexpr double widest_mean = 1.0, widest_direct_mean = 0.5;
-
 class MeshlessRadiosity {
 public:
     MeshlessRadiosity(const CompiledScene& compiled, const MeshlessOptions& options, const StageProgress& progress,
                       MeshlessSolution& out)
         : scene_(compiled.scene()),
           options_(options),
+          tuning_(options.tuning),
           progress_(progress),
           found_(out),
           out_(out.solution),
@@ -45,12 +37,13 @@ public:
           tracer_(compiled.tracer(stage("trace"))),
           light_(scene_, tracer_, options.direct, !options.indirect_only, options.rays, options.seed, stage("direct"),
                  options.team),
-          placed_(
-              scene_, tracer_, light_.points(), field_->basis,
-              {options.radius, options.levels, options.indirect_only ? widest_mean : widest_direct_mean, options.seed},
-              stage("direct")),
+          placed_(scene_, tracer_, light_.points(), field_->basis,
+                  {options.radius, options.levels,
+                   options.indirect_only ? tuning_.widest_mean : tuning_.widest_direct_mean, options.seed, tuning_},
+                  stage("direct")),
           means_(placed_.means()),
-          gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed}, options.team),
+          gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed, tuning_},
+                  options.team),
           receivers_(field_->basis, placed_.sight()),
           system_(receivers_, gather_, options.bounces) {
         watch_.lap("direct");
@@ -61,7 +54,7 @@ public:
         placed_.add_first(stage("placement"));
         placed();
         gather(all_functions());
-        solve(rough_tolerance, 0);
+        solve(tuning_.rough_tolerance, 0);
         for (int level = 1; level < options_.levels; ++level) {
             const std::vector<std::uint32_t> refined =
                 oracle().refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
@@ -71,9 +64,9 @@ public:
             const std::vector<std::uint32_t> children = children_of(field_->basis, refined);
             if (children.empty()) break;
             gather(children);
-            solve(rough_tolerance, refined.size());
+            solve(tuning_.rough_tolerance, refined.size());
         }
-        for (int k = 0; k < most_repeats; ++k) repeat();
+        for (int k = 0; k < tuning_.repeats; ++k) repeat();
         finish();
     }
 
@@ -82,7 +75,7 @@ private:
 
     Oracle oracle() const {
         return {field_->basis,           receivers_,     gather_, placed_.first_radius(),
-                placed_.evenly_placed(), system_.rows(), *field_};
+                placed_.evenly_placed(), system_.rows(), *field_, tuning_};
     }
 
     // The basis has got a level.
@@ -109,7 +102,7 @@ private:
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
             places.push_back({basis.position(j), basis.normal(j), placed_.sight().surfel(j), Place::point});
-            const int least = std::min(options_.rays, least_rays);
+            const int least = std::min(options_.rays, static_cast<int>(tuning_.least_rays));
             counts.push_back(placed_.is_in_nook(j) ? least : std::max(least, options_.rays >> (basis.level_of(j) / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
@@ -149,7 +142,7 @@ private:
     // What rays' variance and the weights would lose or make of the light is mended where it is: first of any light, as
     // well as factors of senders can, then of the light that there is.
     void keep_energy() {
-        const double tolerance = std::max(options_.tolerance, balanced_tolerance);
+        const double tolerance = std::max(options_.tolerance, tuning_.balanced_tolerance);
         solve(tolerance, 0);
         const MeshlessExchange exchange(scene_, field_->basis, means_, receivers_, gather_, stage("solve"));
         const ReciprocalScaling scaling = system_.scale_by_reciprocity(exchange, *field_, stage("solve"));
@@ -182,6 +175,7 @@ private:
 
     const Scene& scene_;
     const MeshlessOptions& options_;
+    const MeshlessTuning& tuning_;
     const StageProgress& progress_;
     MeshlessSolution& found_;
     Solution& out_;

@@ -8,6 +8,7 @@
 #include "surflux/core/team.h"
 #include "surflux/lights/direct.h"
 #include "surflux/meshless/meshless_field.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
 
@@ -25,6 +26,7 @@ struct MeshlessOptions {
     DirectOptions direct;
     std::uint64_t seed = 0;
     Team team = {};  // of processes that share out what is expensive
+    MeshlessTuning tuning = {};
 };
 
 struct MeshlessSolution {

@@ -9,15 +9,6 @@ namespace surflux {
 
 namespace {
 
-// In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
-// what is allowed goes by the light of one bounce, times this at most.
-constexpr double many_bounces = 4.0;
-// Where all else is dark, a lit spot may be off by this share of that, of its own light.
-constexpr double own_share = 0.25;
-// In dim parts light may be off by this many times epsilon_e of itself, where it is this share of the RMS or brighter.
-constexpr double local_weight = 5.0, dimmest = 1e-3;
-constexpr double significance = 2.0;  // standard errors that a difference must be beyond
-
 // RMS over the surface of a luminance by row.
 template <class Value>
 double rms(const Oracle& of, const Value& of_row) {
@@ -41,9 +32,9 @@ Oracle::Wanted Oracle::wanted(double epsilon_e) const {
     const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
     const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first_bounce[row]); };
     const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(rows.direct[row]); };
-    const double of_all = std::min(rms(*this, all), many_bounces * rms(*this, all_first));
-    const double of_sent = std::min(rms(*this, sent), many_bounces * rms(*this, sent_first));
-    return {epsilon_e * of_all, epsilon_e * of_sent, epsilon_e * local_weight, dimmest * of_all};
+    const double of_all = std::min(rms(*this, all), tuning.many_bounces * rms(*this, all_first));
+    const double of_sent = std::min(rms(*this, sent), tuning.many_bounces * rms(*this, sent_first));
+    return {epsilon_e * of_all, epsilon_e * of_sent, epsilon_e * tuning.local_weight, tuning.dimmest * of_all};
 }
 
 Oracle::Wanted Oracle::Wanted::at(double light) const {
@@ -76,7 +67,8 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
                     off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
                 }
             }
-            const double uncertain = significance * gather[row].standard_error, own = own_share * epsilon_e * allowed;
+            const double uncertain = tuning.significance * gather[row].standard_error,
+                         own = tuning.own_share * epsilon_e * allowed;
             const Wanted here = most.at(all(row));
             chosen[k] = off > std::max(here.of_all, own * all(row)) + uncertain ||
                         off_sent > std::max(here.of_sent, own * sent(row)) + uncertain;

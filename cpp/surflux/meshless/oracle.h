@@ -7,6 +7,7 @@
 #include "surflux/meshless/meshless_field.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/receivers.h"
+#include "surflux/meshless/tuning.h"
 
 namespace surflux {
 
@@ -30,6 +31,7 @@ struct Oracle {
     std::uint32_t evenly_placed;              // so many of them are as dense all over an object; others are of nooks
     const Received& rows;
     const MeshlessField& field;  // coefficients of the solution and of its direct light
+    const MeshlessTuning& tuning;
 
     // The functions of a level whose difference or coefficient, of all light or of what surfaces send, exceeds by two
     // standard errors the larger of wanted() and a quarter of epsilon_e of their own light, both times allowed_at().

@@ -11,14 +11,6 @@ namespace surflux {
 
 namespace {
 
-// Supports of finer levels, over the Poisson radius, where few points are around: 2.1 are usual.
-constexpr double widest_support = 3.0;
-// Of functions for nooks on wide patches: as far as their places reach, and at least this share of the spacing.
-constexpr double beyond_nook = 1.25, least_nook = 0.25;
-// A cloud's points are its disks' centres: where receivers are as close as this, in radii of disks, there are no finer
-// ones. What Shepard's weights leave at their own points, about a fifth each time, is corrected by the same ones again.
-constexpr double widest_spacing = 3.0;
-
 double at_level(double first, std::size_t level) { return first * std::pow(0.5, static_cast<double>(level)); }
 
 }  // namespace
@@ -29,10 +21,12 @@ PlacedBasis::PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelP
       tracer_(tracer),
       points_(points),
       basis_(basis),
-      placement_(scene, tracer, {options.radius, options.seed}),
+      tuning_(options.tuning),
+      placement_(scene, tracer,
+                 {options.radius, options.seed, options.tuning.coarsest_points, options.tuning.least_points}),
       sight_(scene, tracer, basis),
-      means_(scene, tracer, points, basis, sight_, placement_.points().first_radius, options.levels, options.widest,
-             options.seed, progress) {}
+      means_(scene, tracer, points, basis, sight_, placement_.points().first_radius,
+             {options.levels, options.widest, options.seed, options.tuning}, progress) {}
 
 void PlacedBasis::add_first(const Progress& progress) {
     placement_.add_level({}, progress);
@@ -68,8 +62,9 @@ void PlacedBasis::add_first(const Progress& progress) {
         double farthest = 0.0;
         for (const std::uint32_t k : nook)
             if (means_.is_wide(asked[k].surfel)) farthest = std::max(farthest, length(asked[k].position - at.position));
-        support.radii.push_back(
-            whole.size() < nook.size() ? std::max(beyond_nook * farthest, least_nook * first_radius()[object]) : 0.0);
+        support.radii.push_back(whole.size() < nook.size() ? std::max(tuning_.beyond_nook * farthest,
+                                                                      tuning_.least_nook * first_radius()[object])
+                                                           : 0.0);
     }
     basis_ = MultilevelBasis();
     sight_.clear();
@@ -81,7 +76,7 @@ void PlacedBasis::add_around(const std::vector<std::uint32_t>& refined, const Pr
     placement_.add_level(refined_region(basis_, refined, first_radius()), progress);
     SupportOptions support;
     for (const double r : first_radius())
-        support.largest_radii.push_back(std::max(1e-300, widest_support * at_level(r, level)));
+        support.largest_radii.push_back(std::max(1e-300, tuning_.widest_support * at_level(r, level)));
     add_placed(support, progress);
 }
 
@@ -93,7 +88,7 @@ std::vector<std::uint32_t> PlacedBasis::repeat(const Receivers& receivers, const
         const std::uint32_t i = sight_.surfel(j), o = basis_.object(j);
         if (points_.is_patch(i) || !receivers.has(j)) continue;
         const double spacing = at_level(first_radius()[o], basis_.level_of(j));
-        if (spacing > widest_spacing * scene_.surfels.radii[i]) continue;
+        if (spacing > tuning_.widest_spacing * scene_.surfels.radii[i]) continue;
         positions.push_back(basis_.position(j));
         normals.push_back(basis_.normal(j));
         objects.push_back(o);

@@ -10,6 +10,7 @@
 #include "surflux/meshless/point_placement.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/surfel_means.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -24,6 +25,7 @@ public:
         int levels;           // at most
         double widest;        // as SurfelMeans has it
         std::uint64_t seed;
+        MeshlessTuning tuning = {};
     };
     PlacedBasis(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, MultilevelBasis& basis,
                 const Options& options, const Progress& progress);
@@ -54,6 +56,7 @@ private:
     const Tracer& tracer_;
     const SurfelPoints& points_;
     MultilevelBasis& basis_;
+    const MeshlessTuning tuning_;
     PointPlacement placement_;
     BasisSight sight_;
     SurfelMeans means_;

@@ -15,11 +15,10 @@ namespace surflux {
 
 namespace {
 
-constexpr double usual_points = 400.0, least_points = 32.0;
 constexpr double packing = 0.7;  // points on a square of side R: disks of diameter R jam at a share of .547
 constexpr double most_points = 1e9;
 // Cubic cells of side R that the surface of an object may lie in, counted at so many places of it. A plane has up to
-// sqrt(3) of them for each R^2, with usual_points about 1000; a wire that has no more is up to 1600 R long.
+// sqrt(3) of them for each R^2, with 400 points about 1000; a wire that has no more is up to 1600 R long.
 constexpr std::size_t most_cells = 1600, counted_places = 4096;
 constexpr double wider = 1.25;
 
@@ -71,7 +70,7 @@ PointPlacement::PointPlacement(const Scene& scene, const Tracer& tracer, const P
     while (begin < end) {
         const std::uint32_t o = scene.object[begin->surfel];
         const Triangle* next = std::find_if(begin, end, [&](const Triangle& t) { return scene.object[t.surfel] != o; });
-        const double area = surface_.area[o], points = std::max(least_points, usual_points * area / total);
+        const double area = surface_.area[o], points = std::max(options.least_points, options.points * area / total);
         points_.first_radius[o] = options.radius > 0.0
                                       ? options.radius
                                       : first_radius(spread_places(scene, {begin, next}, area), area, points);

@@ -6,6 +6,7 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/meshless/surface.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -13,9 +14,10 @@ namespace surflux {
 
 struct PlacementOptions {
     // Least distance of two points of the first level on a plane. 0: each object has its own, such that all have about
-    // 400 points there, in proportion to their areas, but each about 32 at least.
+    // `points` there, in proportion to their areas, but each about `least_points` at least.
     double radius = 0.0;
     std::uint64_t seed = 0;
+    double points = MeshlessTuning{}.coarsest_points, least_points = MeshlessTuning{}.least_points;
 };
 
 // Points of all levels so far, level after level, and object after object within one.

@@ -13,29 +13,24 @@ namespace surflux {
 
 namespace {
 
-// On a patch: at most, and no fewer where it is wide, or some of these are inside geometry and some are not.
-constexpr int most_places = 16, all_places = 64;
-// Of wide patches: in a cell as wide as the spacing of a level, and on all together, shared out by their areas.
-constexpr double in_each_cell = 4.0, on_all_wide = 65536.0;
 constexpr std::size_t grain = 256;
 
 }  // namespace
 
 SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
                          const MultilevelBasis& basis, const BasisSight& sight, const std::vector<double>& first_radius,
-                         int levels, double widest, std::uint64_t seed, const Progress& progress)
+                         const Options& options, const Progress& progress)
     : scene_(scene),
       tracer_(tracer),
       points_(points),
       basis_(basis),
       sight_(sight),
       first_radius_(first_radius),
-      widest_(widest),
-      seed_(seed),
+      options_(options),
       outside_(scene.surfels.size()) {
     for (std::uint32_t i = 0; i < outside_.size(); ++i)
         if (is_wide(i)) wide_.add(points_.area(i));
-    const auto finest = static_cast<std::size_t>(levels - 1);
+    const auto finest = static_cast<std::size_t>(options.levels - 1);
     std::vector<std::vector<PartlyInside>> found((outside_.size() + grain - 1) / grain);  // by blocks
     parallel_blocks(
         outside_.size(), grain,
@@ -45,19 +40,19 @@ SurfelMeans::SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelP
             for (std::size_t i = begin; i < end; ++i) {
                 const auto index = static_cast<std::uint32_t>(i);
                 first.push_back(places.size());
-                places_on(index, std::min(all_places, count_for(index, finest)), of_one);
+                places_on(index, std::min(all_places(), count_for(index, finest)), of_one);
                 places.insert(places.end(), of_one.begin(), of_one.end());
             }
             first.push_back(places.size());
-            const std::vector<char> inside = inside_geometry(scene_, tracer_, places, seed_ + begin);
+            const std::vector<char> inside = inside_geometry(scene_, tracer_, places, options_.seed + begin);
             for (std::size_t i = begin; i < end; ++i) {
                 const auto from = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin]),
                            to = inside.begin() + static_cast<std::ptrdiff_t>(first[i - begin + 1]);
                 outside_[i] = std::find(from, to, 0) == to ? 0.0 : 1.0;
                 if (outside_[i] == 0.0 || std::find(from, to, 1) == to) continue;
                 const auto index = static_cast<std::uint32_t>(i);
-                places_on(index, std::max(all_places, count_for(index, finest)), of_one);
-                PartlyInside part{index, inside_geometry(scene_, tracer_, of_one, seed_ + i)};
+                places_on(index, std::max(all_places(), count_for(index, finest)), of_one);
+                PartlyInside part{index, inside_geometry(scene_, tracer_, of_one, options_.seed + i)};
                 const auto count = std::count(part.inside.begin(), part.inside.end(), 1);
                 outside_[i] = 1.0 - static_cast<double>(count) / static_cast<double>(of_one.size());
                 found[begin / grain].push_back(std::move(part));
@@ -77,7 +72,7 @@ const std::vector<char>* SurfelMeans::partly_inside(std::uint32_t i) const {
 }
 
 bool SurfelMeans::is_wide(std::uint32_t i) const {
-    return points_.is_patch(i) && 2.0 * scene_.surfels.radii[i] > widest_ * first_radius_[scene_.object[i]];
+    return points_.is_patch(i) && 2.0 * scene_.surfels.radii[i] > options_.widest * first_radius_[scene_.object[i]];
 }
 
 // How many places tell the mean over a surfel of what is about even over the spacing of a level.
@@ -86,19 +81,21 @@ int SurfelMeans::count_for(std::uint32_t i, std::size_t level) const {
     const double across = 2.0 * scene_.surfels.radii[i] / std::max(1e-300, spacing);
     int count = 1;
     if (is_wide(i)) {
-        if (!(spacing > 0.0)) return all_places;
-        const double area = points_.area(i), most = std::max(1.0 * all_places, on_all_wide * wide_.share(area));
-        return static_cast<int>(std::clamp(in_each_cell * area / (spacing * spacing), 1.0 * all_places, most));
+        if (!(spacing > 0.0)) return all_places();
+        const double area = points_.area(i),
+                     most = std::max(1.0 * all_places(), options_.tuning.places_on_wide * wide_.share(area));
+        return static_cast<int>(
+            std::clamp(options_.tuning.places_in_cell * area / (spacing * spacing), 1.0 * all_places(), most));
     }
     if (points_.is_patch(i))
-        while (count < most_places && count < across * across) count *= 4;
+        while (count < options_.tuning.most_places && count < across * across) count *= 4;
     return count;
 }
 
 // The centre, or many all over a patch; the first of many are the same.
 void SurfelMeans::places_on(std::uint32_t i, int count, std::vector<Departure>& out) const {
     const Surfels& s = scene_.surfels;
-    EvenPoints points(2, seed_, i);
+    EvenPoints points(2, options_.seed, i);
     out.clear();
     for (int p = 0; p < count; ++p) {
         const double* u = points.next();
@@ -152,7 +149,7 @@ void SurfelMeans::extend(std::size_t spacing_level, const Progress& progress) {
                 const std::uint32_t object = scene_.object[k];
                 const std::vector<char>* inside = partly_inside(i);
                 const int count = count_for(i, spacing_level);
-                places_on(i, inside ? std::max(all_places, count) : count, places);
+                places_on(i, inside ? std::max(all_places(), count) : count, places);
                 all.clear();
                 // A place that sees none of the coarsest has what others of the surfel have, but where it is dark.
                 const bool wide = is_wide(i);

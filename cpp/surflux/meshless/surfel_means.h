@@ -8,6 +8,7 @@
 #include "surflux/lights/sample_points.h"
 #include "surflux/meshless/basis_sight.h"
 #include "surflux/meshless/multilevel_basis.h"
+#include "surflux/meshless/tuning.h"
 #include "surflux/scene/scene.h"
 #include "surflux/trace/tracer.h"
 
@@ -20,12 +21,17 @@ namespace surflux {
 // solver, too.
 class SurfelMeans {
 public:
+    struct Options {
+        int levels;     // of the basis, at most
+        double widest;  // patches are wide whose diameter exceeds so many times the coarsest spacing
+        std::uint64_t seed;
+        MeshlessTuning tuning = {};
+    };
     // Of what is kept `basis` may have more levels later on: see extend(). `first_radius`: least distance of points on
-    // its coarsest level, by object; it halves from level to level, of which there are `levels` at most. Patches are
-    // wide whose diameter exceeds `widest` times that.
+    // its coarsest level, by object; it halves from level to level.
     SurfelMeans(const Scene& scene, const Tracer& tracer, const SurfelPoints& points, const MultilevelBasis& basis,
-                const BasisSight& sight, const std::vector<double>& first_radius, int levels, double widest,
-                std::uint64_t seed, const Progress& progress);
+                const BasisSight& sight, const std::vector<double>& first_radius, const Options& options,
+                const Progress& progress);
 
     // The rows of the level that the basis has got last. `spacing_level`: the level that its points are as far apart
     // as.
@@ -69,6 +75,7 @@ private:
         std::vector<std::uint64_t> begin;  // of each surfel, and the end
         std::vector<Entry> entries;
     };
+    int all_places() const { return static_cast<int>(options_.tuning.all_places); }
     int count_for(std::uint32_t i, std::size_t level) const;
     void places_on(std::uint32_t i, int count, std::vector<Departure>& out) const;
     const std::vector<char>* partly_inside(std::uint32_t i) const;
@@ -79,8 +86,7 @@ private:
     const MultilevelBasis& basis_;
     const BasisSight& sight_;
     std::vector<double> first_radius_;
-    double widest_;
-    std::uint64_t seed_;
+    Options options_;
     std::vector<double> outside_;
     struct PartlyInside {
         std::uint32_t surfel;

@@ -7,23 +7,6 @@
 
 namespace surflux {
 
-namespace {
-
-// A surfel has rays by the root of its area, all of them where so many in a row span the spacing of the coarsest level;
-// a patch wider than that by its area, up to so many times as many: it speaks for as many points.
-constexpr int least_rays = 64;
-constexpr double in_a_row = 16.0, most_for_wide = 16.0;
-// Of the largest that are tried: rays of each; of these, and of the brightest, all together over those of all levels.
-constexpr int trying_rays = 16;
-constexpr std::size_t share_of_rays = 16;
-// Of surfels half as much is allowed as of points: nothing else is refined with them. And what rays may be off by, of
-// what they bring, times the root of their number: what surfaces send; skies, which are smooth; the few that try.
-constexpr double stricter = 0.5, ray_error = 0.6, ray_error_of_skies = 0.04, ray_error_of_few = 1.2;
-// A surfel that has more than this many times the RMS of what is sent is not left to the basis without a look.
-constexpr double bright = 4.0;
-
-}  // namespace
-
 SurfelRefinement::SurfelRefinement(const Scene& scene, const SurfaceLight& light, const SurfelMeans& means,
                                    const Oracle& oracle, const std::vector<Rgb>& coefficients, const Options& options,
                                    HemisphereGather& gather)
@@ -31,9 +14,10 @@ SurfelRefinement::SurfelRefinement(const Scene& scene, const SurfaceLight& light
       light_(light),
       means_(means),
       oracle_(oracle),
+      tuning_(oracle.tuning),
       coefficients_(coefficients),
       options_(options),
-      wanted_(oracle.wanted(stricter * options.epsilon_e)),
+      wanted_(oracle.wanted(oracle.tuning.stricter * options.epsilon_e)),
       gather_(gather) {
     gather_.sent(coefficients_, sent_);
     for (Rgb& rgb : sent_)
@@ -69,8 +53,9 @@ double SurfelRefinement::allowed(std::uint32_t surfel) const {
 int SurfelRefinement::rays_for(std::uint32_t surfel) const {
     const double spacing = oracle_.first_radius[scene_.object[surfel]];
     const double across = std::sqrt(scene_.surfels.areas[surfel]) / spacing;
-    const double share = std::clamp(across * across, std::min(1.0, in_a_row * across), most_for_wide);
-    return std::max(std::min(options_.rays, least_rays), static_cast<int>(std::lround(options_.rays * share)));
+    const double share =
+        std::clamp(across * across, std::min(1.0, tuning_.own_in_a_row * across), tuning_.most_for_wide);
+    return std::max(std::min(options_.rays, least_rays()), static_cast<int>(std::lround(options_.rays * share)));
 }
 
 std::vector<int> SurfelRefinement::rays_for(const std::vector<std::uint32_t>& surfels) const {
@@ -97,20 +82,21 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     if (finest == 0) return false;
     const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(all);
     const double root = std::sqrt(static_cast<double>(rays_for(surfel)));
-    return off > std::max(here.of_all, ray_error / root * all) ||
-           off_sent > std::max({here.of_sent, ray_error / root * sent, ray_error_of_skies / root * all});
+    return off > std::max(here.of_all, tuning_.ray_error / root * all) ||
+           off_sent >
+               std::max({here.of_sent, tuning_.ray_error / root * sent, tuning_.ray_error_of_skies / root * all});
 }
 
 bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
     const double sent = luminance(means_.mean(surfel, oracle_.field.coefficients)) -
                         luminance(means_.mean(surfel, oracle_.field.direct));
-    return stricter * options_.epsilon_e * sent > bright * wanted_.of_sent;
+    return tuning_.stricter * options_.epsilon_e * sent > tuning_.bright * wanted_.of_sent;
 }
 
 bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const {
     const double root = std::sqrt(static_cast<double>(rays));
     const auto farther = [&](double a, double b, double may_be) {
-        return std::abs(a - b) > may_be + ray_error_of_few / root * std::max(a, b);
+        return std::abs(a - b) > may_be + tuning_.ray_error_of_few / root * std::max(a, b);
     };
     const double all = luminance(means_.mean(surfel, oracle_.field.coefficients)),
                  direct = luminance(means_.mean(surfel, oracle_.field.direct));
@@ -144,14 +130,15 @@ void SurfelRefinement::run(const Progress& progress) {
         bright_ones[i] = !off[i] && is_bright(i);
         neither[i] = !off[i] && !bright_ones[i];
     });
-    const std::size_t rays = gather_.rays() / share_of_rays;
-    const std::vector<std::uint32_t> tried = largest(neither, rays / trying_rays);
+    const std::size_t rays = static_cast<std::size_t>(tuning_.trying_share * static_cast<double>(gather_.rays()));
+    const int trying_rays = std::max(1, static_cast<int>(tuning_.trying_rays));
+    const std::vector<std::uint32_t> tried = largest(neither, rays / static_cast<std::size_t>(trying_rays));
     const std::vector<MeshlessField::At> by_few = gather(tried, std::vector<int>(tried.size(), trying_rays), progress);
     for (std::size_t k = 0; k < tried.size(); ++k) off[tried[k]] = contradicted(tried[k], by_few[k], trying_rays);
     for (std::uint32_t i = 0; i < n; ++i)
         if (off[i]) surfels_.push_back(i);
     found_ = gather(surfels_, rays_for(surfels_), progress);
-    std::vector<std::uint32_t> doubted = largest(bright_ones, rays / least_rays);
+    std::vector<std::uint32_t> doubted = largest(bright_ones, rays / static_cast<std::size_t>(least_rays()));
     std::vector<int> counts = rays_for(doubted);
     std::size_t taken = 0, spent = 0;
     for (; taken < doubted.size() && (taken == 0 || spent + static_cast<std::size_t>(counts[taken]) <= rays); ++taken)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -39,6 +40,7 @@ private:
     std::vector<MeshlessField::At> gather(const std::vector<std::uint32_t>& surfels, const std::vector<int>& counts,
                                           const Progress& progress);
     double allowed(std::uint32_t surfel) const;
+    int least_rays() const { return std::max(1, static_cast<int>(tuning_.least_own_rays)); }
     int rays_for(std::uint32_t surfel) const;
     std::vector<int> rays_for(const std::vector<std::uint32_t>& surfels) const;
     bool is_off(std::uint32_t surfel) const;
@@ -50,6 +52,7 @@ private:
     const SurfaceLight& light_;
     const SurfelMeans& means_;
     const Oracle& oracle_;
+    const MeshlessTuning& tuning_;
     const std::vector<Rgb>& coefficients_;
     Options options_;
     Oracle::Wanted wanted_;

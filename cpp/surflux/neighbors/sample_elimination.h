@@ -14,7 +14,7 @@ namespace surflux {
 // the distance r_max at which points begin to crowd each other. Where more than 8 points share a cubic cell of side
 // r_max, 8 of them at random come into question (more, where `count` needs more). Otherwise the seed only decides
 // between equals.
-std::vector<std::uint32_t> eliminate_samples(const std::vector<Vec3>& points, std::size_t count, double area,
+std::vector<std::uint32_t> eliminate_samples(std::vector<Vec3> points, std::size_t count, double area,
                                              std::uint64_t seed, const Progress& progress = {});
 
 }  // namespace surflux

@@ -29,12 +29,9 @@ namespace surflux {
 
 namespace {
 
-// A finer level's receiver speaks for less of the surface: from every other level on it has half the rays.
-constexpr int least_rays = 128;
+constexpr int least_rays = static_cast<int>(MeshlessTuning{}.least_rays);
 constexpr int check_rays = 128;           // that tell whether the basis is off at a surfel
 constexpr double most_own = 0.25;         // rows of such surfels, of as many as receivers have
-constexpr int most_repeats = 2;           // of receivers of clouds (PlacedBasis)
-constexpr double widest_mean = 1.0;       // as SurfelMeans has it
 constexpr std::size_t bounce_levels = 2;  // that lamps' light is reflected again by
 constexpr std::uint64_t sample_stream = 0x5e17, lamp_stream = 0x1a3b, check_stream = 0x2c4d, own_stream = 0x3d5e,
                         sky_stream = 0x4e6f, group_stream = 0x5f80;
@@ -51,8 +48,8 @@ public:
           watch_(timings),
           tracer_(compiled.tracer(stage("trace"))),
           points_(scene_.surfels),
-          placed_(scene_, tracer_, points_, basis_, {options.radius, options.levels, widest_mean, options.seed},
-                  stage("placement")),
+          placed_(scene_, tracer_, points_, basis_,
+                  {options.radius, options.levels, MeshlessTuning{}.widest_mean, options.seed}, stage("placement")),
           receivers_(basis_, placed_.sight()) {
         for (std::size_t i = 0; i < scene_.surfels.size(); ++i)
             out_.areas.push_back(scene_.surfels.areas[i] * placed_.means().outside(i));
@@ -84,7 +81,7 @@ public:
             shoot(receivers_.add(children, stage("gathering")));
             test();
         }
-        for (int k = 0; k < most_repeats; ++k) repeat();
+        for (int k = 0; k < MeshlessTuning{}.repeats; ++k) repeat();
         number_functions();
         out_.at_surfels =
             means_at_surfels(placed_.means(), basis_, number_, scene_.surfels.size(), stage("projection"));

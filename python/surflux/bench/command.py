@@ -79,7 +79,11 @@ def add_options(parser):
     parser.add_argument("--scale", action="store_true", help="2500 surfels to ten millions: seconds, memory, errors")
     parser.add_argument("--reference", action="store_true", help="reference_irradiance against Mitsuba 3")
     parser.add_argument("--areas", action="store_true", help="effective areas alone")
-    parser.add_argument("--constants", action="store_true", help="each constant of solve by rays, halved and doubled")
+    parser.add_argument(
+        "--constants",
+        action="store_true",
+        help="each constant of both solvers, halved and doubled",
+    )
     parser.add_argument("--transfer", action="store_true", help="light that moves: precomputed, relit, drawn")
     parser.add_argument("--cluster", action="store_true", help="1, 2 and 4 processes of one thread that share a pass")
     parser.add_argument("--site", metavar="FOLDER", help="tables and plots of README and guide, JSON of each: hours")

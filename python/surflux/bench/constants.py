@@ -1,4 +1,4 @@
-"""`surflux bench --constants`: what each constant of a solver that is no option trades, error against seconds.
+"""`surflux bench --constants`: what each constant of the solvers that is no option trades, error against seconds.
 
 Each is halved and doubled by itself, over several seeds. Errors and seconds are beside those of the constants as they
 are, seed by seed and in turn, so that what the surfels that are measured have in common, and most of the load of the
@@ -8,6 +8,7 @@ below twice that nothing is said. A constant that changes neither on any scene w
 
 import sys
 from dataclasses import dataclass
+from functools import partial
 from time import process_time
 
 import numpy as np
@@ -19,8 +20,13 @@ from surflux.bench.solvers import by_scene_surfel
 from surflux.bench.truth import Truth, errors_against, with_areas
 from surflux.solving.run import tuned
 
-SCENES = ("Cornell box", "three spheres")
+SCENES = ("Cornell box", "three spheres", "statues")
 FACTORS = (0.5, 2.0)
+# And their constants: cpp/surflux/radiosity/tuning.h, cpp/surflux/meshless/tuning.h.
+SOLVERS = {
+    "solve": (partial(sf.solve, transport="rays"), _core.refinement_tuning),
+    "solve_meshless": (sf.solve_meshless, _core.meshless_tuning),
+}
 MEASURED = 400  # surfels
 ROUNDS = 8  # of the reference
 LEAST_SEEDS = 3
@@ -30,6 +36,7 @@ LEAST_SEEDS = 3
 class Row:
     """One constant at one value on one scene: what it changes, means over seeds, and their standard errors."""
 
+    solver: str
     scene: str
     constant: str
     value: float
@@ -50,22 +57,25 @@ def measure(names, repeats, threads):
         truth = Truth(built.scene, with_areas(built.scene), MEASURED, exact=built.exact, threads=threads)
         while built.exact is None and truth.rounds < ROUNDS:
             truth.refine()
-        for constant, value in _core.refinement_tuning().items():
-            print(f"bench: {name}, {constant}", file=sys.stderr)
-            # In turn with the constants as they are, for the load of the machine changes.
-            settings = [{}, *({constant: factor * value} for factor in FACTORS)]
-            turns = [[_solved(built.scene, truth, tuning, seed, threads) for tuning in settings] for seed in seeds]
-            usual, *others = np.swapaxes(np.array(turns), 0, 1)
-            for factor, found in zip(FACTORS, others, strict=True):
-                rows.append(Row(name, constant, factor * value, *_changes(found, usual), len(seeds)))
+        for solver, (solve, constants) in SOLVERS.items():
+            for constant, value in constants().items():
+                print(f"bench: {name}, {solver}, {constant}", file=sys.stderr)
+                # In turn with the constants as they are, for the load of the machine changes.
+                settings = [{}, *({constant: factor * value} for factor in FACTORS)]
+                turns = [
+                    [_solved(solve, built.scene, truth, tuning, seed, threads) for tuning in settings] for seed in seeds
+                ]
+                usual, *others = np.swapaxes(np.array(turns), 0, 1)
+                for factor, found in zip(FACTORS, others, strict=True):
+                    rows.append(Row(solver, name, constant, factor * value, *_changes(found, usual), len(seeds)))
     return rows
 
 
-def _solved(scene, truth, tuning, seed, threads):
+def _solved(solve, scene, truth, tuning, seed, threads):
     """Seconds of all cores, and the error."""
     start = process_time()
     with tuned(tuning):
-        solution = sf.solve(scene, transport="rays", seed=seed, threads=threads)
+        solution = solve(scene, seed=seed, threads=threads)
     seconds = process_time() - start
     count = sum(len(s) for s in scene.objects)
     total, direct = (by_scene_surfel(solution, h, count) for h in (solution.irradiance, solution.direct))
@@ -83,11 +93,12 @@ def _changes(found, usual):
 
 def table(rows):
     """Markdown: a line for each row; what is within twice its standard error in brackets."""
-    lines = ["| scene | constant | value | seconds | error | usual error |", "|---|---|---|---|---|---|"]
+    lines = ["| solver | scene | constant | value | seconds | error | usual error |", "|---|---|---|---|---|---|---|"]
     for row in rows:
         cells = [_said(row.seconds, row.seconds_uncertainty), _said(row.error, row.error_uncertainty)]
         lines.append(
-            f"| {row.scene} | {row.constant} | {row.value:.3g} | {' | '.join(cells)} | {100 * row.usual_error:.2f} % |"
+            f"| {row.solver} | {row.scene} | {row.constant} | {row.value:.3g} | {' | '.join(cells)} "
+            f"| {100 * row.usual_error:.2f} % |"
         )
     return "\n".join(lines)
 

@@ -12,6 +12,8 @@ from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
 
+CANDIDATES = 5  # for each sample: Yuksel 2015, section 4
+
 
 class Faces(NamedTuple):
     """The face `of` (n,) each surfel, and for each face that was `merged` (f,) into another one which that is."""
@@ -44,10 +46,8 @@ def surfels_of_patches(mesh, patch_area, reflectance, emission, gloss, back_of_s
 def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
     """_core.Surfels: n blue-noise ones on a Mesh; with reflectance and emission (n, 3), None for its own, and gloss."""
     patches = make_patches(*mesh[:3], paired=False)
-    points, triangle = _core.sample_triangles(patches.triangles, 5 * n, seed)
-    kept = _core.eliminate_samples(points, n, float(patches.areas.sum()), seed, progress=stage("samples"))
-    points = np.ascontiguousarray(points[kept])
-    patch = patches.triangle_patch[triangle[kept]]
+    points, triangle = _core.sample_evenly(patches.triangles, n, CANDIDATES, seed, progress=stage("samples"))
+    patch = patches.triangle_patch[triangle]
     normals = patches.normals[patch]
     if reflectance is None:
         reflectance = mesh.face_reflectance()[patches.faces[patch]]

@@ -14,7 +14,7 @@ from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField, light_of
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, check_scene, require_no_deadline, with_areas
+from surflux.solving.run import attempt_by, check_scene, require_no_deadline, tuning, with_areas
 
 _TOP = 6.0  # epsilon_e .0025 and 32 000 rays
 
@@ -157,6 +157,7 @@ def _checked(given):
         "tolerance": check.number("tolerance", given["tolerance"], 0.0, 1.0, low_open=True, high_open=True),
         **shadow_options(given["probes"], given["shadow_rays"]),
         "seed": check.seed("seed", given["seed"]),
+        "tuning": tuning(),
     }
 
 

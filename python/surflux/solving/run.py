@@ -59,7 +59,10 @@ def with_scene_options(solver: Solver) -> Solver:
 
 @contextlib.contextmanager
 def tuned(constants):
-    """While the block runs, solve() takes these in place of those of _core.refinement_tuning(): bench turns them."""
+    """While the block runs, solvers take these in place of their own (bench turns them).
+
+    Those of solve() are in _core.refinement_tuning(), those of solve_meshless() in _core.meshless_tuning().
+    """
     before = _tuning.set(constants)
     try:
         yield

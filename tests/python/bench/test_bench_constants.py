@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from surflux import _core
 from surflux.bench import constants, scenes
 from surflux.cli import commands
 from surflux.solving.run import tuned
@@ -16,18 +15,23 @@ from surflux.solving.run import tuned
 @pytest.mark.slow
 def test_each_constant_is_halved_and_doubled(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scenes, "build", partial(scenes.build, density=0.5))
-    monkeypatch.setattr(constants._core, "refinement_tuning", lambda: {"surfels_per_first_node": 500.0})
+    turned = {"solve": ("surfels_per_first_node", 500.0), "solve_meshless": ("least_rays", 128.0)}
+    for solver, (constant, value) in turned.items():
+        solve, _ = constants.SOLVERS[solver]
+        monkeypatch.setitem(constants.SOLVERS, solver, (solve, partial(dict, {constant: value})))
     kept = tmp_path / "rows.json"
     chosen = ["--scene", "concentric spheres", "--json", str(kept)]
     assert commands.main(["bench", "--constants", "--repeats", "1", *chosen]) == 0
     rows = json.loads(kept.read_text())["rows"]
-    assert [(row["constant"], row["value"]) for row in rows] == [
-        ("surfels_per_first_node", 250.0),
-        ("surfels_per_first_node", 1000.0),
+    assert [(row["solver"], row["constant"], row["value"]) for row in rows] == [
+        ("solve", "surfels_per_first_node", 250.0),
+        ("solve", "surfels_per_first_node", 1000.0),
+        ("solve_meshless", "least_rays", 64.0),
+        ("solve_meshless", "least_rays", 256.0),
     ]
     assert all(row["seeds"] == constants.LEAST_SEEDS and 0.0 < row["usual_error"] < 0.1 for row in rows)
     out = capsys.readouterr().out
-    assert out.count("| concentric spheres | surfels_per_first_node |") == 2
+    assert out.count("| solve | concentric spheres | surfels_per_first_node |") == 2
 
 
 def test_changes_are_taken_seed_by_seed():
@@ -42,8 +46,9 @@ def test_changes_are_taken_seed_by_seed():
 
 
 def test_what_is_not_known_stands_in_brackets():
-    row = constants.Row("room", "little", 0.002, -0.3, 0.1, 0.04, 0.03, 0.0123, 4)
-    assert constants.table([row]).splitlines()[-1] == "| room | little | 0.002 | -30 +- 10 % | (+4 +- 3 %) | 1.23 % |"
+    row = constants.Row("solve", "room", "little", 0.002, -0.3, 0.1, 0.04, 0.03, 0.0123, 4)
+    line = constants.table([row]).splitlines()[-1]
+    assert line == "| solve | room | little | 0.002 | -30 +- 10 % | (+4 +- 3 %) | 1.23 % |"
 
 
 @pytest.fixture(scope="module")
@@ -67,20 +72,25 @@ def test_constants_count_within_the_block_alone(scene):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"),
+    ("solver", "wrong", "message"),
     [
-        ({"litle": 1.0}, "tuning: wanted names that refinement_tuning\\(\\) has"),
-        ({"little": 0.0}, "tuning: wanted little above 0, got 0"),
-        ({"little": np.nan}, "tuning: wanted little above 0, got nan"),
-        ({"little": np.inf}, "tuning: wanted little above 0, got inf"),
+        ("solve", {"litle": 1.0}, "tuning: wanted names of the solver's own constants"),
+        ("solve", {"little": 0.0}, "tuning: wanted little above 0, got 0"),
+        ("solve", {"little": np.nan}, "tuning: wanted little above 0, got nan"),
+        ("solve", {"little": np.inf}, "tuning: wanted little above 0, got inf"),
+        ("solve_meshless", {"little": 1.0}, "tuning: wanted names of the solver's own constants"),
+        ("solve_meshless", {"stricter": -1.0}, "tuning: wanted stricter above 0, got -1"),
     ],
 )
-def test_refusals(scene, wrong, message):
+def test_refusals(scene, solver, wrong, message):
+    solve, _ = constants.SOLVERS[solver]
     with tuned(wrong), pytest.raises(ValueError, match=message):
-        sf.solve(scene, transport="rays")
+        solve(scene)
 
 
-def test_all_that_there_are_can_be_set(scene):
-    with tuned(_core.refinement_tuning()):
-        tuned_as_usual = sf.solve(scene, transport="rays").irradiance
-    assert np.array_equal(tuned_as_usual, sf.solve(scene, transport="rays").irradiance)
+@pytest.mark.parametrize("solver", constants.SOLVERS)
+def test_all_that_there_are_can_be_set(scene, solver):
+    solve, known = constants.SOLVERS[solver]
+    with tuned(known()):
+        tuned_as_usual = solve(scene).irradiance
+    assert np.array_equal(tuned_as_usual, solve(scene).irradiance)

@@ -39,3 +39,14 @@ def test_radii_report_and_can_be_cancelled():
     assert np.array_equal(radii, _core.estimate_radii(points, None))
     with pytest.raises(_core.Cancelled):
         _core.estimate_radii(points, None, progress=lambda done, total: False)
+
+
+def test_even_samples_are_those_that_elimination_leaves():
+    triangles = np.random.default_rng(3).random((50, 3, 3))
+    corners = triangles[:, 1:] - triangles[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 0], corners[:, 1]), axis=1).sum()
+    points, triangle = _core.sample_triangles(triangles, 5 * 700, 4)
+    kept = _core.eliminate_samples(points, 700, area, 4)
+    even, on = _core.sample_evenly(triangles, 700, 5, 4, progress=None)
+    assert np.array_equal(even, points[kept])
+    assert np.array_equal(on, triangle[kept])
