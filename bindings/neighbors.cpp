@@ -146,7 +146,9 @@ void bind_neighbors(py::module_& module) {
             return points_on_triangles(without_gil([&] {
                 const TriangleSamples samples(std::move(corners), candidates * count, seed);
                 std::vector<Vec3> points(samples.size());
-                parallel_for(points.size(), 4096, [&](std::size_t i) { points[i] = samples[i].position; });
+                parallel_for(
+                    points.size(), 4096, [&](std::size_t i) { points[i] = samples[i].position; },
+                    standing_at(0, 2 * points.size() - count, report));
                 std::vector<SurfacePoint> kept;
                 for (const std::uint32_t i : eliminate_samples(std::move(points), count, samples.area(), seed, report))
                     kept.push_back(samples[i]);

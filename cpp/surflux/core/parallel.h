@@ -45,20 +45,48 @@ Sum parallel_sum(std::size_t count, std::size_t grain, const Body& body) {
     return all;
 }
 
-// Sorts by an order in which no two are equal: blocks by themselves, then merged two by two.
+// How many of the first `count` of two sorted runs, merged, are of the first run.
+template <class Item, class Less>
+std::size_t rank_in_first(Item first, std::size_t n, Item second, std::size_t m, std::size_t count, const Less& less) {
+    std::size_t low = count > m ? count - m : 0, high = std::min(count, n);
+    while (low < high) {
+        const std::size_t middle = low + (high - low) / 2;
+        if (less(first[static_cast<std::ptrdiff_t>(middle)], second[static_cast<std::ptrdiff_t>(count - middle - 1)]))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+// Sorts by an order in which no two are equal: blocks by themselves, then merged two by two, pieces of a pair at once
+// (merge path, Odeh and others 2012). It takes as much memory again.
 template <class T, class Less>
 void parallel_sort(std::vector<T>& values, const Less& less, const Progress& progress = {}) {
-    constexpr std::size_t blocks = 64;
-    const auto at = [&](std::size_t block) {
-        return values.begin() + static_cast<std::ptrdiff_t>(values.size() * block / blocks);
-    };
-    parallel_for(blocks, 1, [&](std::size_t block) { std::sort(at(block), at(block + 1), less); }, progress);
+    constexpr std::size_t blocks = 64, pieces = 64;
+    const std::size_t n = values.size();
+    const auto at = [&](std::size_t block) { return n * std::min(block, blocks) / blocks; };
+    const auto in = [](std::vector<T>& of, std::size_t i) { return of.begin() + static_cast<std::ptrdiff_t>(i); };
+    parallel_for(
+        blocks, 1, [&](std::size_t block) { std::sort(in(values, at(block)), in(values, at(block + 1)), less); },
+        progress);
+    std::vector<T> merged(n);
     for (std::size_t width = 1; width < blocks; width *= 2) {
-        const auto merge = [&](std::size_t k) {
-            const std::size_t first = 2 * width * k;
-            std::inplace_merge(at(first), at(first + width), at(first + 2 * width), less);
+        const auto merge = [&](std::size_t piece) {
+            // Its part of what comes of the pair that it is in.
+            const std::size_t each = pieces / (blocks / (2 * width)), pair = 2 * width * (piece / each);
+            const std::size_t first = at(pair), second = at(pair + width), end = at(pair + 2 * width);
+            const std::size_t from = (end - first) * (piece % each) / each,
+                              to = (end - first) * (piece % each + 1) / each;
+            const auto rank = [&](std::size_t count) {
+                return rank_in_first(in(values, first), second - first, in(values, second), end - second, count, less);
+            };
+            const std::size_t a = rank(from), b = rank(to);
+            std::merge(in(values, first + a), in(values, first + b), in(values, second + from - a),
+                       in(values, second + to - b), in(merged, first + from), less);
         };
-        parallel_for(blocks / (2 * width), 1, merge, progress);
+        parallel_for(pieces, 1, merge, progress);
+        values.swap(merged);
     }
 }
 

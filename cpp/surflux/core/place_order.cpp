@@ -31,6 +31,7 @@ std::vector<std::uint32_t> place_order(const std::vector<Vec3>& points, const Pr
     parallel_sort(keys, std::less<>(), progress);
     std::vector<std::uint32_t> order(points.size());
     for (std::size_t k = 0; k < keys.size(); ++k) order[k] = static_cast<std::uint32_t>(keys[k]);
+    const Progress asked = standing_at(points.size(), points.size(), progress);
     // Other places may have the same hash.
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
         const Vec3 &p = points[a], &q = points[b];
@@ -39,6 +40,7 @@ std::vector<std::uint32_t> place_order(const std::vector<Vec3>& points, const Pr
         return p.z != q.z ? p.z < q.z : a < b;
     };
     for (std::size_t first = 0, last; first < keys.size(); first = last) {
+        report_some(asked, first, keys.size(), 1 << 20);
         for (last = first + 1; last < keys.size() && keys[last] >> 32 == keys[first] >> 32;) ++last;
         if (last - first > 1)
             std::sort(order.begin() + static_cast<std::ptrdiff_t>(first),

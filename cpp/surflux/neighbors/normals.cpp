@@ -195,10 +195,11 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
                                    const Progress& progress) {
     require(points.size() >= 3, "normals: wanted at least 3 points to estimate them from, got ", points.size(),
             "; give normals");
-    auto [places, of_point] = distinct_places(points);
+    const Progress asked = standing_at(0, 2 * points.size(), progress);
+    auto [places, of_point] = distinct_places(points, asked);
     along_a_curve(places, of_point);
     std::size_t neighbors = std::max<std::size_t>(options.neighbors, 3);
-    const PointIndex index(places);
+    const PointIndex index(places, asked);
     // Steps beside the two fits, which count as all of the work, say that they are there, and are cancelled.
     const auto still = [&](std::size_t at) -> Progress {
         if (!progress) return {};

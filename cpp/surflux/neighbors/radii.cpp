@@ -56,12 +56,12 @@ struct Reach {
 
 class RadiusEstimate {
 public:
-    RadiusEstimate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals)
+    RadiusEstimate(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, const Progress& progress)
         : points_(points),
           normals_(normals),
-          distinct_(distinct_places(points)),
+          distinct_(distinct_places(points, standing_at(0, points.size(), progress))),
           facing_(normals_of_places(distinct_, normals)),
-          index_(checked(distinct_.places)) {}
+          index_(checked(distinct_.places), standing_at(0, points.size(), progress)) {}
 
     std::size_t around() const { return std::min(ring, distinct_.places.size() - 1); }
     std::size_t places() const { return distinct_.places.size(); }
@@ -167,7 +167,7 @@ std::vector<double> estimate_radii(const std::vector<Vec3>& points, const std::v
             "; give radii");
     require(normals.empty() || normals.size() == points.size(), "normals: wanted as many as points, ", points.size(),
             ", got ", normals.size());
-    const RadiusEstimate estimate(points, normals);
+    const RadiusEstimate estimate(points, normals, progress);
     const std::size_t around = estimate.around();
     std::vector<Reach> reach(points.size());
     std::vector<std::uint32_t> nearest(points.size() * around);

@@ -35,7 +35,7 @@ Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels, co
     std::vector<Vec3> positions;
     positions.reserve(surfels.size());
     for (const std::uint32_t i : surfels) positions.push_back(s.positions[i]);
-    const DistinctPlaces distinct = distinct_places(positions);
+    const DistinctPlaces distinct = distinct_places(positions, standing_at(0, surfels.size(), progress));
     Places out;
     for (std::size_t k = 0; k < surfels.size(); ++k)
         if (distinct.of_point[k] == out.surfel.size()) out.surfel.push_back(surfels[k]);

@@ -82,10 +82,11 @@ std::vector<Met> rays_from(const Scene& scene, const std::vector<std::uint32_t>&
 // Surfels at the same place are no neighbours, but have the same ones. Returns the spacing.
 std::vector<double> surround(const Surfels& s, SheetSides& out, const Progress& progress) {
     const std::vector<Vec3>& positions = s.positions;
-    const auto [places, of_surfel] = distinct_places(positions);
+    const Progress asked = standing_at(0, positions.size(), progress);
+    const auto [places, of_surfel] = distinct_places(positions, asked);
     std::vector<std::uint32_t> first(places.size());
     for (std::size_t i = positions.size(); i-- > 0;) first[of_surfel[i]] = static_cast<std::uint32_t>(i);
-    const PointIndex index(places);
+    const PointIndex index(places, asked);
     std::vector<double> spacing(positions.size());
     out.graph.resize(positions.size());
     out.two_sided.assign(positions.size(), false);
