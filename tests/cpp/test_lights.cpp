@@ -107,7 +107,6 @@ Environment image_of(std::size_t width, std::size_t height, const Vec3& axis_up)
     return e;
 }
 
-// The kernel at a place is the mean of what points of the light bring there.
 TEST(Direct, PartsOfAPatchShareItsRays) {
     // The only patch of its size has 256 times the rays of the options; a 256th of it those of the options. Their
     // number shows in the standard error of a part that is half in shade.
@@ -131,6 +130,7 @@ TEST(Direct, PartsOfAPatchShareItsRays) {
     EXPECT_NEAR(errors[0].x / (0.5 * std::sqrt(lit * (all - lit) / 64)), 1.0, 0.01);
 }
 
+// The kernel at a place is the mean of what points of the light bring there.
 TEST(Emitter, TheKernelIsTheMeanOverTheLight) {
     const std::vector<Light> lights{PointLight{{0.3, 0.2, 1.5}, white},
                                     SpotLight{{0.3, 0.2, 1.5}, normalized({-0.2, 0, -1}), white, 50.0, 30.0},

@@ -314,6 +314,17 @@ TEST(SampleElimination, EvensOutAScan) {
     EXPECT_GT(smallest, 0.5 * 2.0 * r_max);
 }
 
+// Half a million spacings apart, and more.
+TEST(SampleElimination, IsAsEvenOverPlacesThatLieFarApart) {
+    for (const double apart : {1e3, 1e6, 1e9}) {
+        std::vector<Vec3> points = random_points(10000, 5);
+        for (std::size_t i = 0; i < points.size(); ++i) points[i].z = 0.0, points[i].x += i % 2 == 0 ? 0.0 : apart;
+        std::size_t far = 0;
+        for (const std::uint32_t i : eliminate_samples(points, 2000, 2.0, 7)) far += points[i].x > 10.0;
+        EXPECT_NEAR(double(far), 1000.0, 30.0) << apart;
+    }
+}
+
 // Seven of eight are to stay, most of which share a few cells of side r_max: all pairs of them are some 10^8.
 TEST(SampleElimination, GivesTheExactCountWhereMostMustStay) {
     const std::vector<Vec3> points = floor_scan(10000);
@@ -328,21 +339,24 @@ TEST(SampleElimination, GivesTheExactCountWhereMostMustStay) {
 }
 
 TEST(SampleElimination, ReportsAndCanBeCancelledToTheEnd) {
-    const std::vector<Vec3> points = floor_scan(20000);
+    std::vector<Vec3> points = random_points(20000, 5);
+    for (Vec3& p : points) p.z = 0.0;
     const std::size_t n = 20000, count = 10000;
-    std::size_t last = 0, total = 0, calls = 0;
-    eliminate_samples(points, count, pi * 1e4, 0, [&](std::size_t done, std::size_t all) {
-        EXPECT_GE(done, last);
+    std::size_t last = 0, end = 0, total = 0, calls = 0;
+    eliminate_samples(points, count, 1.0, 0, [&](std::size_t done, std::size_t all) {
+        EXPECT_GE(done, end);
         EXPECT_LE(done, all);
         EXPECT_TRUE(total == 0 || all == total);
-        last = done, total = all, ++calls;
+        if (done < all) last = done;
+        end = done, total = all, ++calls;
         return true;
     });
+    EXPECT_EQ(end, total);
     EXPECT_GT(last, total - 2 * 4096);
     EXPECT_LE(total, 2 * n - count);
     std::size_t seen = 0;
     const Progress stop_at_last = [&](std::size_t done, std::size_t) { return ++seen, done < last; };
-    EXPECT_THROW(eliminate_samples(points, count, pi * 1e4, 0, stop_at_last), Cancelled);
+    EXPECT_THROW(eliminate_samples(points, count, 1.0, 0, stop_at_last), Cancelled);
     EXPECT_GT(calls, 1u);
 }
 
@@ -351,6 +365,10 @@ TEST(SampleElimination, RefusesWhatItCannotGive) {
     EXPECT_THROW(eliminate_samples(points, 11, 1.0, 0), ArgumentError);
     EXPECT_THROW(eliminate_samples(points, 0, 1.0, 0), ArgumentError);
     EXPECT_THROW(eliminate_samples(points, 5, 0.0, 0), ArgumentError);
+    std::vector<Vec3> holed = points;
+    holed[3].y = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(refusal([&] { eliminate_samples(holed, 5, 1.0, 0); }),
+              "points: wanted finite coordinates, got others at index 3");
 }
 
 TEST(SampleTriangles, SharesPointsByAreaAndStaysInside) {

@@ -65,7 +65,7 @@ template <class T, class Less>
 void parallel_sort(std::vector<T>& values, const Less& less, const Progress& progress = {}) {
     constexpr std::size_t blocks = 64, pieces = 64;
     const std::size_t n = values.size();
-    const auto at = [&](std::size_t block) { return n * std::min(block, blocks) / blocks; };
+    const auto at = [&](std::size_t block) { return n * block / blocks; };
     const auto in = [](std::vector<T>& of, std::size_t i) { return of.begin() + static_cast<std::ptrdiff_t>(i); };
     parallel_for(
         blocks, 1, [&](std::size_t block) { std::sort(in(values, at(block)), in(values, at(block + 1)), less); },

@@ -39,8 +39,9 @@ std::vector<std::uint32_t> place_order(const std::vector<Vec3>& points, const Pr
         if (p.y != q.y) return p.y < q.y;
         return p.z != q.z ? p.z < q.z : a < b;
     };
+    std::size_t told = 0;
     for (std::size_t first = 0, last; first < keys.size(); first = last) {
-        report_some(asked, first, keys.size(), 1 << 20);
+        if (first >= told + (1 << 20)) report(asked, told = first, keys.size());
         for (last = first + 1; last < keys.size() && keys[last] >> 32 == keys[first] >> 32;) ++last;
         if (last - first > 1)
             std::sort(order.begin() + static_cast<std::ptrdiff_t>(first),

@@ -33,12 +33,13 @@ struct Oracle {
     const MeshlessField& field;  // coefficients of the solution and of its direct light
     const MeshlessTuning& tuning;
 
-    // The functions of a level whose difference or coefficient, of all light or of what surfaces send, exceeds by two
-    // standard errors the larger of wanted() and a quarter of epsilon_e of their own light, both times allowed_at().
+    // The functions of a level whose difference or coefficient, of all light or of what surfaces send, exceeds by
+    // tuning.significance standard errors the larger of wanted() and tuning.own_share times epsilon_e of their own
+    // light, both times allowed_at().
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
 
     // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send. In the dim parts
-    // of a scene that is a share of the light there, down to a thousandth of the RMS of all.
+    // of a scene that is a share of the light there, down to tuning.dimmest of the RMS of all.
     struct Wanted {
         double of_all, of_sent;
         double local, dimmest;

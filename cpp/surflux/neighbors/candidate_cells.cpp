@@ -14,22 +14,27 @@ namespace {
 
 // Five candidates for each sample are 1.4 to 2 in an eighth of a cell, where the limit does not bite.
 constexpr std::size_t usual_limit = 8;
-// A disk of the reach touches some 20 such eighths. Only where the limit had to be raised are there more around.
-constexpr std::size_t crowd_limit = 256;
-constexpr std::size_t look_limit = 1024;  // in 27 cells; some 100 are usual
+// Where cells have more than so many in all 27, or `many` in a row of three, the nearest count alone: some 100 are
+// usual. In flat ones there are more only where the limit had to be raised.
+constexpr std::size_t crowd_limit = 256, look_limit = 1024;
+constexpr std::size_t often = 1 << 20;  // between reports
 
-// A cell's number along each axis, and in the lowest bits which of its eighths it is: of equal ones all but these are
-// in one cell, and cells that follow each other along z have successive ones.
-constexpr int axis_bits = 20, eighth_bits = 3;
-constexpr std::int64_t most_cells = std::int64_t{1} << axis_bits;
+constexpr int axis_bits = 29, eighth_bits = 3;
+constexpr std::uint64_t most_cells = std::uint64_t{1} << axis_bits;
 
+// A point by its cell's numbers along x and y, that along z and which eighth of it that it is in.
 struct Keyed {
-    std::uint64_t key;
+    std::uint64_t xy;
+    std::uint32_t z_and_eighth;
     std::uint32_t point;
+
+    std::uint32_t z() const { return z_and_eighth >> eighth_bits; }
+    bool in_cell_of(const Keyed& other) const { return xy == other.xy && z() == other.z(); }
+    bool in_eighth_of(const Keyed& other) const { return xy == other.xy && z_and_eighth == other.z_and_eighth; }
 };
 
-// The median of some of the points along each axis: what lies half a million cells away from it, or more, is in the
-// outermost ones.
+// The median of some of the points along each axis: what lies 2^28 cells away from it, or more, is in the outermost
+// ones.
 Vec3 middle_of(const std::vector<Vec3>& points) {
     const std::size_t step = points.size() / 4096 + 1;
     Vec3 out;
@@ -43,47 +48,55 @@ Vec3 middle_of(const std::vector<Vec3>& points) {
     return out;
 }
 
-std::uint64_t key_of(const Vec3& p, const Vec3& middle, double side) {
-    std::uint64_t cell = 0, eighth = 0;
+Keyed keyed(const Vec3& p, std::uint32_t point, const Vec3& middle, double side) {
+    std::uint64_t cell[3] = {};
+    std::uint32_t eighth = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        const double halves = std::floor((p[axis] - middle[axis]) / (0.5 * side));
-        const auto half = static_cast<std::uint64_t>(
-            std::clamp(halves + static_cast<double>(most_cells), 0.0, static_cast<double>(2 * most_cells - 1)));
-        cell = (cell << axis_bits) | (half >> 1);
-        eighth = (eighth << 1) | (half & 1);
+        const double halves = std::floor((p[axis] - middle[axis]) / (0.5 * side)) + static_cast<double>(most_cells);
+        const auto half = static_cast<std::uint64_t>(std::clamp(halves, 0.0, static_cast<double>(2 * most_cells - 1)));
+        cell[axis] = half >> 1;
+        eighth = (eighth << 1) | static_cast<std::uint32_t>(half & 1);
     }
-    return (cell << eighth_bits) | eighth;
+    return {(cell[0] << axis_bits) | cell[1], (static_cast<std::uint32_t>(cell[2]) << eighth_bits) | eighth, point};
 }
 
-std::uint64_t cell_of(std::uint64_t key) { return key >> eighth_bits; }
+// What lies farther out is there, too.
+bool is_outermost(const Keyed& of) {
+    const auto outermost = [](std::uint64_t cell) { return cell == 0 || cell == most_cells - 1; };
+    return outermost(of.xy >> axis_bits) || outermost(of.xy & (most_cells - 1)) || outermost(of.z());
+}
 
-// Leaves at most so many of those with one key as are `count` in all, but no fewer than usual of each; by lot.
-void thin_out(std::vector<Keyed>& sorted, std::size_t count, std::uint64_t seed) {
-    const auto for_runs = [&](const auto& visit) {
-        for (auto run = sorted.begin(); run != sorted.end();) {
-            const auto next =
-                std::find_if(run, sorted.end(), [key = run->key](const Keyed& other) { return other.key != key; });
-            visit(run, next);
-            run = next;
+// Keeps at most so many of each eighth, by lot: 8, doubled until `count` are left. In the outermost cells all.
+void thin_out(std::vector<Keyed>& sorted, std::size_t count, std::uint64_t seed, const Progress& asked) {
+    const auto for_eighths = [&](const auto& visit) {
+        std::size_t told = 0;
+        for (auto first = sorted.begin(), last = first; first != sorted.end(); first = last) {
+            while (last != sorted.end() && last->in_eighth_of(*first)) ++last;
+            visit(first, last);
+            if (const auto done = static_cast<std::size_t>(last - sorted.begin()); done >= told + often)
+                report(asked, told = done, sorted.size());
         }
     };
     std::size_t limit = usual_limit, left = 0;
+    const auto kept_of = [&](auto first, auto last) {
+        const auto all = static_cast<std::size_t>(last - first);
+        return is_outermost(*first) ? all : std::min(limit, all);
+    };
     for (;; limit *= 2) {
         left = 0;
-        for_runs([&](auto run, auto next) { left += std::min(limit, static_cast<std::size_t>(next - run)); });
+        for_eighths([&](auto first, auto last) { left += kept_of(first, last); });
         if (left >= count) break;
     }
     if (left == sorted.size()) return;
     auto end = sorted.begin();
     const auto lot = [&](const Keyed& of) { return std::pair(Random(seed, of.point).bits(), of.point); };
-    for_runs([&](auto run, auto next) {
-        if (static_cast<std::size_t>(next - run) > limit) {
-            const auto last = run + static_cast<std::ptrdiff_t>(limit);
-            std::nth_element(run, last, next, [&](const Keyed& a, const Keyed& b) { return lot(a) < lot(b); });
-            std::sort(run, last, [](const Keyed& a, const Keyed& b) { return a.point < b.point; });
-            next = last;
+    for_eighths([&](auto first, auto last) {
+        const auto kept = first + static_cast<std::ptrdiff_t>(kept_of(first, last));
+        if (kept != last) {
+            std::nth_element(first, kept, last, [&](const Keyed& a, const Keyed& b) { return lot(a) < lot(b); });
+            std::sort(first, kept, [](const Keyed& a, const Keyed& b) { return a.point < b.point; });
         }
-        end = std::copy(run, next, end);
+        end = std::copy(first, kept, end);
     });
     sorted.erase(end, sorted.end());
 }
@@ -93,25 +106,29 @@ void thin_out(std::vector<Keyed>& sorted, std::size_t count, std::uint64_t seed)
 CandidateCells::CandidateCells(std::vector<Vec3> points, double reach, std::size_t count, std::uint64_t seed,
                                const Progress& progress)
     : reach_(reach), squared_reach_(reach * reach) {
-    std::vector<std::uint64_t> cells;
+    const std::size_t given = points.size();
+    const Progress asked = standing_at(0, given, progress);
+    std::vector<Cell> cells;
     std::vector<std::uint32_t> first;
     {
         std::vector<Keyed> sorted(points.size());
         const Vec3 middle = middle_of(points);
-        parallel_for(points.size(), 4096, [&](std::size_t i) {
-            sorted[i] = {key_of(points[i], middle, reach), static_cast<std::uint32_t>(i)};
-        });
+        parallel_for(
+            points.size(), 4096,
+            [&](std::size_t i) { sorted[i] = keyed(points[i], static_cast<std::uint32_t>(i), middle, reach); }, asked);
         const auto before = [](const Keyed& a, const Keyed& b) {
-            return a.key != b.key ? a.key < b.key : a.point < b.point;
+            if (a.xy != b.xy) return a.xy < b.xy;
+            return a.z_and_eighth != b.z_and_eighth ? a.z_and_eighth < b.z_and_eighth : a.point < b.point;
         };
-        parallel_sort(sorted, before, progress);
-        thin_out(sorted, count, seed);
+        parallel_sort(sorted, before, asked);
+        thin_out(sorted, count, seed, asked);
         point_.resize(sorted.size());
         cell_.resize(sorted.size());
         for (std::uint32_t i = 0; i < sorted.size(); ++i) {
+            report_some(asked, i, given, often);
             point_[i] = sorted[i].point;
-            if (i == 0 || cell_of(sorted[i - 1].key) != cell_of(sorted[i].key)) {
-                cells.push_back(cell_of(sorted[i].key));
+            if (i == 0 || !sorted[i].in_cell_of(sorted[i - 1])) {
+                cells.push_back({sorted[i].xy, sorted[i].z()});
                 first.push_back(i);
             }
             cell_[i] = static_cast<std::uint32_t>(cells.size() - 1);
@@ -119,18 +136,17 @@ CandidateCells::CandidateCells(std::vector<Vec3> points, double reach, std::size
         first.push_back(static_cast<std::uint32_t>(sorted.size()));
     }
     places_.resize(point_.size());
-    parallel_for(places_.size(), 4096, [&](std::size_t i) { places_[i] = points[point_[i]]; });
+    parallel_for(places_.size(), 4096, [&](std::size_t i) { places_[i] = points[point_[i]]; }, asked);
     std::vector<Vec3>().swap(points);
-    find_rows(cells, first, progress);
+    find_rows(cells, first, asked);
     if (!is_dense_.empty()) find_crowds(progress);
 }
 
-void CandidateCells::find_rows(const std::vector<std::uint64_t>& cells, const std::vector<std::uint32_t>& first,
+void CandidateCells::find_rows(const std::vector<Cell>& cells, const std::vector<std::uint32_t>& first,
                                const Progress& progress) {
     rows_.resize(cells.size());
     std::vector<char> dense(cells.size(), 0);
     constexpr std::uint64_t last = most_cells - 1;
-    const auto axis_of = [](std::uint64_t cell, int axis) { return (cell >> ((2 - axis) * axis_bits)) & last; };
     parallel_blocks(
         cells.size(), 4096,
         [&](std::size_t begin, std::size_t end) {
@@ -138,18 +154,17 @@ void CandidateCells::find_rows(const std::vector<std::uint64_t>& cells, const st
                 // Cells ascend, and so do those beside them: each row begins where the last did, or behind.
                 std::size_t at = cells.size();
                 for (std::size_t c = begin; c < end; ++c) {
-                    const std::uint64_t x = axis_of(cells[c], 0) + k / 3, y = axis_of(cells[c], 1) + k % 3,
-                                        z = axis_of(cells[c], 2);
+                    const std::uint64_t x = (cells[c].xy >> axis_bits) + k / 3, y = (cells[c].xy & last) + k % 3;
                     rows_[c].first[k] = rows_[c].count[k] = 0;
                     if (x < 1 || x > last + 1 || y < 1 || y > last + 1) continue;
-                    const std::uint64_t row = ((x - 1) << (2 * axis_bits)) | ((y - 1) << axis_bits);
-                    const std::uint64_t from = row | (z > 0 ? z - 1 : 0), to = row | std::min(z + 1, last);
-                    if (at == cells.size() || cells[at] > from)
+                    const std::uint64_t xy = ((x - 1) << axis_bits) | (y - 1);
+                    const Cell from{xy, std::max(cells[c].z, 1u) - 1}, to{xy, cells[c].z + 1};
+                    if (at == cells.size())
                         at = static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), from) -
                                                       cells.begin());
                     while (at < cells.size() && cells[at] < from) ++at;
                     std::size_t behind = at;
-                    while (behind < cells.size() && cells[behind] <= to) ++behind;
+                    while (behind < cells.size() && !(to < cells[behind])) ++behind;
                     rows_[c].first[k] = first[at];
                     rows_[c].count[k] = static_cast<std::uint8_t>(std::min(many, first[behind] - first[at]));
                 }
@@ -180,7 +195,8 @@ void CandidateCells::find_crowds(const Progress& progress) {
         number[i] = static_cast<std::uint32_t>(crowds_.size());
         crowds_.push_back({i, {}});
     }
-    const PointIndex index(places_);
+    const Progress asked = standing_at(0, crowds_.size(), progress);
+    const PointIndex index(places_, asked);
     std::vector<std::size_t> own(crowds_.size());
     parallel_blocks(
         crowds_.size(), 256,
@@ -203,6 +219,7 @@ void CandidateCells::find_crowds(const Progress& progress) {
         if (!std::binary_search(crowd.begin(), end, i)) crowd.push_back(i);
     };
     for (std::uint32_t i = 0; i < places_.size(); ++i) {
+        if (i % often == 0) report(progress, places_.size(), places_.size());
         if (is_dense_[i]) {
             const std::vector<std::uint32_t>& near = crowds_[number[i]].near;
             for (std::size_t k = 0; k < own[number[i]]; ++k)

@@ -16,7 +16,7 @@ class CandidateCells {
 public:
     // `reach`: the side of a cell. Where points stand far closer, as near the scanner of a scan, all would be within
     // reach of each other: squares of their number in time and memory. At most a few, by `seed`, of those in an eighth
-    // of a cell are candidates, but at least `count` in all.
+    // of a cell are candidates, but at least `count` in all. Finite points. Of the progress the crowds are all.
     CandidateCells(std::vector<Vec3> points, double reach, std::size_t count, std::uint64_t seed,
                    const Progress& progress);
 
@@ -42,6 +42,11 @@ private:
         std::array<std::uint32_t, 9> first;
         std::array<std::uint8_t, 9> count;  // at most `many`
     };
+    struct Cell {
+        std::uint64_t xy;
+        std::uint32_t z;
+        bool operator<(const Cell& other) const { return xy != other.xy ? xy < other.xy : z < other.z; }
+    };
     struct Crowd {
         std::uint32_t of;
         std::vector<std::uint32_t> near;
@@ -59,8 +64,7 @@ private:
             }
     }
     const std::vector<std::uint32_t>* crowd_of(std::uint32_t i) const;
-    void find_rows(const std::vector<std::uint64_t>& cells, const std::vector<std::uint32_t>& first,
-                   const Progress& progress);
+    void find_rows(const std::vector<Cell>& cells, const std::vector<std::uint32_t>& first, const Progress& progress);
     void find_crowds(const Progress& progress);
 
     double reach_, squared_reach_;

@@ -203,7 +203,7 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     // Steps beside the two fits, which count as all of the work, say that they are there, and are cancelled.
     const auto still = [&](std::size_t at) -> Progress {
         if (!progress) return {};
-        return [&progress, &places = places, at](std::size_t, std::size_t) { return progress(at, 2 * places.size()); };
+        return standing_at(at * points.size() / places.size(), 2 * points.size(), progress);
     };
     const std::vector<double> spacing = spacings(places, index, still(0));
     const bool noisy = are_noisy(places, spacing, index, neighbors);
@@ -212,7 +212,9 @@ std::vector<Vec3> estimate_normals(const std::vector<Vec3>& points, const Normal
     std::vector<std::uint32_t> looks(places.size());
     const auto half = [&](std::size_t before) -> Progress {
         if (!progress) return {};
-        return [&progress, before](std::size_t done, std::size_t total) { return progress(before + done, 2 * total); };
+        return [&, before](std::size_t done, std::size_t total) {
+            return progress((before + done) * points.size() / total, 2 * points.size());
+        };
     };
     std::vector<Vec3> normals = fitted_normals(places, spacing, index, neighbors, noisy, graph, looks, half(0));
     if (options.viewpoint)

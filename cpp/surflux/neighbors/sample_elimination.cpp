@@ -16,16 +16,24 @@ namespace surflux {
 namespace {
 
 constexpr std::size_t steps_per_report = 4096;
-constexpr double unit = 0x1p40;  // weights are multiples of 1 / unit: their sums are exact, in whatever order
+constexpr double unit = 0x1p40;  // weights are multiples of 1 / unit: their sums up to 2^13 are exact
 
 std::vector<std::uint32_t> eliminated(std::vector<Vec3> points, std::size_t count, double area, std::uint64_t seed,
                                       const Progress& progress) {
     require(count >= 1 && count <= points.size(), "n: wanted between 1 and ", points.size(), " samples, got ", count);
     require(area > 0.0 && std::isfinite(area), "area: wanted a positive number, got ", area);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        require(is_finite(points[i]), "points: wanted finite coordinates, got others at index ", i);
     const double r_max = std::sqrt(area / (2.0 * std::sqrt(3.0) * static_cast<double>(count)));
     const std::size_t given = points.size(), all = 2 * given - count;  // steps, where none is left out at once
     report(progress, 0, all);
-    const CandidateCells candidates(std::move(points), 2.0 * r_max, count, seed, standing_at(0, all, progress));
+    const auto part = [&](std::size_t from, std::size_t to) -> Progress {
+        if (!progress) return {};
+        return [&progress, from, to, all](std::size_t done, std::size_t of) {
+            return progress(from + (to - from) * done / std::max<std::size_t>(of, 1), all);
+        };
+    };
+    const CandidateCells candidates(std::move(points), 2.0 * r_max, count, seed, part(0, given / 2));
     const std::size_t n = candidates.size(), steps = n - count;
 
     const double ratio = static_cast<double>(count) / static_cast<double>(n);
@@ -39,14 +47,13 @@ std::vector<std::uint32_t> eliminated(std::vector<Vec3> points, std::size_t coun
     };
     std::vector<double> crowding(n, 0.0);
     const auto none = [](std::uint32_t) { return false; };
-    const Progress weighing = [&](std::size_t done, std::size_t of) { return progress(given * done / of, all); };
     parallel_for(
         n, 256,
         [&](std::size_t k) {
             const auto i = static_cast<std::uint32_t>(k);
             candidates.around(i, none, [&](std::uint32_t, double squared) { crowding[i] += weight(squared); });
         },
-        progress ? weighing : progress);
+        part(given / 2, given));
 
     const auto lot = [&](std::uint32_t i) {
         return std::pair(Random(seed, candidates.point(i)).bits(), candidates.point(i));

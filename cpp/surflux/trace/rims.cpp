@@ -35,7 +35,7 @@ Places places_of(const Surfels& s, const std::vector<std::uint32_t>& surfels, co
     std::vector<Vec3> positions;
     positions.reserve(surfels.size());
     for (const std::uint32_t i : surfels) positions.push_back(s.positions[i]);
-    const DistinctPlaces distinct = distinct_places(positions, standing_at(0, surfels.size(), progress));
+    const DistinctPlaces distinct = distinct_places(positions, progress);
     Places out;
     for (std::size_t k = 0; k < surfels.size(); ++k)
         if (distinct.of_point[k] == out.surfel.size()) out.surfel.push_back(surfels[k]);
@@ -57,10 +57,11 @@ void Tracer::Impl::find_lower(const Scene& of, const Progress& progress) {
     std::vector<std::vector<std::uint32_t>> of_object(of.object.back() + 1);
     for (const std::uint32_t i : surfels) of_object[of.object[i]].push_back(i);
     std::vector<Places> own(of_object.size());
+    const Progress asked = standing_at(0, surfels.size(), progress);
     for (std::size_t o = 0; o < own.size(); ++o)
-        if (!of_object[o].empty()) own[o] = places_of(s, of_object[o], progress);
+        if (!of_object[o].empty()) own[o] = places_of(s, of_object[o], asked);
     Places all;
-    if (!of.spread.empty()) all = places_of(s, surfels, progress);
+    if (!of.spread.empty()) all = places_of(s, surfels, asked);
 
     constexpr std::size_t grain = 256;
     std::vector<std::vector<std::uint32_t>> found((surfels.size() + grain - 1) / grain);

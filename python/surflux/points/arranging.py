@@ -137,7 +137,7 @@ def thinned_with_rows(self, n, seed=0, *, threads=None, progress=False):
         area = surface_area(self)
         kept = np.arange(n)
         if n < len(self):
-            kept = np.sort(_core.eliminate_samples(self.points, n, area, seed, progress=stage("samples")))
+            kept = _core.eliminate_samples(self.points, n, area, seed, progress=stage("samples"))
         points = np.ascontiguousarray(self.points[kept])
         largest = np.maximum(self.radii[kept], 4.0 * np.sqrt(area / (2.0 * np.sqrt(3.0) * n)))
         normals = np.ascontiguousarray(self.normals[kept])
