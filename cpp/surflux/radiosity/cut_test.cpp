@@ -46,9 +46,10 @@ CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& 
                  const RefinementTuning& tuning)
     : tree_(tree), gathering_(gathering), probes_(probes), seed_(seed), tuning_(tuning), passed_(tree.size(), -1.0f) {}
 
-double CutTest::standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
+double CutTest::standard_error(const Gathering& gathering, std::uint32_t row, const GatheredSystem& system,
+                               const std::vector<double>& sent) {
     double mean;
-    return 0.5 * std::abs(difference(system, gathering_, row, sent, mean));
+    return 0.5 * std::abs(difference(system, gathering, row, sent, mean));
 }
 
 // A leaf below a node, drawn by area.

@@ -15,6 +15,7 @@
 #include "surflux/radiosity/node_rays.h"
 #include "surflux/radiosity/write_leaves.h"
 #include "surflux/solution/nodal_field.h"
+#include "surflux/solution/nodal_regression.h"
 #include "surflux/solution/power_balance.h"
 #include "surflux/solution/stopwatch.h"
 
@@ -347,11 +348,17 @@ void GlobalRefinement::write_light() {
     // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
     const Progress starting = standing_at(0, leaves.size(), stage("interpolation"));
     const std::vector<double>& radiosity = system_->radiosity(values_, starting);
+    std::vector<Rgb> gathered(at_nodes.size());
+    std::vector<double> errors(at_nodes.size());
     const auto gather_one = [&](std::size_t k) {
         at_nodes[k] = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
-        at_nodes[k].value = system_->value(values_, k);
+        gathered[k] = system_->value(values_, k);
+        errors[k] = CutTest::standard_error(gathering_, cut_.rows[k], *system_, radiosity);
     };
     parallel_for(cut_.rows.size(), 64, gather_one, starting);
+    std::vector<Rgb> smooth = without_noise(*field_, gathered, errors, sight_, starting);
+    system_->keep_power(gathered, smooth);
+    for (std::size_t k = 0; k < smooth.size(); ++k) at_nodes[k].value = smooth[k];
     out_.irradiance = at_leaves(std::move(at_nodes));
     if (gathering_.has_sky()) {
         at_nodes.resize(cut_.rows.size());
@@ -373,14 +380,6 @@ void GlobalRefinement::write_light() {
     parallel_for(leaves.size(), 1024, write_one, standing_at(1, 1, stage("interpolation")));
 }
 
-// No group spans a wall: what one side has is not sent on the other, nor given to it.
-Hierarchy hierarchy_of(const Scene& scene, const Sight& sight, const RefinementOptions& options,
-                       const Progress& progress) {
-    const std::vector<Sight::Place> places = sight.places(progress);
-    return build_hierarchy(scene.surfels, scene.object, {options.epsilon, 0, options.seed}, progress,
-                           [&](std::uint32_t i, std::uint32_t j) { return sight.joined(places[i], places[j]); });
-}
-
 }  // namespace
 
 void solve_by_gathering(const Scene& scene, const Tracer& tracer, const RefinementOptions& options,
@@ -388,7 +387,7 @@ void solve_by_gathering(const Scene& scene, const Tracer& tracer, const Refineme
     Stopwatch watch(out.timings);
     const Sight sight(tracer, scene);
     const Progress of_tree = progress ? progress("hierarchy") : Progress{};
-    SurfelTree tree(scene, hierarchy_of(scene, sight, options, of_tree),
+    SurfelTree tree(scene, build_hierarchy(scene, sight, {options.epsilon, 0, options.seed}, of_tree),
                     leaves_allowed(scene, options.insert, options.max_surfels), of_tree);
     watch.lap("hierarchy");
     GlobalRefinement(scene, tracer, sight, tree, options, progress, watch, out).run();

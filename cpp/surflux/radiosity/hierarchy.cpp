@@ -215,4 +215,11 @@ Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_
     return out;
 }
 
+Hierarchy build_hierarchy(const Scene& scene, const Sight& sight, const HierarchyOptions& options,
+                          const Progress& progress) {
+    const std::vector<Sight::Place> places = sight.places(progress);
+    return build_hierarchy(scene.surfels, scene.object, options, progress,
+                           [&](std::uint32_t i, std::uint32_t j) { return sight.joined(places[i], places[j]); });
+}
+
 }  // namespace surflux

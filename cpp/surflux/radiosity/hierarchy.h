@@ -6,7 +6,8 @@
 
 #include "surflux/core/progress.h"
 #include "surflux/core/vec.h"
-#include "surflux/scene/surfels.h"
+#include "surflux/scene/scene.h"
+#include "surflux/solution/sight.h"
 
 namespace surflux {
 
@@ -45,5 +46,8 @@ using JoinedSurfels = std::function<bool(std::uint32_t i, std::uint32_t j)>;
 Hierarchy build_hierarchy(const Surfels& surfels, const std::vector<std::uint32_t>& object,
                           const HierarchyOptions& options, const Progress& progress = nullptr,
                           const JoinedSurfels& joined = nullptr);
+// Of a scene: no group spans a wall, so that what one side has is not sent on the other, nor given to it.
+Hierarchy build_hierarchy(const Scene& scene, const Sight& sight, const HierarchyOptions& options,
+                          const Progress& progress);
 
 }  // namespace surflux

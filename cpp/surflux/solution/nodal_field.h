@@ -43,6 +43,7 @@ public:
     const Interpolation& interpolation() const { return *interpolation_; }
     const std::vector<Vec3>& positions() const { return positions_; }
     const std::vector<Vec3>& normals() const { return normals_; }
+    const std::vector<std::uint32_t>& objects() const { return objects_; }
     // Nodes as sites of the scene's Sight: of one scene, always the same.
     const Sight::Sites& sites() const { return *sites_; }
     // Slopes of a node come from those that it is joined with, as far as `sight` is given.
