@@ -47,14 +47,13 @@ struct Floor {
             return sum;
         };
         for (const Vec3& p : nodes.positions()) {
-            const double off = noise * normal();
-            values.push_back(f(p) * Rgb{1, 0.5, 0.25} + off * Rgb{1, 1, 1});
-            errors.push_back(noise * std::abs(normal()));
+            values.push_back((f(p) + noise * normal()) * warm);
+            errors.push_back(noise * std::abs(normal()) * luminance(warm));
         }
         const std::vector<Rgb> found = without_noise(nodes, values, errors, sight);
         double squared = 0.0, largest = 0.0;
         for (std::size_t k = 0; k < found.size(); ++k) {
-            const double off = (found[k].y - 0.5 * f(nodes.positions()[k])) / noise;
+            const double off = (found[k].y / warm.y - f(nodes.positions()[k])) / noise;
             squared += off * off / static_cast<double>(found.size());
             largest = std::max(largest, std::abs(off));
         }
@@ -62,6 +61,7 @@ struct Floor {
     }
 
     static constexpr int side = 40;
+    const Rgb warm{1, 0.5, 0.25};
     Scene scene;
     Tracer tracer;
     Sight sight;
@@ -90,16 +90,57 @@ TEST(NodalRegression, KeepsWhatStandsOutOfTheNoise) {
 TEST(NodalRegression, TakesNothingFromBeyondAWall) {
     // A hundredth of the light, and of the noise: a few of the other side's nodes would be all there is.
     const Floor parted(true);
-    const auto dark = [](const Vec3& p) { return p.x < 0.5 ? 1.0 : 0.01; };
-    std::vector<Rgb> values;
-    std::vector<double> errors;
-    for (const Vec3& p : parted.nodes.positions()) {
-        values.push_back(dark(p) * Rgb{1, 1, 1});
-        errors.push_back(0.05 * dark(p));
+    // Nor light of another colour that is as bright.
+    const Rgb white{1, 1, 1}, red{1.0, 0.2, 0.2}, green{0.2, luminance(red - Rgb{0, 0.2, 0}) / 0.7152 - 0.06, 0.2};
+    for (const auto& [left, right] : {std::pair(white, 0.01 * white), std::pair(red, green)}) {
+        std::vector<Rgb> values;
+        std::vector<double> errors;
+        for (const Vec3& p : parted.nodes.positions()) {
+            values.push_back(p.x < 0.5 ? left : right);
+            errors.push_back(0.05 * luminance(values.back()));
+        }
+        const std::vector<Rgb> found = without_noise(parted.nodes, values, errors, parted.sight);
+        for (std::size_t k = 0; k < found.size(); ++k)
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(found[k][c] / values[k][c], 1.0, 1e-9) << parted.nodes.positions()[k].x;
     }
-    const std::vector<Rgb> found = without_noise(parted.nodes, values, errors, parted.sight);
+}
+
+TEST(NodalRegression, KeepsColoursThatAreAsBright) {
+    // Red and green of one luminance, on either side of an edge, with noise of a twentieth.
+    const Floor floor;
+    const Rgb red{1.0, 0.2, 0.2}, green{0.2, luminance(Rgb{0.8, 0.2, 0.0}) / 0.7152, 0.2};
+    std::vector<Rgb> values, truth;
+    std::vector<double> errors;
+    Random random(4, 0);
+    for (const Vec3& p : floor.nodes.positions()) {
+        truth.push_back(p.x < 0.52 ? red : green);
+        const double off = 0.05 * (2.0 * random.uniform() - 1.0) * std::sqrt(3.0);
+        values.push_back((1.0 + off) * truth.back());
+        errors.push_back(0.05 * luminance(truth.back()) * std::sqrt(3.0) * random.uniform());
+    }
+    const std::vector<Rgb> found = without_noise(floor.nodes, values, errors, floor.sight);
     for (std::size_t k = 0; k < found.size(); ++k)
-        EXPECT_NEAR(found[k].x / dark(parted.nodes.positions()[k]), 1.0, 1e-6) << parted.nodes.positions()[k].x;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[k][c] / truth[k][c], 1.0, 0.25) << floor.nodes.positions()[k].x;
+}
+
+TEST(NodalRegression, IsTheSameInAnyUnit) {
+    const Floor floor;
+    const auto found_in = [&](double unit) {
+        std::vector<Rgb> values;
+        std::vector<double> errors;
+        Random random(6, 0);
+        for (const Vec3& p : floor.nodes.positions()) {
+            values.push_back(unit * (waves(p) + 0.1 * random.uniform()) * Rgb{1, 1, 1});
+            errors.push_back(unit * 0.1 * random.uniform());
+        }
+        return without_noise(floor.nodes, values, errors, floor.sight);
+    };
+    const std::vector<Rgb> usual = found_in(1.0);
+    for (const double unit : {0x1p-300, 0x1p300}) {
+        const std::vector<Rgb> found = found_in(unit);
+        for (std::size_t k = 0; k < found.size(); ++k) EXPECT_EQ(found[k], unit * usual[k]);
+    }
 }
 
 TEST(NodalRegression, ChangesNothingThatIsSure) {

@@ -113,7 +113,8 @@ CutTest::Noise CutTest::rays_wanted(const Cut& cut, const GatheredSystem& system
     // asked as well, in units of what each may be off by: beyond a wall light may be another.
     std::vector<double> own(count);
     parallel_for(
-        count, 64, [&](std::size_t k) { own[k] = standard_error(cut.rows[k], system, sent) / allowed.noise[k]; },
+        count, 64,
+        [&](std::size_t k) { own[k] = standard_error(gathering_, cut.rows[k], system, sent) / allowed.noise[k]; },
         progress);
     Noise out;
     out.standard_error.resize(count);

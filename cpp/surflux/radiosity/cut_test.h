@@ -51,9 +51,6 @@ public:
     // Standard error of the luminance of a row, from its two halves.
     static double standard_error(const Gathering& gathering, std::uint32_t row, const GatheredSystem& system,
                                  const std::vector<double>& sent);
-    double standard_error(std::uint32_t row, const GatheredSystem& system, const std::vector<double>& sent) const {
-        return standard_error(gathering_, row, system, sent);
-    }
 
 private:
     std::uint32_t leaf_below(std::uint32_t node, Random& random) const;

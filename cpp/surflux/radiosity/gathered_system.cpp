@@ -319,7 +319,7 @@ LinearReport GatheredSystem::solve(double tolerance, int max_applications, std::
     return report;
 }
 
-void GatheredSystem::keep_power(const std::vector<Rgb>& as, std::vector<Rgb>& light) const {
+std::vector<Rgb> GatheredSystem::keep_power(const std::vector<Rgb>& as, std::vector<Rgb> light) const {
     std::vector<Rgb> wanted(part_.empty() ? 0 : 1 + *std::max_element(part_.begin(), part_.end())), found = wanted;
     for (std::size_t k = 0; k < part_.size(); ++k) {
         wanted[part_[k]] += row_area_[k] * as[k];
@@ -328,6 +328,7 @@ void GatheredSystem::keep_power(const std::vector<Rgb>& as, std::vector<Rgb>& li
     for (std::size_t k = 0; k < part_.size(); ++k)
         for (int c = 0; c < 3; ++c)
             if (found[part_[k]][c] > 0.0) light[k][c] *= wanted[part_[k]][c] / found[part_[k]][c];
+    return light;
 }
 
 }  // namespace surflux

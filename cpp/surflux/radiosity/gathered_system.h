@@ -64,9 +64,9 @@ public:
     std::size_t channels() const { return channels_; }
     Rgb unpack(const double* in) const { return channels_ == 1 ? Rgb{in[0], in[0], in[0]} : Rgb{in[0], in[1], in[2]}; }
     Rgb value(const std::vector<double>& x, std::size_t place) const { return unpack(&x[place * channels_]); }
-    // Scales light at nodes so that all leaves of each connected part receive by it, in each channel, what they do by
+    // Light at nodes, scaled so that all leaves of each connected part receive by it, in each channel, what they do by
     // `as`. After scale_by_reciprocity().
-    void keep_power(const std::vector<Rgb>& as, std::vector<Rgb>& light) const;
+    std::vector<Rgb> keep_power(const std::vector<Rgb>& as, std::vector<Rgb> light) const;
     // What rays of a node find of the sky, scaled as its row is.
     Rgb found(std::size_t place) const { return tilted_sky(place).value; }
     TiltedRgb tilted_sky(std::size_t place) const;

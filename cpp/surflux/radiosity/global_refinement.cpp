@@ -5,7 +5,6 @@
 
 #include "surflux/core/available_memory.h"
 #include "surflux/core/parallel.h"
-#include "surflux/core/sampling.h"
 #include "surflux/radiosity/cut.h"
 #include "surflux/radiosity/cut_test.h"
 #include "surflux/radiosity/gathered_system.h"
@@ -227,9 +226,10 @@ private:
         const auto first = static_cast<std::uint32_t>(tree_.points());
         const auto all = [&](std::uint32_t p) { return luminance(system_->irradiance(p, values_)); };
         const auto wanted = [&](std::uint32_t p) {
-            return allowed(p) + options_.tuning.significance *
-                                    std::hypot(sources_.standard_error(p),
-                                               test_->standard_error(cut_.rows[cut_.place_of[p]], *system_, *sent_));
+            return allowed(p) +
+                   options_.tuning.significance *
+                       std::hypot(sources_.standard_error(p),
+                                  CutTest::standard_error(gathering_, cut_.rows[cut_.place_of[p]], *system_, *sent_));
         };
         Insertion insertion(tree_, insertion_options(), options_.team);
         const bool any_inserted = insertion.refine(all, wanted, stage("insertion"));
@@ -348,17 +348,18 @@ void GlobalRefinement::write_light() {
     // Factors of senders keep energy and say nothing of where light comes from: the same from everywhere has no tilt.
     const Progress starting = standing_at(0, leaves.size(), stage("interpolation"));
     const std::vector<double>& radiosity = system_->radiosity(values_, starting);
-    std::vector<Rgb> gathered(at_nodes.size());
+    std::vector<Rgb> light(at_nodes.size());
     std::vector<double> errors(at_nodes.size());
     const auto gather_one = [&](std::size_t k) {
         at_nodes[k] = gathering_.gather_tilted(cut_.rows[k], radiosity, system_->channels());
-        gathered[k] = system_->value(values_, k);
+        light[k] = system_->value(values_, k);
         errors[k] = CutTest::standard_error(gathering_, cut_.rows[k], *system_, radiosity);
     };
     parallel_for(cut_.rows.size(), 64, gather_one, starting);
-    std::vector<Rgb> smooth = without_noise(*field_, gathered, errors, sight_, starting);
-    system_->keep_power(gathered, smooth);
-    for (std::size_t k = 0; k < smooth.size(); ++k) at_nodes[k].value = smooth[k];
+    // Not where rays find a constant sky: what they miss of it they find of surfaces, and both together err less.
+    if (!gathering_.has_sky())
+        light = system_->keep_power(light, without_noise(*field_, light, errors, sight_, starting));
+    for (std::size_t k = 0; k < light.size(); ++k) at_nodes[k].value = light[k];
     out_.irradiance = at_leaves(std::move(at_nodes));
     if (gathering_.has_sky()) {
         at_nodes.resize(cut_.rows.size());

@@ -47,6 +47,22 @@ bool solve_for_first(std::array<Terms, terms>& m, Terms& x) {
     return true;
 }
 
+bool differ_in_any(const Rgb& a, const Rgb& b) {
+    return differ_much(a.x, b.x) || differ_much(a.y, b.y) || differ_much(a.z, b.z);
+}
+
+// Mean over the channels, of each as if all light were of its colour: luminance alone would not see that a colour
+// becomes another.
+double squared_change(const Rgb& from, const Rgb& to) {
+    const double all = luminance(from), least = 0.05 * std::max({from.x, from.y, from.z});
+    double sum = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        const double change = (to[c] - from[c]) * (from[c] > least ? all / from[c] : 1.0);
+        sum += change * change / 3.0;
+    }
+    return sum;
+}
+
 class Regression {
 public:
     Regression(const NodalField& nodes, const std::vector<Rgb>& values, const std::vector<double>& standard_error,
@@ -54,6 +70,7 @@ public:
         : nodes_(nodes), values_(values), sight_(sight), variance_(values.size()), fits_(values.size()) {
         in_blocks(progress, [&](std::uint32_t i, Near& near) {
             around(i, pooled, near);
+            drop_strangers(i, near);
             double sum = 0.0;
             for (const Interpolation::Weight& n : near) sum += standard_error[n.site] * standard_error[n.site];
             variance_[i] = near.empty() ? 0.0 : sum / static_cast<double>(near.size());
@@ -66,17 +83,19 @@ public:
         in_blocks(progress, [&](std::uint32_t i, Near& near) {
             if (!(variance_[i] > 0.0)) return;
             around(i, averaged, near);
+            drop_strangers(i, near);
             std::array<double, sizes.size() + 1> risk = {};
             for (const Interpolation::Weight& n : near)
                 for (std::size_t k = 0; k < risk.size(); ++k) risk[k] += fits_[n.site].risk[k];
-            const double least = *std::min_element(risk.begin(), risk.end());
+            const double least =
+                *std::min_element(risk.begin(), risk.begin() + static_cast<std::ptrdiff_t>(fits_[i].count) + 1);
             // Exponential weights of risks in units of the variance (Leung and Barron 2006).
             double total = 0.0;
             Rgb sum;
-            for (std::size_t k = 0; k < risk.size(); ++k) {
+            for (std::size_t k = 0; k <= fits_[i].count; ++k) {
                 const double weight = std::exp(0.25 * (least - risk[k]));
                 total += weight;
-                sum += weight * (k == 0 ? values_[i] : fits_[i].of_size(k - 1));
+                sum += weight * (k == 0 ? values_[i] : fits_[i].values[k - 1]);
             }
             for (int c = 0; c < 3; ++c) out[i][c] = std::max(0.0, sum[c] / total);
         });
@@ -86,12 +105,10 @@ public:
 private:
     using Near = std::vector<Interpolation::Weight>;
 
-    // In single precision: there are many.
     struct Fits {
-        std::array<float, 3 * sizes.size()> values;
-        std::array<float, sizes.size() + 1> risk;  // of none and of each, over the variance
-
-        Rgb of_size(std::size_t k) const { return {values[3 * k], values[3 * k + 1], values[3 * k + 2]}; }
+        std::array<Rgb, sizes.size()> values;
+        std::array<double, sizes.size() + 1> risk;  // of none and of each, over the variance
+        std::size_t count = 0;                      // of those that differ: of few nodes there is one
     };
 
     template <class Body>
@@ -114,7 +131,7 @@ private:
         const auto stranger = [&](const Interpolation::Weight& n) {
             if (n.site == i) return false;
             if (dot(nodes_.normals()[n.site], nodes_.normals()[i]) < like) return true;
-            return differ_much(luminance(values_[n.site]), luminance(values_[i])) &&
+            return differ_in_any(values_[n.site], values_[i]) &&
                    !sight_.joined(nodes_.sites().place(sight_, i), nodes_.sites().place(sight_, n.site));
         };
         near.erase(std::remove_if(near.begin(), near.end(), stranger), near.end());
@@ -122,21 +139,22 @@ private:
 
     void fit(std::uint32_t i, Near& near) {
         Fits& out = fits_[i];
-        for (std::size_t k = 0; k < sizes.size(); ++k)
-            for (std::size_t c = 0; c < 3; ++c)
-                out.values[3 * k + c] = static_cast<float>(values_[i][static_cast<int>(c)]);
-        out.risk.fill(1.0f);
+        out.values.fill(values_[i]);
+        out.risk.fill(1.0);
         if (!(variance_[i] > 0.0)) return;
         around(i, sizes.back(), near);
         drop_strangers(i, near);
-        for (std::size_t k = 0; k < sizes.size() && near.size() >= least_nodes; ++k) {
+        if (near.size() < least_nodes) return;
+        for (std::size_t k = 0; k < sizes.size(); ++k) {
             const std::size_t count = std::min(sizes[k], near.size());
-            Rgb value;
+            if (k > 0 && count == std::min(sizes[k - 1], near.size())) {
+                out.values[k] = out.values[k - 1], out.risk[k + 1] = out.risk[k];
+                continue;
+            }
+            out.count = k + 1;
             double own = 1.0;
-            if (!evaluate(i, near, count, value, own)) continue;
-            const double off = luminance(value) - luminance(values_[i]);
-            for (std::size_t c = 0; c < 3; ++c) out.values[3 * k + c] = static_cast<float>(value[static_cast<int>(c)]);
-            out.risk[k + 1] = static_cast<float>(off * off / variance_[i] - 1.0 + 2.0 * own);
+            if (evaluate(i, near, count, out.values[k], own))
+                out.risk[k + 1] = squared_change(values_[i], out.values[k]) / variance_[i] - 1.0 + 2.0 * own;
         }
     }
 
@@ -162,7 +180,6 @@ private:
         }
         Terms x;
         if (!solve_for_first(m, x)) return false;
-        value = values_[i];
         own = 1.0;
         // Shares make 1: what is the same everywhere stays.
         for (std::size_t n = 0; n < count; ++n) {

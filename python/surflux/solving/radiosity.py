@@ -52,12 +52,12 @@ def solve(
     refinement, D04 7.1); the linear system is solved by GMRES, again from where it stood. Direct light is computed at
     every surfel. Seconds and memory grow about in proportion to the surfels; the standard error of the rays, 1 or 2 %
     of the indirect light with 256, stays, but for what a quadratic through the nodes around takes off it (local
-    regression, Cleveland 1979, as far as Stein's estimate of the risk says that nothing is lost by it). Where it is
-    more than zeta times ten times the light there, as in a room lit by a gap, nodes get up to four times the rays,
-    aimed at what others around found bright. With `transport="pairs"` all pairs of surfels exchange light by form
-    factors that are symmetric and closed: each row, with what rays find to leave the scene or to end on a back face,
-    makes 1. Precise to .1 % in smooth scenes; memory grows as 4 n^2 bytes, seconds as n^2. "auto" takes pairs up to
-    2000 surfels and rays beyond.
+    regression, Cleveland 1979, as far as Stein's estimate of the risk finds it better; not under a constant
+    Environment). Where it is more than zeta times ten times the light there, as in a room lit by a gap, nodes get up to
+    four times the rays, aimed at what others around found bright. With `transport="pairs"` all pairs of surfels
+    exchange light by form factors that are symmetric and closed: each row, with what rays find to leave the scene or to
+    end on a back face, makes 1. Precise to .1 % in smooth scenes; memory grows as 4 n^2 bytes, seconds as n^2. "auto"
+    takes pairs up to 2000 surfels and rays beyond.
 
     With `insert`, a surfel beside which the field is not what its slope says, by more than zeta, gives way to four
     (D04 7.2), at the borders of shadows above all; they in turn, down to a sixteenth of the radius of surfels (RMS by
