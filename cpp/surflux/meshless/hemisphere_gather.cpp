@@ -123,8 +123,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     int over = count, light_samples = 0;
     if (lit_.aim(place.position, place.normal, sums.aim)) {
         over -= static_cast<int>((1.0 - options_.tuning.over_hemisphere) * lit_.share() * count);
-        light_samples =
-            std::min(over, static_cast<int>(options_.tuning.light_samples_for_each * lit_.share() * count));
+        light_samples = std::min(over, static_cast<int>(options_.tuning.light_samples_for_each * lit_.share() * count));
     }
     const double each = 1.0 / over;
     gather_row(light_.points(), tracer_, place, over, options_.seed + gather_stream, sums.row);
