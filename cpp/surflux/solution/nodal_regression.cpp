@@ -1,5 +1,6 @@
 #include "surflux/solution/nodal_regression.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,35 +18,8 @@ constexpr std::size_t averaged = 12;                            // nodes whose r
 constexpr double like = 0.95;                                   // cosine between normals
 constexpr double least_variance = 0.01;  // of another node, of that of one: no weight is infinite
 constexpr double ridge = 1e-6;
-constexpr std::size_t terms = 6;
 
-using Terms = std::array<double, terms>;
-
-// Solves m x = (1, 0, 0, ...) by Cholesky's method. False where nodes do not tell a quadratic, as those on a line.
-bool solve_for_first(std::array<Terms, terms>& m, Terms& x) {
-    for (std::size_t r = 0; r < terms; ++r) m[r][r] *= 1.0 + ridge;
-    for (std::size_t r = 0; r < terms; ++r)
-        for (std::size_t c = 0; c <= r; ++c) {
-            double sum = m[r][c];
-            for (std::size_t k = 0; k < c; ++k) sum -= m[r][k] * m[c][k];
-            if (r != c) {
-                m[r][c] = sum / m[c][c];
-            } else {
-                if (!(sum > 0.0)) return false;
-                m[r][r] = std::sqrt(sum);
-            }
-        }
-    for (std::size_t r = 0; r < terms; ++r) {
-        x[r] = r == 0 ? 1.0 : 0.0;
-        for (std::size_t k = 0; k < r; ++k) x[r] -= m[r][k] * x[k];
-        x[r] /= m[r][r];
-    }
-    for (std::size_t r = terms; r-- > 0;) {
-        for (std::size_t k = r + 1; k < terms; ++k) x[r] -= m[k][r] * x[k];
-        x[r] /= m[r][r];
-    }
-    return true;
-}
+using Terms = Eigen::Matrix<double, 6, 1>;
 
 bool differ_in_any(const Rgb& a, const Rgb& b) {
     return differ_much(a.x, b.x) || differ_much(a.y, b.y) || differ_much(a.z, b.z);
@@ -169,23 +143,22 @@ private:
         if (!(reach > 0.0)) return false;
         std::array<Terms, sizes.back()> row;
         std::array<double, sizes.back()> weight;
-        std::array<Terms, terms> m = {};
+        Eigen::Matrix<double, 6, 6> m = Eigen::Matrix<double, 6, 6>::Zero();
         for (std::size_t n = 0; n < count; ++n) {
             const Vec3 d = (nodes_.positions()[near[n].site] - at) / reach;
             const double x = dot(d, frame.u), y = dot(d, frame.v), t = 1.0 - length_squared(d);
-            row[n] = {1.0, x, y, x * x, x * y, y * y};
+            row[n] << 1.0, x, y, x * x, x * y, y * y;
             weight[n] = t * t * variance_[i] / std::max(variance_[near[n].site], least_variance * variance_[i]);
-            for (std::size_t r = 0; r < terms; ++r)
-                for (std::size_t c = 0; c <= r; ++c) m[r][c] += weight[n] * row[n][r] * row[n][c];
+            m.selfadjointView<Eigen::Lower>().rankUpdate(row[n], weight[n]);
         }
-        Terms x;
-        if (!solve_for_first(m, x)) return false;
+        m.diagonal() *= 1.0 + ridge;
+        const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(m);
+        if (factors.info() != Eigen::Success) return false;  // nodes that tell no quadratic, as on a line
+        const Terms x = factors.solve(Terms::Unit(0));
         own = 1.0;
         // Shares make 1: what is the same everywhere stays.
         for (std::size_t n = 0; n < count; ++n) {
-            double share = 0.0;
-            for (std::size_t r = 0; r < terms; ++r) share += row[n][r] * x[r];
-            share *= weight[n];
+            const double share = weight[n] * row[n].dot(x);
             if (near[n].site == i) continue;
             value += share * (values_[near[n].site] - values_[i]);
             own -= share;
