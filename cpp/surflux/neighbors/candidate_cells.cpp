@@ -6,6 +6,7 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/random.h"
+#include "surflux/neighbors/middle.h"
 #include "surflux/neighbors/point_index.h"
 
 namespace surflux {
@@ -33,21 +34,7 @@ struct Keyed {
     bool in_eighth_of(const Keyed& other) const { return xy == other.xy && z_and_eighth == other.z_and_eighth; }
 };
 
-// The median of some of the points along each axis: what lies 2^28 cells away from it, or more, is in the outermost
-// ones.
-Vec3 middle_of(const std::vector<Vec3>& points) {
-    const std::size_t step = points.size() / 4096 + 1;
-    Vec3 out;
-    for (int axis = 0; axis < 3; ++axis) {
-        std::vector<double> some;
-        for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i][axis]);
-        const auto at = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-        std::nth_element(some.begin(), at, some.end());
-        out[axis] = *at;
-    }
-    return out;
-}
-
+// By the middle of all points: what lies 2^28 cells away from it, or more, is in the outermost ones.
 Keyed keyed(const Vec3& p, std::uint32_t point, const Vec3& middle, double side) {
     std::uint64_t cell[3] = {};
     std::uint32_t eighth = 0;
@@ -112,7 +99,7 @@ CandidateCells::CandidateCells(std::vector<Vec3> points, double reach, std::size
     std::vector<std::uint32_t> first;
     {
         std::vector<Keyed> sorted(points.size());
-        const Vec3 middle = middle_of(points);
+        const Vec3 middle = middle_of(points, 4096);
         parallel_for(
             points.size(), 4096,
             [&](std::size_t i) { sorted[i] = keyed(points[i], static_cast<std::uint32_t>(i), middle, reach); }, asked);

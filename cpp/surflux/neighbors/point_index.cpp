@@ -14,6 +14,7 @@
 
 #include "surflux/core/error.h"
 #include "surflux/core/parallel.h"
+#include "surflux/neighbors/middle.h"
 
 namespace surflux {
 
@@ -61,21 +62,6 @@ private:
     double worst_;
     std::vector<Neighbor>& out_;
 };
-
-// The median of some, not the centre of the bounding box: one outlier must not cost the other points their last digits.
-Vec3 middle_of(const std::vector<Vec3>& points) {
-    constexpr std::size_t looked_at = 10000;
-    const std::size_t step = points.size() / looked_at + 1;
-    Vec3 out;
-    for (int axis = 0; axis < 3; ++axis) {
-        std::vector<double> values;
-        for (std::size_t k = 0; k < points.size(); k += step) values.push_back(points[k][axis]);
-        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-        std::nth_element(values.begin(), middle, values.end());
-        out[axis] = *middle;
-    }
-    return out;
-}
 
 class WithinSet final : public flann::ResultSet<double> {
 public:
@@ -200,7 +186,7 @@ struct PointIndex::Impl {
 
 PointIndex::PointIndex(const std::vector<Vec3>& points, const Progress& progress) : impl_(std::make_unique<Impl>()) {
     require(!points.empty(), "points: there are none to search");
-    impl_->origin = middle_of(points);
+    impl_->origin = middle_of(points, 10000);  // no outlier costs the others their last digits
     std::vector<Impl::Point> recentred(points.size());
     const auto recentre = [&](std::size_t k) {
         impl_->query(points[k], recentred[k].at);
