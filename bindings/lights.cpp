@@ -6,6 +6,7 @@
 
 #include "surflux/lights/direct_at.h"
 #include "surflux/lights/free_directions.h"
+#include "surflux/lights/light_sampler.h"
 #include "surflux/lights/patch_rays.h"
 #include "surflux/lights/sky_patches.h"
 #include "surflux/trace/compiled_scene.h"
@@ -108,6 +109,19 @@ void bind_lights(py::module_& module) {
                py::arg("rays"), py::arg("seed"), py::arg("progress"));
     module.def("emitted_at", &traced<emitted_at>, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("rays"), py::arg("seed"), py::arg("progress"));
+    // Whether all emissive surfels that are sampled as lights are patches: of disks, which overlap, rays tell less than
+    // values between surfels.
+    module.def(
+        "samples_patches_alone",
+        [](const CompiledScene& scene) {
+            const Surfels& s = scene.scene().surfels;
+            const LightSampler emitters = LightSampler::of_surfels(scene.scene());
+            const std::vector<std::uint32_t> begin = triangle_ranges(s);
+            for (std::uint32_t i = 0; i < s.size(); ++i)
+                if (emitters.samples(i) && begin[i] == begin[i + 1]) return false;
+            return true;
+        },
+        py::arg("scene"));
     module.def("onto_surface", &onto_surface_of, py::arg("scene"), py::arg("points"), py::arg("normals"));
     module.def("direction_sums", &direction_sums, py::arg("normals"), py::arg("bits"), py::arg("vectors"),
                py::arg("cosine"));

@@ -47,9 +47,9 @@ struct Field {
                 if (!sources.empty())
                     gather = std::make_unique<FinalGather>(*scene, *tracer, *sight, nodes, light, fields);
             }
-            light.assign(nodes.size(), 0.0);
+            light.assign(nodes.size(), Rgb{});
             for (const std::vector<Rgb>& field : known) {
-                for (std::size_t k = 0; k < field.size(); ++k) light[k] += luminance(field[k]);
+                for (std::size_t k = 0; k < field.size(); ++k) light[k] += field[k];
                 fields.push_back(nodes.fit(field, sight.get(), report));
             }
             return 0;
@@ -95,23 +95,24 @@ struct Field {
     }
 
     // What rays from each place find: surfels that send what they receive, and what they emit but for small emissive
-    // ones.
-    py::array_t<double> gathered(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
-                                 const py::object& progress) const {
+    // ones; and the share of the rays that backs end.
+    py::tuple gathered(const Doubles& points, const Doubles& normals, int rays, std::uint64_t seed,
+                       const py::object& progress) const {
         require(gather != nullptr, "field: it has no scene to gather in");
         const PointsAndNormals given = to_points_and_normals(points, normals);
         const std::vector<Vec3>&places = given.points, &facing = given.normals;
         std::vector<Rgb> out(places.size());
+        std::vector<float> on_backs(places.size());
         const Progress report = to_progress(progress);
         without_gil([&] {
             tracer->require_near(places);
-            parallel_for(
-                places.size(), 8,
-                [&](std::size_t k) { out[k] = (*gather)(tracer->departure(places[k], facing[k]), rays, seed); },
-                report);
+            const auto gather_one = [&](std::size_t k) {
+                out[k] = (*gather)(tracer->departure(places[k], facing[k]), rays, seed, &on_backs[k]);
+            };
+            parallel_for(places.size(), 8, gather_one, report);
             return 0;
         });
-        return to_array(out);
+        return py::make_tuple(to_array(out), to_array(on_backs));
     }
 
     void find_lost(std::size_t field, const PointsAndNormals& given, const std::vector<char>& lost,
@@ -149,7 +150,7 @@ struct Field {
     std::unique_ptr<FinalGather> gather;
     std::vector<Source> sources;  // of fields; none where nothing is asked about it
     std::vector<NodalField::Values> fields;
-    std::vector<double> light;
+    std::vector<Rgb> light;
 };
 
 // How far light is from that of the scene, with the surfaces of the surfels that have it: another reflectance than the

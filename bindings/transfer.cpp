@@ -168,6 +168,11 @@ void bind_operator(py::class_<Transfer>& to) {
         .def_property_readonly("bytes", [](const Transfer& t) { return t.bytes(); })
         .def_property_readonly("rays", [](const Transfer& t) { return t.transport().rays; })
         .def_property_readonly("left_out", [](const Transfer& t) { return t.transport().left_out; })
+        .def("emitted",
+             [](const Transfer& t) -> py::object {
+                 if (!t.emitted().any_sampled()) return py::none();
+                 return to_array(without_gil([&] { return t.emitted().at_surfels(); }));
+             })
         .def_property_readonly("links", [](const Transfer& t) { return t.transport().links.size(); })
         .def_property_readonly("areas", [](const Transfer& t) { return to_array(t.transport().areas); })
         .def("losses",

@@ -79,13 +79,12 @@ TEST(LightSampledIrradiance, AllThatEmittersBringIsWhatTheFormFactorsSay) {
     finish(floor, 0.5, 0.0), finish(wall, 0.0, 3.0), finish(rest, 0.0, 0.0);
     const Scene scene = scene_of({floor, wall, rest});
     const Tracer tracer(scene);
-    const LightSampler emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+    const LightSampler emitters = LightSampler::of_surfels(scene);
     const SurfelPoints points(scene.surfels);
     std::vector<Place> places = places_of(scene.surfels);
     places.resize(16);
     double all = 0.0;
-    for (const Rgb& found : emitted_irradiance(scene, tracer, emitters, points, places, {256, 256}, 3))
-        all += found.x / 16.0;
+    for (const Rgb& found : emitted_irradiance(tracer, emitters, points, places, {256, 256}, 3)) all += found.x / 16.0;
     EXPECT_NEAR(all, 3.0 * 0.2000438, 3e-3 * 3.0 * 0.2);  // some standard errors of 4096 rays each way
     double light_sampled = 0.0;
     for (const Rgb& found : light_sampled_irradiance(tracer, emitters, points, places, {256, 256}, 3))
@@ -101,7 +100,7 @@ TEST(LightSampledIrradiance, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
                 shut = scene_of({floor_of(8), lamp_at(0.4, 1.0, 5.0), lid});
     const auto sampled_at = [](const Scene& scene, const Vec3& at, const Vec3& normal) {
         const Tracer tracer(scene);
-        const LightSampler lights(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+        const LightSampler lights = LightSampler::of_surfels(scene);
         return light_sampled_irradiance(tracer, lights, SurfelPoints(scene.surfels),
                                         {{at, normal, tracer.departure(at, normal).surfel}}, {}, 0)[0]
             .x;
@@ -115,7 +114,7 @@ TEST(LightSampledIrradiance, WhatStandsBetweenBlocksAndTheBackGivesNothing) {
 TEST(LightSampledIrradiance, WithoutLampsThereIsNothing) {
     const Scene dark = scene_of({floor_of(4)});
     const Tracer tracer(dark);
-    const LightSampler lights(dark, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+    const LightSampler lights = LightSampler::of_surfels(dark);
     EXPECT_TRUE(lights.empty());
     const std::vector<Rgb> none =
         light_sampled_irradiance(tracer, lights, SurfelPoints(dark.surfels), places_of(dark.surfels), {}, 0);

@@ -142,7 +142,7 @@ double gathered(const Spot& of) {
     }
     scene.lights = {DirectionalLight{frame.to_world(normalized(Vec3{1, 0, 0.2})), {8, 8, 8}}};
     const Tracer tracer(scene);
-    const SurfaceLight light(scene, tracer, {}, of.lights_in_basis, 256, of.seed, {});
+    const SurfaceLight light(scene, tracer, {}, of.lights_in_basis, 256, {}, of.seed, {});
     const MultilevelBasis basis;
     const BasisSight sight(scene, tracer, basis);
     const SurfelMeans means(scene, tracer, light.points(), basis, sight, {1.0, 1.0, 1.0, 1.0}, {1, 1.0, of.seed}, {});

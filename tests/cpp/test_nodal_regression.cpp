@@ -48,7 +48,7 @@ struct Floor {
         };
         for (const Vec3& p : nodes.positions()) {
             values.push_back((f(p) + noise * normal()) * warm);
-            errors.push_back(noise * std::abs(normal()) * luminance(warm));
+            errors.push_back(noise * std::abs(normal()) * color_norm(warm));
         }
         const std::vector<Rgb> found = without_noise(nodes, values, errors, sight);
         double squared = 0.0, largest = 0.0;
@@ -97,7 +97,7 @@ TEST(NodalRegression, TakesNothingFromBeyondAWall) {
         std::vector<double> errors;
         for (const Vec3& p : parted.nodes.positions()) {
             values.push_back(p.x < 0.5 ? left : right);
-            errors.push_back(0.05 * luminance(values.back()));
+            errors.push_back(0.05 * color_norm(values.back()));
         }
         const std::vector<Rgb> found = without_noise(parted.nodes, values, errors, parted.sight);
         for (std::size_t k = 0; k < found.size(); ++k)
@@ -117,7 +117,7 @@ TEST(NodalRegression, KeepsColoursThatAreAsBright) {
         truth.push_back(p.x < 0.52 ? red : green);
         const double off = 0.05 * (2.0 * random.uniform() - 1.0) * std::sqrt(3.0);
         values.push_back((1.0 + off) * truth.back());
-        errors.push_back(0.05 * luminance(truth.back()) * std::sqrt(3.0) * random.uniform());
+        errors.push_back(0.05 * color_norm(truth.back()) * std::sqrt(3.0) * random.uniform());
     }
     const std::vector<Rgb> found = without_noise(floor.nodes, values, errors, floor.sight);
     for (std::size_t k = 0; k < found.size(); ++k)

@@ -103,7 +103,6 @@ TEST(Exchange, WhereNoDiagonalClosesItNoRowIsTooLargeAndWhatIsLackingIsAbsorbed)
     Hemispheres h;
     h.escape = {0.0, 0.0, 0.0};
     h.absorbed = {0.0, 0.0, 0.0};  // the third sees nothing at all
-    h.sky.assign(3, Rgb{});
     h.taken.assign(3, 256);
     const Closure closure = close(e, h);
     EXPECT_LT(closure.residual, 1e-7);
@@ -125,6 +124,16 @@ TEST(Exchange, DisksInContactStayFinite) {
         EXPECT_LE(e.at(0, 1), e.areas[0] * (1.0 + 1e-6));
         EXPECT_GE(e.at(0, 1), (gap > 0.0 ? 0.95 : 0.0) * e.areas[0]);
     }
+}
+
+TEST(Exchange, OfDisksIsThatOfThePartsThatFaceEachOther) {
+    // The centre of the upright one lies under the other's plane, a part of it above: nothing is in the way of that.
+    const Scene scene =
+        scene_of({shapes::disk({0, 0, 0}, {0, 0, 1}, 0.1), shapes::disk({0.6, 0, -0.02}, {-1, 0, 0}, 0.1)});
+    const Tracer tracer(scene);
+    const double open = exchange_of_all_pairs(scene, nullptr, {}, 0).at(0, 1);
+    EXPECT_GT(open, 0.0);
+    EXPECT_NEAR(exchange_of_all_pairs(scene, &tracer, {}, 0).at(0, 1), open, 1e-6 * open);
 }
 
 TEST(Exchange, RefusesMorePairsThanTheMemoryTakes) {

@@ -7,6 +7,7 @@
 #include "shapes.h"
 #include "surflux/core/sampling.h"
 #include "surflux/lights/environment.h"
+#include "surflux/lights/polygon.h"
 
 namespace surflux {
 namespace {
@@ -51,7 +52,9 @@ Rgb summed(const EnvironmentMap& map, const Vec3& normal, std::size_t steps) {
     return (2.0 * pi / (n * n)) * sum;
 }
 
-Rgb of_all_trees(const SkyCells& sky, const Vec3& normal) {
+Rgb of_all_trees(const std::vector<Light>& lights, const Vec3& normal,
+                 SkyCells::Sources sources = SkyCells::Sources::images) {
+    const SkyCells sky(lights, sources);
     Rgb all;
     std::vector<SkyCells::Part> parts;
     for (std::size_t tree = 0; tree < sky.trees(); ++tree) all += sky.find_parts(tree, normal, parts);
@@ -61,10 +64,11 @@ Rgb of_all_trees(const SkyCells& sky, const Vec3& normal) {
 TEST(SkyCells, KnowWhatTheyBringToAnyPlane) {
     for (const std::size_t height : {4, 32}) {
         const Environment e = image_of(2 * height, height, normalized({1, 2, 3}), 37.0);
-        const SkyCells sky({e});
+        const std::vector<Light> lights{e};
+        const SkyCells sky(lights);
         const EnvironmentMap map(e);
         for (const Vec3& n : {up, Vec3{0, 0, -1}, normalized({1, -1, 0.2}), normalized({-2, 1, -1})}) {
-            const Rgb wanted = summed(map, n, 1500), found = of_all_trees(sky, n);
+            const Rgb wanted = summed(map, n, 1500), found = of_all_trees(lights, n);
             // Cells that the horizon crosses are up to 0.06 wide, and their mean cosine is off by a tenth of that.
             for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 0.1 * 0.06 * 0.06 * pi * 2.0) << height;
         }
@@ -74,39 +78,42 @@ TEST(SkyCells, KnowWhatTheyBringToAnyPlane) {
 TEST(SkyCells, ASkyOfOneColourIsPiTimesItsRadiance) {
     Environment even;
     even.radiance = {1, 2, 3};
-    EXPECT_TRUE(SkyCells({even}).empty());
-    const SkyCells sky({even}, SkyCells::Sources::all);
+    const std::vector<Light> lights{even};
+    EXPECT_TRUE(SkyCells(lights).empty());
     Random random(1);
     for (int k = 0; k < 20; ++k) {
         const Vec3 n = normalized({random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5});
-        EXPECT_NEAR(of_all_trees(sky, n).z, 3.0 * pi, 1e-12);
+        EXPECT_NEAR(of_all_trees(lights, n, SkyCells::Sources::all).z, 3.0 * pi, 1e-12);
     }
 }
 
 // Nodes are in floats, radiance is not.
 TEST(SkyCells, RadianceMayBeOfAnySize) {
     const Vec3 n = normalized({1, -1, 0.2});
-    const Rgb wanted = of_all_trees(SkyCells({image_of(64, 32)}), n);
+    const Rgb wanted = of_all_trees({image_of(64, 32)}, n);
     for (const double scale : {1e-60, 1e60}) {
         Environment e = image_of(64, 32);
         for (Rgb& pixel : e.pixels) pixel *= scale;
-        const SkyCells sky({e});
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(of_all_trees(sky, n)[c] / scale, wanted[c], 1e-6 * wanted[c]);
+        const std::vector<Light> lights{e};
+        const SkyCells sky(lights);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(of_all_trees(lights, n)[c] / scale, wanted[c], 1e-6 * wanted[c]);
         std::vector<SkyCells::Part> parts;
         sky.find_parts(0, n, parts);
-        Vec3 direction;
         for (int k = 0; k < 64; ++k) {
-            sky.sample(0, parts, (k + 0.5) / 64, std::fmod(0.618 * k, 1.0), direction);
-            EXPECT_NEAR(length(direction), 1.0, 1e-9);
+            const SkyCells::Sample sample = sky.sample(0, parts, (k + 0.5) / 64, std::fmod(0.618 * k, 1.0));
+            EXPECT_NEAR(length(sample.direction), 1.0, 1e-9);
+            EXPECT_NEAR(luminance(sample.color), 1.0, 1e-6);
         }
     }
 }
 
 TEST(SkyCells, NarrowSpotsStandAlone) {
     Environment e = image_of(64, 32);
-    EXPECT_EQ(SkyCells({e}).trees(), 1u);
+    const std::vector<Light> smooth{e};
+    EXPECT_EQ(SkyCells(smooth).trees(), 1u);
     e.pixels[8 * 64 + 5] = {1e6, 1e6, 1e6};
-    const SkyCells sky({e});
+    const std::vector<Light> lights{e};
+    const SkyCells sky(lights);
     ASSERT_EQ(sky.trees(), 2u);
     // All that the spot brings, and the rest as without it: the sum is that of the whole.
     const double high = std::cos(pi * 8 / 32), low = std::cos(pi * 9 / 32), middle = 2 * pi * 5.5 / 64;
@@ -116,7 +123,7 @@ TEST(SkyCells, NarrowSpotsStandAlone) {
         0.5 * (high * std::sqrt(1 - high * high) + std::asin(high) - low * std::sqrt(1 - low * low) - std::asin(low));
     const double across = 2.0 * std::sin(pi / 64);
     const double wanted = 1e6 * (r * across * std::sqrt(0.5) + std::sqrt(0.5) * pi / 64 * (high * high - low * low));
-    const Rgb all = of_all_trees(sky, n);
+    const Rgb all = of_all_trees(lights, n);
     EXPECT_NEAR(all.x - summed(EnvironmentMap(image_of(64, 32)), n, 1500).x, wanted, 1e-4 * wanted);
     EXPECT_GT(sky.find_parts(0, n, parts).x, 0.9 * wanted);
     EXPECT_LT(sky.find_parts(1, n, parts).x, 10.0);
@@ -124,7 +131,8 @@ TEST(SkyCells, NarrowSpotsStandAlone) {
 
 TEST(SkyCells, SamplesFallInProportionToWhatCellsBring) {
     Environment e = image_of(16, 8, normalized({0, 1, 1}));
-    const SkyCells sky({e});
+    const std::vector<Light> lights{e};
+    const SkyCells sky(lights);
     ASSERT_EQ(sky.trees(), 1u);
     const EnvironmentMap map(e);
     std::vector<SkyCells::Part> parts;
@@ -137,12 +145,11 @@ TEST(SkyCells, SamplesFallInProportionToWhatCellsBring) {
     Rgb found, wanted;
     for (int k = 0; k < count; ++k) {
         const double* u = even.next();
-        Vec3 direction;
-        const SkyCells::Part& cell = sky.sample(0, parts, u[0], u[1], direction);
-        const double cosine = std::max(0.0, dot(n, direction));
-        const Rgb radiance = map.radiance(direction);
-        found += (cosine * cosine * luminance(all) / (count * static_cast<double>(cell.cosine) * luminance(radiance))) *
-                 radiance;
+        const SkyCells::Sample sample = sky.sample(0, parts, u[0], u[1]);
+        const double cosine = std::max(0.0, dot(n, sample.direction));
+        const Rgb radiance = map.radiance(sample.direction);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(sample.color[c], radiance[c] / luminance(radiance), 1e-5);
+        found += (cosine * cosine * luminance(all) / (count * sample.mean_cosine)) * sample.color;
     }
     constexpr int steps = 1000;
     for (int i = 0; i < steps; ++i)
@@ -174,7 +181,7 @@ Surfels screen() {  // fills all that lies on the side of x > 1, up to 45 degree
 TEST(SkyIrradiance, IsExactInTheOpen) {
     const Scene scene = scene_of({floor_of(4)}, {image_of(32, 16)});
     const SkyLight found = on_floor(scene, {{0.1, 0.2, 0}}, 8)[0];
-    const Rgb all = of_all_trees(SkyCells(scene.lights), up);
+    const Rgb all = of_all_trees(scene.lights, up);
     for (int c = 0; c < 3; ++c) EXPECT_EQ(found.irradiance[c], all[c]);
     EXPECT_EQ(found.error, 0.0);
 }
@@ -202,6 +209,27 @@ TEST(SkyIrradiance, BesideAWallIsWhatItsHeightSays) {
     EXPECT_GT(std::sqrt(squared[0]), 0.25 * stated);
 }
 
+TEST(SkyIrradiance, ThroughASlitComesTheColorThatIsSeen) {
+    // Rings of 10 degrees around x, red and green by turns; a slit in a ceiling shows part of one, a cell has of both.
+    Environment e = image_of(36, 18, {1, 0, 0});
+    for (std::size_t k = 0; k < e.pixels.size(); ++k) e.pixels[k] = k / 36 % 2 == 0 ? Rgb{4, 0, 0} : Rgb{0, 1, 0};
+    constexpr double left = 0.02, right = 0.15, half = 0.3, far = 1000.0;
+    Surfels ceiling;
+    add_rectangle(ceiling, {-far, -far, 1}, {0, 2 * far, 0}, {far + left, 0, 0}, 1, 1);
+    add_rectangle(ceiling, {right, -far, 1}, {0, 2 * far, 0}, {far - right, 0, 0}, 1, 1);
+    add_rectangle(ceiling, {left, -far, 1}, {0, far - half, 0}, {right - left, 0, 0}, 1, 1);
+    add_rectangle(ceiling, {left, half, 1}, {0, far - half, 0}, {right - left, 0, 0}, 1, 1);
+    finish(ceiling, 0.0, 0.0);
+    const Vec3 slit[] = {{left, -half, 1}, {left, half, 1}, {right, half, 1}, {right, -half, 1}};
+    const double wanted = 4.0 * pi * element_to_polygon({0, 0, 0}, up, slit, 4);
+    const Scene scene = scene_of({floor_of(4), ceiling}, {e});
+    for (std::uint64_t seed = 0; seed < 3; ++seed) {
+        const Rgb found = on_floor(scene, {{0, 0, 0}}, 4096, seed)[0].irradiance;
+        EXPECT_NEAR(found.x, wanted, 0.05 * wanted);
+        EXPECT_LT(found.y, 0.001 * wanted);
+    }
+}
+
 TEST(SkyIrradiance, WhatHidesLessThanOneRayIsNotLost) {
     // As above, from 3 before the wall: it hides .026 of the sky, .8 of 32 rays. The mean of many has no bias.
     Environment e = image_of(32, 16);
@@ -227,7 +255,7 @@ TEST(SkyIrradiance, TheSunInAPixelHasShadowsWithSharpEdges) {
     std::vector<Vec3> points;
     for (int k = 0; k < 200; ++k) points.push_back({-0.2 + 0.0019 * k, 0.3, 0});
     const std::vector<SkyLight> found = on_floor(scene, points, 64);
-    const double sun = of_all_trees(SkyCells({e}), up).x;
+    const double sun = of_all_trees({e}, up).x;
     for (std::size_t k = 0; k < points.size(); ++k) {
         if (points[k].x < far - 1e-3) {
             EXPECT_NEAR(found[k].irradiance.x, sun, 1e-3 * sun) << points[k].x;

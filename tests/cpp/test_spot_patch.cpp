@@ -81,7 +81,8 @@ TEST(Direct, NoPatchLosesANarrowSpot) {
         for (const double angle : {0.1, 1.0, 3.0}) {
             const SpotLight spot{light, normalized(axis), {1, 1, 1}, angle, 0.5 * angle};
             const auto power = [&](const Scene& scene) {
-                const std::vector<Rgb> direct = direct_irradiance(scene, Tracer(scene), {}, 0);
+                const std::vector<Rgb> direct = direct_irradiance(scene, Tracer(scene), SurfelPoints(scene.surfels),
+                                                                  places_of(scene.surfels), {}, 0);
                 double sum = 0.0;
                 for (std::uint32_t i = 0; i < 16; ++i) sum += scene.surfels.areas[i] * direct[i].x;
                 return sum;

@@ -1,5 +1,6 @@
 """What an installation loads, and what it says of itself: no picture library before the first picture."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -79,6 +80,23 @@ def test_the_extra_for_all_has_every_other_one():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     (everything,) = extras["all"]
     assert set(re.findall(r"\w+", everything)) - {"surflux"} == set(extras) - {"all", "test", "docs", "dev"}
+
+
+def test_what_is_imported_is_among_the_dependencies():
+    """Under the names that packages have, or by a package that cannot do without it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [*project["dependencies"], *(one for extra in project["optional-dependencies"].values() for one in extra)]
+    declared = {re.match(r"[\w-]+", one)[0].replace("-", "_") for one in wanted}
+    packages = {"PIL": "pillow", "vtkmodules": "pyvista", "pandas": "pvlib", "drjit": "mitsuba"}
+    imported = set()
+    for file in (ROOT / "python/surflux").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                imported |= {name.name.split(".")[0] for name in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                imported.add(node.module.split(".")[0])
+    missing = {packages.get(name, name) for name in imported - sys.stdlib_module_names} - declared
+    assert not missing
 
 
 def test_a_wheel_with_libraries_inside_lists_them(tmp_path, monkeypatch):

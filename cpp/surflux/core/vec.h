@@ -39,6 +39,12 @@ inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinit
 // Of linear Rec. 709.
 inline double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+// How much there is of a colour, or of a difference of two, which of colours of one luminance is not 0: RMS of the
+// channels, with the weights of luminance. Of grey it is the luminance.
+inline double color_norm(const Rgb& c) {
+    return std::sqrt(0.2126 * c.x * c.x + 0.7152 * c.y * c.y + 0.0722 * c.z * c.z);
+}
+
 inline double largest_channel(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
 struct Frame {

@@ -17,7 +17,8 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t light_stream = 16;
+constexpr std::uint64_t light_stream = 16, roulette_stream = 0x20171e77e;
+constexpr double roulette = 0.25;
 constexpr int most_rays = 1 << 20;
 constexpr double least_patches = 256.0;  // as many, of equal areas, have options.probes and options.rays each
 constexpr double evenness = 0.5;         // of even points' standard error in that of random ones, measured in penumbrae
@@ -33,9 +34,10 @@ using Part = NarrowLight::Part;
 // Mean over the surfel of the irradiance from one light, per unit of its colour: the mean kernel times the share of it
 // that gets through, by rays that count as much as passes along them.
 Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver& receiver, const DirectOptions& options,
-                     EvenPoints even) {
+                     std::uint64_t seed, std::uint64_t stream) {
     const double mean = light.mean_kernel(receiver);
     if (mean <= 0.0) return {};
+    EvenPoints even(4, seed + light_stream, stream);
     double all = 0.0, passed = 0.0;
     int taken = 0, lit = 0, dark = 0;
     thread_local std::vector<Triangle> lit_part;
@@ -65,10 +67,18 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
         }
     };
     take(light.extended || receiver.is_patch() ? options.probes : 1);
-    // Where a single probe disagrees, it keeps its weight: it speaks for the surfels whose probes all missed the slit
-    // that it found, too. More rays would take three quarters of it away, and of the light through narrow slits.
-    const bool one_disagrees = (lit == 1 && dark > 1) || (dark == 1 && lit > 1);
-    if (taken > 1 && lit > 0 && dark > 0 && !one_disagrees) take(options.rays);
+    // What no probe finds may still arrive, by a slit: of those places a share goes on, and speaks for the others. Else
+    // what is found takes more rays, which find less, and there is nothing on the other side: the mean of all would be
+    // a quarter too low. A single shadow keeps its weight instead, for those that all missed it.
+    const bool one_is_dark = dark == 1 && lit > 1;
+    double scale = 1.0;
+    if (taken > 1 && lit > 0 && dark > 0 && !one_is_dark) {
+        take(options.rays);
+    } else if (taken > 1 && taken < options.rays && lit == 0 && dark > 0 &&
+               Random(seed + roulette_stream, stream).uniform() < roulette) {
+        take(options.rays);
+        scale = 1.0 / roulette;
+    }
     if (!(all > 0.0)) take(options.rays);  // a lamp that hardly rises over the horizon
     if (!(all > 0.0) && lit_part.empty()) return {};
     if (!(all > 0.0)) {
@@ -83,7 +93,8 @@ Part irradiance_from(const Emitter& light, const Tracer& tracer, const Receiver&
         return {mean * lit / probes, evenness * mean / std::sqrt(probes)};
     }
     const double share = passed / all;
-    return {mean * share, evenness * mean * std::sqrt(share * (1.0 - share) / taken)};
+    const double of_one = options.dark_has_error && lit == 0 && taken > 1 ? 1.0 / taken : 0.0;
+    return {scale * mean * share, scale * evenness * mean * std::sqrt(std::max(share, of_one) * (1.0 - share) / taken)};
 }
 
 // Rays of patches: a few wide ones carry the light of a whole room, and have more, by their share of the area of those
@@ -101,7 +112,9 @@ public:
         const auto more = [&](int count) {
             return std::max(count, static_cast<int>(std::min(1.0 * most_rays, share * least_patches * count)));
         };
-        return {more(options_.probes), more(options_.rays)};
+        DirectOptions out = options_;
+        out.probes = more(options_.probes), out.rays = more(options_.rays);
+        return out;
     }
 
 private:
@@ -122,12 +135,6 @@ bool is_disk(const SurfelPoints& points, const Place& place) {
 }
 
 }  // namespace
-
-std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const DirectOptions& options,
-                                   std::uint64_t seed, const Progress& progress) {
-    return direct_irradiance(scene, tracer, SurfelPoints(scene.surfels), places_of(scene.surfels), options, seed,
-                             progress);
-}
 
 std::vector<Rgb> direct_irradiance(const Scene& scene, const Tracer& tracer, const SurfelPoints& points,
                                    const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
@@ -162,9 +169,8 @@ std::vector<Rgb> direct_irradiance(const Scene& scene, const std::vector<Light>&
                     receiver.is_patch() ? rays->of(place.surfel, points.area(place.shape)) : options;
                 for (std::size_t l = 0; l < lights.size(); ++l) {
                     const Part* whole = as_disk ? narrow.of(lights[l]->index, place.surfel) : nullptr;
-                    const Part part = whole ? *whole
-                                            : irradiance_from(*lights[l], tracer, receiver, own,
-                                                              EvenPoints(4, seed + light_stream + l, stream_of(place)));
+                    const Part part =
+                        whole ? *whole : irradiance_from(*lights[l], tracer, receiver, own, seed + l, stream_of(place));
                     direct[k] += part.irradiance * lights[l]->color;
                     squared += (part.error * lights[l]->color) * (part.error * lights[l]->color);
                 }

@@ -38,9 +38,9 @@ std::vector<Rgb> direct_at(const Scene& scene, const Tracer& tracer, const std::
 
 std::vector<Rgb> emitted_at(const Scene& scene, const Tracer& tracer, const std::vector<Vec3>& points,
                             const std::vector<Vec3>& normals, int rays, std::uint64_t seed, const Progress& progress) {
-    const LightSampler emitters(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels);
+    const LightSampler emitters = LightSampler::of_surfels(scene);
     if (emitters.empty()) return std::vector<Rgb>(points.size());
-    return emitted_irradiance(scene, tracer, emitters, SurfelPoints(scene.surfels), places_at(tracer, points, normals),
+    return emitted_irradiance(tracer, emitters, SurfelPoints(scene.surfels), places_at(tracer, points, normals),
                               {std::max(1, rays / 16), std::max(1, rays / 4)}, seed, progress);
 }
 

@@ -4,7 +4,6 @@
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
-#include "surflux/lights/environment.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
@@ -12,7 +11,7 @@ namespace surflux {
 namespace {
 
 constexpr int more_rays = 4;  // times as many where the first do not agree
-constexpr std::uint64_t cosine_stream = 1, image_stream = 2;
+constexpr std::uint64_t cosine_stream = 1;
 
 }  // namespace
 
@@ -20,19 +19,14 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
                                 const Progress& progress) {
     const Surfels& s = scene.surfels;
     const SurfelPoints points(s);
-    std::vector<EnvironmentMap> images;
     Hemispheres out;
-    for (const Light& light : scene.lights)
-        if (const auto* environment = std::get_if<Environment>(&light)) {
-            if (environment->pixels.empty())
-                out.constant_sky += environment->radiance;
-            else
-                images.emplace_back(*environment);
-        }
+    for (const Light& light : scene.lights) {
+        const auto* environment = std::get_if<Environment>(&light);
+        if (environment && environment->pixels.empty()) out.constant_sky += environment->radiance;
+    }
 
     out.escape.assign(s.size(), 0.0);
     out.absorbed.assign(s.size(), 0.0);
-    out.sky.assign(s.size(), {});
     out.taken.assign(s.size(), 0);
     std::atomic<std::size_t> traced{0};
 
@@ -41,40 +35,24 @@ Hemispheres measure_hemispheres(const Scene& scene, const Tracer& tracer, int ra
         const Frame frame = frame_around(s.normals[i]);
         EvenPoints even(points.extends(i) ? 4 : 2, seed + cosine_stream, i);
         int taken = 0, escaped = 0, absorbed = 0;
-        Rgb sky;
         const auto take = [&](int count) {
             for (; taken < count; ++taken) {
                 const double* u = even.next();
                 const Vec3 direction = frame.to_world(square_to_cosine_hemisphere(u[0], u[1]));
                 const Hit hit = tracer.closest({{points.at(i, u[2], u[3]), frame.n, i}, direction});
-                if (hit) {
+                if (hit)
                     absorbed += !hit.front;
-                    continue;
-                }
-                ++escaped;
-                const double cosine = dot(direction, frame.n);
-                for (const EnvironmentMap& image : images)
-                    sky += image.radiance(direction) * (cosine / (cosine / pi + image.density(direction)));
+                else
+                    ++escaped;
             }
         };
         take(rays);
         const bool agree = (escaped == 0 || escaped == taken) && (absorbed == 0 || absorbed == taken);
         if (!agree) take(more_rays * rays);
-        for (std::size_t m = 0; m < images.size(); ++m) {
-            EvenPoints lit(points.extends(i) ? 4 : 2, seed + image_stream + m, i);
-            for (int r = 0; r < taken; ++r) {
-                const double* u = lit.next();
-                const Vec3 direction = images[m].sample(u[0], u[1]);
-                const double cosine = dot(direction, frame.n);
-                if (cosine <= 0.0 || !tracer.free({{points.at(i, u[2], u[3]), frame.n, i}, direction})) continue;
-                sky += images[m].radiance(direction) * (cosine / (cosine / pi + images[m].density(direction)));
-            }
-        }
         out.escape[i] = static_cast<double>(escaped) / taken;
         out.absorbed[i] = static_cast<double>(absorbed) / taken;
-        out.sky[i] = sky / taken;
         out.taken[i] = static_cast<std::uint32_t>(taken);
-        traced += static_cast<std::size_t>(taken) * (1 + images.size());
+        traced += static_cast<std::size_t>(taken);
     };
     parallel_for(s.size(), 16, measure, progress);
     out.rays = traced;

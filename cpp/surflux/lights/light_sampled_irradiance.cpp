@@ -1,6 +1,7 @@
 #include "surflux/lights/light_sampled_irradiance.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "surflux/core/parallel.h"
 #include "surflux/core/sampling.h"
@@ -11,12 +12,163 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t light_stream = 0xa13ed, cosine_stream = 0xc051e;
-// Where more than one in `close_share` hemisphere rays meets an emitter, there are `closer` times as many samples.
+constexpr std::uint64_t light_stream = 0xa13ed, cosine_stream = 0xc051e, group_stream = 0x9e3779b97f4a7c15;
+// Where more than one in `close_share` hemisphere rays meets an emitter, there are `closer` times as many samples:
+// close to emitters there is the most light, and the largest variance.
 constexpr int close_share = 16, closer = 4;
 
-// `over_hemisphere`: the surfels, if rays over the hemisphere are to be shot here, too.
-std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tracer, const LightSampler& lights,
+constexpr double roulette = 0.25;
+constexpr int fewest_probes = 16, fewest_rays = 64;  // of a group
+
+// Irradiance of one place: of light samples, group by group, and of rays over the hemisphere, if there are any.
+// Each kind has a mean of its own, for the balance heuristic holds whatever their numbers are.
+class Shot {
+public:
+    Shot(bool over_hemisphere, const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
+         const DirectOptions& options, std::uint64_t seed)
+        : over_hemisphere_(over_hemisphere),
+          tracer_(tracer),
+          lights_(lights),
+          points_(points),
+          options_(options),
+          seed_(seed),
+          groups_(static_cast<std::size_t>(lights.groups())) {}
+
+    Rgb operator()(const Place& place) {
+        const int groups = lights_.groups(),
+                  few = std::max(std::min(fewest_probes, options_.probes), options_.probes / groups);
+        EvenPoints even_cosine(4, seed_ + cosine_stream, stream_of(place));
+        over_ = {};
+        met_ = 0;
+        shoot_over_hemisphere(place, even_cosine, options_.probes);
+        Rgb out;
+        const bool close = met_ > over_.taken / close_share;
+        bool any = met_ > 0;
+        double all = 0.0;  // that probes of groups which are lit would bring but for what blocks them
+        for (int g = 0; g < groups; ++g) {
+            Group& group = groups_[static_cast<std::size_t>(g)];
+            group.begin(seed_ + light_stream, stream_of(place) + static_cast<std::uint64_t>(g) * group_stream);
+            take(g, place, few, group);
+            if (met_ > 0 || group.lit > 0) all += group.weight;
+        }
+        // Probes and further samples have a mean each, in fixed shares: whatever probes decide, the sum is right in the
+        // mean. Of groups of which probes find nothing a share goes on, and speaks for the others: it may still arrive,
+        // by a gap, and a light that none of them drew may be there, too.
+        const int most = close ? closer * options_.rays : options_.rays;
+        const double further = std::max(0.0, 1.0 - 1.0 * few / std::max(few, most));
+        for (int g = 0; g < groups; ++g) {
+            Group& group = groups_[static_cast<std::size_t>(g)];
+            Rgb found = group.sum / group.taken;
+            double scale = 0.0;
+            int more = fewest_rays;
+            if (met_ > 0 || (group.lit > 0 && (over_hemisphere_ || group.blocked > 1))) {
+                any = true;
+                more = std::max(few, share_of(most, all > 0.0 ? group.weight / all : 0.0) - few);
+                scale = 1.0;
+            } else if (group.lit == 0 && group.random->uniform() < roulette) {
+                scale = 1.0 / roulette;
+            }
+            if (scale > 0.0 && further > 0.0) {
+                group.sum = {};
+                group.taken = 0;
+                take(g, place, more, group);
+                found = (1.0 - further) * found + (scale * further / group.taken) * group.sum;
+            }
+            out += found;
+        }
+        return over_hemisphere_ ? out + found_over_hemisphere(place, even_cosine, any, close) : out;
+    }
+
+private:
+    struct Sum {
+        Rgb sum;
+        int taken = 0;
+    };
+    struct Group : Sum {
+        int lit = 0, blocked = 0;
+        double weight = 0.0;  // of what samples would bring but for what blocks them
+        std::optional<EvenPoints> even;
+        std::optional<Random> random;
+        void begin(std::uint64_t seed, std::uint64_t stream) {
+            *this = {};
+            even.emplace(4, seed, stream);
+            random.emplace(seed, stream);
+        }
+    };
+
+    // Of all rays, by powers of 2, which are the evenest.
+    static int share_of(int rays, double share) {
+        int out = rays;
+        while (out / 2 >= std::max(fewest_rays, static_cast<int>(share * rays))) out /= 2;
+        return out;
+    }
+
+    // The same of rays over the hemisphere, of which probes have been shot. Their share is that which they have where
+    // there are the most.
+    Rgb found_over_hemisphere(const Place& place, EvenPoints& even, bool any, bool close) {
+        const int most = closer * options_.rays, wanted = close ? most : options_.rays;
+        const double further = std::max(0.0, 1.0 - 1.0 * options_.probes / std::max(options_.probes, most));
+        const Rgb found = over_.sum / over_.taken;
+        const double scale = any ? 1.0 : groups_.front().random->uniform() < roulette ? 1.0 / roulette : 0.0;
+        if (!(scale * further > 0.0)) return found;
+        over_ = {};
+        shoot_over_hemisphere(place, even, std::max(options_.probes, wanted - options_.probes));
+        return (1.0 - further) * found + (scale * further / over_.taken) * over_.sum;
+    }
+
+    void shoot_over_hemisphere(const Place& place, EvenPoints& even, int count) {
+        if (!over_hemisphere_) return;
+        const Frame frame = frame_around(place.normal);
+        rays_.clear();
+        for (; over_.taken < count; ++over_.taken) {
+            const double* u = even.next();
+            rays_.push_back({{points_.at(place, u[2], u[3]), place.normal, place.surfel},
+                             frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
+        }
+        tracer_.closest(rays_, hits_);
+        for (std::size_t r = 0; r < rays_.size(); ++r) {
+            if (!hits_[r].front) continue;
+            const Rgb found = lights_.found_at_end(place.normal, rays_[r].direction, hits_[r]);
+            if (!(found == Rgb{})) ++met_;
+            over_.sum += found;
+        }
+    }
+
+    void take(int g, const Place& place, int count, Group& group) {
+        light_.clear();
+        gain_.clear();
+        for (; group.taken < count; ++group.taken) {
+            const double* u = group.even->next();
+            const Vec3 from = points_.at(place, u[2], u[3]);
+            const LightRay ray = lights_.sample(from, place.normal, u[0], u[1], group.random->uniform(), g);
+            if (!(ray.length > 0.0)) continue;
+            light_.add({from, place.normal, place.surfel}, ray);
+            gain_.push_back(ray.irradiance);
+            group.weight += brightness(ray.irradiance);
+        }
+        const std::vector<char>& arrives = light_.trace(tracer_);
+        for (std::size_t r = 0; r < gain_.size(); ++r) {
+            (arrives[r] ? group.lit : group.blocked) += 1;
+            if (arrives[r]) group.sum += gain_[r];
+        }
+    }
+
+    bool over_hemisphere_;
+    const Tracer& tracer_;
+    const LightSampler& lights_;
+    const SurfelPoints& points_;
+    const DirectOptions& options_;
+    const std::uint64_t seed_;
+    std::vector<Group> groups_;
+    Sum over_;
+    int met_ = 0;
+    std::vector<Ray> rays_;
+    LightRays light_;
+    std::vector<Rgb> gain_;
+    std::vector<Hit> hits_;
+};
+
+std::vector<Rgb> irradiance_of(bool over_hemisphere, const Tracer& tracer, const LightSampler& lights,
                                const SurfelPoints& points, const std::vector<Place>& places,
                                const DirectOptions& options, std::uint64_t seed, const Progress& progress) {
     std::vector<Rgb> out(places.size());
@@ -24,58 +176,8 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
     parallel_blocks(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
-            std::vector<Ray> rays;
-            LightRays light;
-            std::vector<Rgb> gain;
-            std::vector<Hit> hits;
-            for (std::size_t k = begin; k < end; ++k) {
-                const Place& place = places[k];
-                EvenPoints even(4, seed + light_stream, stream_of(place));
-                Random random(seed + light_stream, stream_of(place));
-                int taken = 0, blocked = 0, lit = 0, met = 0;
-                EvenPoints even_cosine(4, seed + cosine_stream, stream_of(place));
-                const Frame frame = frame_around(place.normal);
-                const auto shoot_over_hemisphere = [&](int count) {
-                    rays.clear();
-                    for (int r = 0; r < count; ++r) {
-                        const double* u = even_cosine.next();
-                        rays.push_back({{points.at(place, u[2], u[3]), place.normal, place.surfel},
-                                        frame.to_world(square_to_cosine_hemisphere(u[0], u[1]))});
-                    }
-                    tracer.closest(rays, hits);
-                    for (int r = 0; r < count; ++r) {
-                        const Ray& ray = rays[static_cast<std::size_t>(r)];
-                        const Hit& hit = hits[static_cast<std::size_t>(r)];
-                        const Rgb found = hit.front ? lights.found_at_end(place.normal, ray.direction, hit) : Rgb{};
-                        (found == Rgb{} ? blocked : met) += 1;
-                        out[k] += found;
-                    }
-                };
-                const auto take = [&](int count) {
-                    if (over_hemisphere) shoot_over_hemisphere(count - taken);
-                    light.clear();
-                    gain.clear();
-                    for (; taken < count; ++taken) {
-                        const double* u = even.next();
-                        const Vec3 from = points.at(place, u[2], u[3]);
-                        const LightRay ray = lights.sample(from, place.normal, u[0], u[1], random.uniform());
-                        if (!(ray.length > 0.0)) continue;
-                        light.add({from, place.normal, place.surfel}, ray);
-                        gain.push_back(ray.irradiance);
-                    }
-                    const std::vector<char>& arrives = light.trace(tracer);
-                    for (std::size_t r = 0; r < gain.size(); ++r) {
-                        (arrives[r] ? lit : blocked) += 1;
-                        if (arrives[r]) out[k] += gain[r];
-                    }
-                };
-                take(options.probes);
-                // A single one that disagrees speaks for others that all missed what it found, as in direct.cpp.
-                if (std::min(lit + met, blocked) > 1) take(options.rays);
-                // Close to emitters there is the most light, and the largest variance.
-                if (met > taken / close_share) take(closer * options.rays);
-                out[k] *= 1.0 / taken;
-            }
+            Shot shot(over_hemisphere, tracer, lights, points, options, seed);
+            for (std::size_t k = begin; k < end; ++k) out[k] = shot(places[k]);
         },
         progress);
     return out;
@@ -86,13 +188,13 @@ std::vector<Rgb> irradiance_of(const Surfels* over_hemisphere, const Tracer& tra
 std::vector<Rgb> light_sampled_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
                                           const std::vector<Place>& places, const DirectOptions& options,
                                           std::uint64_t seed, const Progress& progress) {
-    return irradiance_of(nullptr, tracer, lights, points, places, options, seed, progress);
+    return irradiance_of(false, tracer, lights, points, places, options, seed, progress);
 }
 
-std::vector<Rgb> emitted_irradiance(const Scene& scene, const Tracer& tracer, const LightSampler& emitters,
-                                    const SurfelPoints& points, const std::vector<Place>& places,
-                                    const DirectOptions& options, std::uint64_t seed, const Progress& progress) {
-    return irradiance_of(&scene.surfels, tracer, emitters, points, places, options, seed, progress);
+std::vector<Rgb> emitted_irradiance(const Tracer& tracer, const LightSampler& emitters, const SurfelPoints& points,
+                                    const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
+                                    const Progress& progress) {
+    return irradiance_of(true, tracer, emitters, points, places, options, seed, progress);
 }
 
 }  // namespace surflux

@@ -18,16 +18,17 @@ inline DirectOptions light_sampling_options(const DirectOptions& to_lights, int 
 }
 
 // Next event estimation: the light-sampling part of each place's irradiance, on the shapes of `points`, by the balance
-// heuristic (Veach and Guibas 1995), whose other part are cosine-distributed rays (LightSampler::found). options.probes
-// shadow rays, and options.rays where some of them are blocked and some not.
+// heuristic (Veach and Guibas 1995), whose other part are cosine-distributed rays (LightSampler::found). Groups of
+// lights share options.probes shadow rays; those that are lit share options.rays more, where some are blocked and some
+// not.
 std::vector<Rgb> light_sampled_irradiance(const Tracer& tracer, const LightSampler& lights, const SurfelPoints& points,
                                           const std::vector<Place>& places, const DirectOptions& options,
                                           std::uint64_t seed, const Progress& progress = {});
 
-// Both parts, for emissive surfels: as many cosine-distributed rays as light samples, where no other rays find that
-// part.
-std::vector<Rgb> emitted_irradiance(const Scene& scene, const Tracer& tracer, const LightSampler& emitters,
-                                    const SurfelPoints& points, const std::vector<Place>& places,
-                                    const DirectOptions& options, std::uint64_t seed, const Progress& progress = {});
+// Both parts, for emissive surfels that are sampled: cosine-distributed rays, too, where no other rays find that part.
+// Groups that are lit have options.rays whether any are blocked or not.
+std::vector<Rgb> emitted_irradiance(const Tracer& tracer, const LightSampler& emitters, const SurfelPoints& points,
+                                    const std::vector<Place>& places, const DirectOptions& options, std::uint64_t seed,
+                                    const Progress& progress = {});
 
 }  // namespace surflux

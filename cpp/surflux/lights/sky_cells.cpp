@@ -181,7 +181,7 @@ struct SkyCells::Builder {
 
     Image image_of(const Block& b, const Frame& frame) const {
         const std::size_t columns = b.right - b.left, rows = b.bottom - b.top;
-        Image out{frame.u, frame.v, frame.n, width, heights, b, {}};
+        Image out{frame.u, frame.v, frame.n, width, heights, b, {}, nullptr};
         out.up_to.assign((columns + 1) * (rows + 1), 0.0);
         for (std::size_t row = 0; row < rows; ++row) {
             double of_row = 0.0;
@@ -230,10 +230,12 @@ SkyCells::SkyCells(const std::vector<Light>& lights, Sources sources) {
         const Builder::Pixels pixels =
             environment->pixels.empty() ? Builder::Pixels{1, 1, {environment->radiance}}
                                         : Builder::Pixels{environment->width, environment->height, environment->pixels};
+        const Rgb* radiance = environment->pixels.empty() ? &environment->radiance : environment->pixels.data();
         Builder builder(pixels);
         const Frame frame = EnvironmentMap(*environment).image_frame();
         const auto add_tree = [&](const Block& block) {
             Image image = builder.image_of(block, frame);
+            image.pixels = radiance;
             Tree tree;
             tree.image = static_cast<std::uint32_t>(images_.size());
             builder.unit = tree.unit = builder.brightest(block);
@@ -307,12 +309,13 @@ struct SkyCells::Cut {
         const float over =
             facing + node.sine;  // where the horizon crosses it: the mean if directions are spread evenly
         const float mean = over * over / (4.0f * node.sine);
+        float irradiance[3];
         for (int c = 0; c < 3; ++c) {
-            part.irradiance[c] = is_open ? times(node.moment + 3 * c) : mean * node.power[c];
-            all[c] += static_cast<double>(part.irradiance[c]);
+            irradiance[c] = is_open ? times(node.moment + 3 * c) : mean * node.power[c];
+            all[c] += static_cast<double>(irradiance[c]);
         }
-        part.weight = 0.2126f * std::abs(part.irradiance[0]) + 0.7152f * std::abs(part.irradiance[1]) +
-                      0.0722f * std::abs(part.irradiance[2]);
+        part.weight =
+            0.2126f * std::abs(irradiance[0]) + 0.7152f * std::abs(irradiance[1]) + 0.0722f * std::abs(irradiance[2]);
         if (!(part.weight > 0.0f)) return 0.0f;
         part.cosine = part.weight / node.luminance;
         out.push_back(part);
@@ -330,8 +333,7 @@ Rgb SkyCells::find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>
     return trees_[tree].even == Rgb{} ? trees_[tree].unit * cut.all : pi * trees_[tree].even;
 }
 
-const SkyCells::Part& SkyCells::sample(std::size_t tree, const std::vector<Part>& parts, double u, double v,
-                                       Vec3& direction) const {
+SkyCells::Sample SkyCells::sample(std::size_t tree, const std::vector<Part>& parts, double u, double v) const {
     const Tree& of = trees_[tree];
     const Image& image = images_[of.image];
     // Goes on in the first half or in the second: is it the first?
@@ -373,8 +375,10 @@ const SkyCells::Part& SkyCells::sample(std::size_t tree, const std::vector<Part>
         b.to = azimuth(b.right);
     }
     const Vec3 local = direction_at(b.high + u * (b.low - b.high), b.from + v * (b.to - b.from));
-    direction = local.x * image.u + local.y * image.v + local.z * image.n;
-    return parts[k];
+    const Rgb& pixel = image.pixels[b.top * image.width + b.left];
+    const double brightness = weight(pixel);  // 0 where sums that were rounded led to a black one
+    return {local.x * image.u + local.y * image.v + local.z * image.n, static_cast<double>(parts[k].cosine),
+            brightness > 0.0 ? pixel / brightness : Rgb{}};
 }
 
 }  // namespace surflux

@@ -10,11 +10,12 @@
 namespace surflux {
 
 // A scene's Environments as trees of cells, blocks of pixels or parts of one, that know in closed form
-// what they bring to any plane where nothing is in the way.
+// what they bring to any plane where nothing is in the way. The lights have to outlive it.
 class SkyCells {
 public:
     enum class Sources { images, all };  // all: Environments of one colour, too
     explicit SkyCells(const std::vector<Light>& lights, Sources sources = Sources::images);
+    SkyCells(std::vector<Light>&&, Sources = Sources::images) = delete;
 
     // Trees: of each image what is left of it by itself, and every narrow bright spot, such as the sun, by itself. A
     // spot has a tree where it brings more than 1/16 of what is left, itself included.
@@ -30,14 +31,19 @@ public:
         std::uint32_t second = 0;  // part of the second child; 0 of a cell
         float weight = 0.0f;       // luminance of what it brings, in the unit of its tree
         float cosine = 0.0f;       // of a cell: mean over it, by its luminance
-        float irradiance[3] = {};  // of a cell, in the unit of its tree
     };
     // Cells are small where the plane's own horizon runs. None if nothing rises over it. What they bring altogether.
     Rgb find_parts(std::size_t tree, const Vec3& normal, std::vector<Part>& out) const;
-    // The cell and the direction at (u, v) in [0, 1)^2, which is mapped onto the sky in proportion to what cells bring
-    // to the plane, and within a cell by luminance: split by split across heights or azimuths, so that points that are
-    // even stay so (hierarchical sample warping: Clarberg and others 2005).
-    const Part& sample(std::size_t tree, const std::vector<Part>& parts, double u, double v, Vec3& direction) const;
+    // Of what the sky brings to the plane.
+    struct Sample {
+        Vec3 direction;
+        double mean_cosine;  // of its cell
+        Rgb color;           // of its pixel, of luminance 1
+    };
+    // At (u, v) in [0, 1)^2, which is mapped onto the sky in proportion to what cells bring to the plane, and within a
+    // cell by luminance: split by split across heights or azimuths, so that points that are even stay so (hierarchical
+    // sample warping: Clarberg and others 2005).
+    Sample sample(std::size_t tree, const std::vector<Part>& parts, double u, double v) const;
 
 private:
     struct Node {
@@ -61,6 +67,7 @@ private:
         std::vector<double> heights;  // of the borders of rows
         Block kept;                   // the block that up_to covers
         std::vector<double> up_to;    // luminance times solid angle, summed over the rows above and the columns left
+        const Rgb* pixels;            // of the Environment
         double power(const Block& block) const;
     };
     struct Tree {

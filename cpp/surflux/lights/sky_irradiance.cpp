@@ -53,7 +53,7 @@ public:
             found = refined(tree, place, all, seed, variance);
         } else if (free_count_ < traced_) {
             variance += squared(luminance(all)) * variance_of_share(share, taken_);
-            for (int c = 0; c < 3; ++c) found[c] *= faced_[c] > 0.0 ? arrived_[c] / faced_[c] : share;
+            found = arriving(all, faced_, arrived_, share);
         }
         to.irradiance += found;
         if (sky_.is_narrow(tree)) return;
@@ -132,10 +132,15 @@ private:
             }
         }
         if (unseen > 0) squares += error_of(of_unseen, unseen);
-        Rgb out;
-        for (int c = 0; c < 3; ++c) out[c] = sum.faced[c] > 0.0 ? all[c] * sum.arrived[c] / sum.faced[c] : 0.0;
-        const double faced = luminance(sum.faced);
+        const double faced = luminance(sum.faced), share = faced > 0.0 ? luminance(sum.arrived) / faced : 0.0;
         if (faced > 0.0) variance += squared(luminance(all) / faced) * squares;
+        return arriving(all, sum.faced, sum.arrived, share);
+    }
+
+    // By what rays found, color by color; of a color that no ray had, `share`.
+    static Rgb arriving(const Rgb& all, const Rgb& faced, const Rgb& arrived, double share) {
+        Rgb out;
+        for (int c = 0; c < 3; ++c) out[c] = all[c] * (faced[c] > 0.0 ? arrived[c] / faced[c] : share);
         return out;
     }
 
@@ -144,16 +149,12 @@ private:
     }
 
     void aim(const Point& at, std::size_t tree, const Place& place, const Vec3& from) {
-        Vec3 direction;
-        const SkyCells::Part& cell = sky_.sample(tree, parts_, at.u, at.v, direction);
-        const double cosine = dot(place.normal, direction);
+        const SkyCells::Sample sample = sky_.sample(tree, parts_, at.u, at.v);
+        const double cosine = dot(place.normal, sample.direction);
         if (!(cosine > 0.0)) return;
-        rays_.push_back({{from, place.normal, place.surfel}, direction});
+        rays_.push_back({{from, place.normal, place.surfel}, sample.direction});
         at_.push_back(at);
-        const double scale = cosine / (static_cast<double>(cell.cosine) * static_cast<double>(cell.weight));
-        light_.push_back({scale * static_cast<double>(cell.irradiance[0]),
-                          scale * static_cast<double>(cell.irradiance[1]),
-                          scale * static_cast<double>(cell.irradiance[2])});
+        light_.push_back((cosine / sample.mean_cosine) * sample.color);
     }
 
     void trace() {

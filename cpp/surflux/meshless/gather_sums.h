@@ -45,9 +45,10 @@ public:
         Rgb of;
         bool second_half;
     };
+    std::vector<LightRay> of_lights;
     LightRays towards;
     std::vector<Gain> gain;
-    std::vector<Ray> ahead;  // over the hemisphere of what is lit, for what of emitters such rays find
+    std::vector<Ray> ahead;  // over the hemisphere of what is lit, for SurfaceLight::found()
     std::vector<Gain> ahead_gain;
     // A sample of a lit patch, and the share of what it reflects that it brings.
     struct LitSample {

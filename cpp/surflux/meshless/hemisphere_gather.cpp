@@ -106,16 +106,18 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
         return;
     }
     const double u[3] = {random.uniform(), random.uniform(), random.uniform()};
-    if (!light_.emitters().empty()) {
+    if (light_.has_found()) {
         const Vec3 direction =
             frame_around(s.normals[i]).to_world(square_to_cosine_hemisphere(random.uniform(), random.uniform()));
         sums.ahead.push_back({{at, s.normals[i], i}, direction});
         sums.ahead_gain.push_back({i, gain, second_half});
     }
-    const LightRay light = light_.towards(at, s.normals[i], u);
-    if (!(light.length > 0.0)) return;
-    sums.towards.add({at, s.normals[i], i}, light);
-    sums.gain.push_back({i, gain * light.irradiance, second_half});
+    light_.towards(at, s.normals[i], u, random, sums.of_lights);
+    for (const LightRay& light : sums.of_lights) {
+        if (!(light.length > 0.0)) continue;
+        sums.towards.add({at, s.normals[i], i}, light);
+        sums.gain.push_back({i, gain * light.irradiance, second_half});
+    }
 }
 
 void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
@@ -150,7 +152,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
             continue;
         }
         const std::uint32_t i = hit.surfel;
-        if (finds_emission()) take(out.row.emitted, each * s.emission[i]);
+        if (finds_emission(i)) take(out.row.emitted, each * s.emission[i]);
         const Rgb rho = each * s.reflectance[i];
         if (rho == Rgb{}) {
             if (sends(i)) out.senders.push_back(i);
@@ -183,15 +185,12 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
     }
     tracer_.closest(sums.ahead, sums.hits);
     for (std::size_t k = 0; k < sums.ahead.size(); ++k) {
-        const Hit& hit = sums.hits[k];
-        const Ray& ray = sums.ahead[k];
         const Sums::Gain& gain = sums.ahead_gain[k];
-        if (!hit.front) continue;
-        const Rgb found = light_.emitters().found_at_end(ray.from.normal, ray.direction, hit);
+        const Rgb found = light_.found(sums.ahead[k], sums.hits[k]);
         sums.add_first(gain.surfel, gain.of * found, gain.second_half);
     }
     out.row.first_bounce = sums.first;
-    out.row.standard_error = std::abs(luminance(sums.halves[0] - sums.halves[1]));
+    out.row.standard_error = color_norm(sums.halves[0] - sums.halves[1]);
     for (std::vector<std::uint32_t>* met : {&out.senders, &out.linked}) {
         std::sort(met->begin(), met->end());
         met->shrink_to_fit();

@@ -79,17 +79,20 @@ public:
     }
     // Luminance of what a surfel sends of light that is not in the basis.
     double exitance(std::uint32_t surfel) const { return exitance_[surfel]; }
-    // Without emitters that are sampled as lights, emission is found where hemisphere rays meet it, and is in
-    // Row::emitted; else SurfaceLight has all of it, and rays that meet it count nothing.
-    bool finds_emission() const { return light_.emitters().empty(); }
+    double exitance_error(std::uint32_t surfel) const {
+        return luminance(scene_.surfels.reflectance[surfel]) * light_.error_beside_basis(surfel);
+    }
+    // Emission that is not sampled as a light is found where hemisphere rays meet it, and is in Row::emitted; else
+    // SurfaceLight has it, and rays that meet it count nothing.
+    bool finds_emission(std::uint32_t surfel) const { return !light_.emitters().samples(surfel); }
     // Is a surfel kept as a sender in rows? Black ones are not, unless rays find emission there.
     bool sends(std::uint32_t surfel) const {
         const Surfels& s = scene_.surfels;
-        return !(s.reflectance[surfel] == Rgb{}) || (finds_emission() && !(s.emission[surfel] == Rgb{}));
+        return !(s.reflectance[surfel] == Rgb{}) || (finds_emission(surfel) && !(s.emission[surfel] == Rgb{}));
     }
     // Luminance that rays find of a surfel's emission.
     double emission(std::uint32_t surfel) const {
-        return finds_emission() ? luminance(scene_.surfels.emission[surfel]) : 0.0;
+        return finds_emission(surfel) ? luminance(scene_.surfels.emission[surfel]) : 0.0;
     }
     // Column scaling of the operator (gather_scaling.cpp): what each surfel sends is multiplied by its factor; each row
     // is then scaled so that of uniform light it gathers what it did before.

@@ -99,8 +99,8 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
 
 // By area of what is outside geometry. Wide patches send what lights bring to where a ray ends, any other its mean,
 // which is over what lies inside, too.
-double MeshlessExchange::exitance(std::uint32_t surfel) const {
-    const double outside = means_.outside(surfel), exitance = gather_.exitance(surfel);
+double MeshlessExchange::per_outside(std::uint32_t surfel, double exitance) const {
+    const double outside = means_.outside(surfel);
     return means_.is_wide(surfel) && outside > 0.0 ? exitance / outside : exitance;
 }
 
@@ -182,8 +182,8 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
     const std::size_t n = scene_.surfels.size(), rows = gather_.size();
     HemisphereGather::SenderPower out;
     std::vector<double> emission(n), emitted(rows), arrived(rows);
-    std::vector<double> exitance_met(scaling.groups, 0.0), emission_met(scaling.groups, 0.0),
-        reflected_met(scaling.groups, 0.0);
+    std::vector<double> exitance_met(scaling.groups, 0.0), exitance_variance(scaling.groups, 0.0),
+        emission_met(scaling.groups, 0.0), reflected_met(scaling.groups, 0.0);
     for (std::uint32_t i = 0; i < n; ++i) {
         emission[i] = gather_.emission(i);
         out.radiosity.push_back(reflected(i, coefficients));
@@ -191,7 +191,10 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         const double lost = scaling.lost[scaling.group[i]] * (losses_[i].escape + losses_[i].into_backs);
         const double area_met = area * std::max(0.0, 1.0 - lost);
         // Of the sun on roofs, which all leaves, a group may hold more than of the light that `lost` was found by.
-        exitance_met[scaling.group[i]] += area * losses_[i].met() * exitance(i);
+        const double area_of_exitance = area * losses_[i].met();
+        const double error = area_of_exitance * per_outside(i, gather_.exitance_error(i));
+        exitance_met[scaling.group[i]] += area_of_exitance * exitance(i);
+        exitance_variance[scaling.group[i]] += error * error;
         emission_met[scaling.group[i]] += area_met * emission[i];
         reflected_met[scaling.group[i]] += area_met * out.radiosity[i];
     }
@@ -202,13 +205,17 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         emitted[k] = row.emitted_scale * luminance(row.emitted);
         arrived[k] = luminance(gather_.gather(k, coefficients, sent));
     });
-    const auto factors = [&](const std::vector<double>& wanted, const std::vector<double>& found) {
+    const std::vector<double> exact(scaling.groups, 0.0);
+    const auto factors = [&](const std::vector<double>& wanted, const std::vector<double>& variance,
+                             const std::vector<double>& found) {
         std::vector<double> of(n, 1.0);
         for (std::size_t i = 0; i < n; ++i) {
             const std::uint32_t group = scaling.group[i];
             if (wanted[group] > 0.0 && found[group] > 0.0)
                 // Between what senders and what receivers say: their geometric mean, weighted by inverse variances.
-                of[i] = std::pow(wanted[group] / found[group], scaling.sender_weight[group]);
+                of[i] =
+                    std::pow(wanted[group] / found[group],
+                             scaling.variances[group].sender_weight(variance[group] / (wanted[group] * wanted[group])));
         }
         return of;
     };
@@ -217,9 +224,9 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
         gather_.for_lit(k, [&](std::uint32_t i, double found) {
             first[scaling.group[i]] += areas_[k] * gather_[k].scale * scaling.senders[i] * found;
         });
-    out.exitance = factors(exitance_met, first);
-    out.emitted = factors(emission_met, received(scaling, emission, emitted));
-    out.reflected = factors(reflected_met, received(scaling, out.radiosity, arrived));
+    out.exitance = factors(exitance_met, exitance_variance, first);
+    out.emitted = factors(emission_met, exact, received(scaling, emission, emitted));
+    out.reflected = factors(reflected_met, exact, received(scaling, out.radiosity, arrived));
     return out;
 }
 

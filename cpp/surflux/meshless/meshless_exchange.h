@@ -30,10 +30,10 @@ public:
     // basis has `coefficients`: what they reflect of it, and of the light that is not in the basis.
     ReciprocalScaling scale_by_reciprocity(const std::vector<Rgb>& coefficients, const Progress& progress) const;
     // Factors on top of those, by group of senders: the power that should arrive from the group over the power that
-    // does, to the exponent ReciprocalScaling::sender_weight. They mend senders' means: receivers close by gather where
-    // rays end and far ones by means, of which they may see the brighter part. What should arrive: of the light beside
-    // the basis what leaves the group and is not lost, of the light with `coefficients` what all would receive from
-    // means alone. Rows are scaled by then.
+    // does, to the exponent of senders' weight (ReciprocalScaling::Variances). They mend senders' means: receivers
+    // close by gather where rays end and far ones by means, of which they may see the brighter part. What should
+    // arrive: of the light beside the basis what leaves the group and is not lost, of the light with `coefficients`
+    // what all would receive from means alone. Rows are scaled by then.
     HemisphereGather::SenderPower sender_power(const ReciprocalScaling& scaling,
                                                const std::vector<Rgb>& coefficients) const;
 
@@ -42,7 +42,8 @@ public:
 
 private:
     double reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const;
-    double exitance(std::uint32_t surfel) const;
+    double exitance(std::uint32_t surfel) const { return per_outside(surfel, gather_.exitance(surfel)); }
+    double per_outside(std::uint32_t surfel, double exitance) const;
     std::vector<double> received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
                                  const std::vector<double>& gathered) const;
     void find_parts(const Progress& progress);

@@ -9,7 +9,7 @@ namespace surflux {
 
 namespace {
 
-// RMS over the surface of a luminance by row.
+// RMS over the surface of a colour's norm by row.
 template <class Value>
 double rms(const Oracle& of, const Value& of_row) {
     double sum = 0.0, total = 0.0;
@@ -28,10 +28,12 @@ double rms(const Oracle& of, const Value& of_row) {
 double Oracle::allowed_at(double level) { return std::exp2(0.5 * level); }
 
 Oracle::Wanted Oracle::wanted(double epsilon_e) const {
-    const auto all = [&](std::uint32_t row) { return luminance(rows.values[row]); };
-    const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
-    const auto all_first = [&](std::uint32_t row) { return luminance(rows.unbounced[row] + rows.first_bounce[row]); };
-    const auto sent_first = [&](std::uint32_t row) { return all_first(row) - luminance(rows.direct[row]); };
+    const auto all = [&](std::uint32_t row) { return color_norm(rows.values[row]); };
+    const auto sent = [&](std::uint32_t row) { return color_norm(rows.values[row] - rows.direct[row]); };
+    const auto all_first = [&](std::uint32_t row) { return color_norm(rows.unbounced[row] + rows.first_bounce[row]); };
+    const auto sent_first = [&](std::uint32_t row) {
+        return color_norm(rows.unbounced[row] + rows.first_bounce[row] - rows.direct[row]);
+    };
     const double of_all = std::min(rms(*this, all), tuning.many_bounces * rms(*this, all_first));
     const double of_sent = std::min(rms(*this, sent), tuning.many_bounces * rms(*this, sent_first));
     return {epsilon_e * of_all, epsilon_e * of_sent, epsilon_e * tuning.local_weight, tuning.dimmest * of_all};
@@ -44,8 +46,8 @@ Oracle::Wanted Oracle::Wanted::at(double light) const {
 
 std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) const {
     const std::uint32_t from = basis.first(level), to = level > 0 ? basis.first(level + 1) : evenly_placed;
-    const auto all = [&](std::uint32_t row) { return luminance(rows.values[row]); };
-    const auto sent = [&](std::uint32_t row) { return luminance(rows.values[row] - rows.direct[row]); };
+    const auto all = [&](std::uint32_t row) { return color_norm(rows.values[row]); };
+    const auto sent = [&](std::uint32_t row) { return rows.values[row] - rows.direct[row]; };
     const double allowed = allowed_at(static_cast<double>(level));
     const Wanted most = wanted(epsilon_e * allowed);
     std::vector<char> chosen(to - from, 0);
@@ -57,21 +59,21 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
             const std::uint32_t row = receivers.row(j);
             double off = 0.0, off_sent = 0.0;
             if (level > 0) {
-                off = std::abs(luminance(field.coefficients[j]));
-                off_sent = std::abs(luminance(field.coefficients[j] - field.direct[j]));
+                off = color_norm(field.coefficients[j]);
+                off_sent = color_norm(field.coefficients[j] - field.direct[j]);
             } else {
                 basis.at_level(0, basis.position(j), basis.normal(j), basis.object(j), near);
                 for (const BasisWeight& w : near) {
                     const std::uint32_t other = receivers.row(w.function);
-                    off = std::max(off, std::abs(all(other) - all(row)));
-                    off_sent = std::max(off_sent, std::abs(sent(other) - sent(row)));
+                    off = std::max(off, color_norm(rows.values[other] - rows.values[row]));
+                    off_sent = std::max(off_sent, color_norm(sent(other) - sent(row)));
                 }
             }
             const double uncertain = tuning.significance * gather[row].standard_error,
                          own = tuning.own_share * epsilon_e * allowed;
             const Wanted here = most.at(all(row));
             chosen[k] = off > std::max(here.of_all, own * all(row)) + uncertain ||
-                        off_sent > std::max(here.of_sent, own * sent(row)) + uncertain;
+                        off_sent > std::max(here.of_sent, own * color_norm(sent(row))) + uncertain;
         }
     });
     std::vector<std::uint32_t> out;

@@ -38,7 +38,7 @@ struct Oracle {
     // light, both times allowed_at().
     std::vector<std::uint32_t> refined(std::size_t level, double epsilon_e) const;
 
-    // What the luminance may be off by on the coarsest level: of all light, and of what surfaces send. In the dim parts
+    // What the light may be off by on the coarsest level: of all light, and of what surfaces send. In the dim parts
     // of a scene that is a share of the light there, down to tuning.dimmest of the RMS of all.
     struct Wanted {
         double of_all, of_sent;

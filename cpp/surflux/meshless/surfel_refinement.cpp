@@ -67,17 +67,20 @@ std::vector<int> SurfelRefinement::rays_for(const std::vector<std::uint32_t>& su
 // By what the finest functions on it differ by from coarser ones.
 bool SurfelRefinement::is_off(std::uint32_t surfel) const {
     std::size_t finest = 0;
-    double all = 0.0, sent = 0.0, off = 0.0, off_sent = 0.0;
+    Rgb light, light_sent;
+    double off = 0.0, off_sent = 0.0;
     bool any = false;
     means_.for_functions(surfel, [&](std::uint32_t j, double weight) {
         if (!oracle_.receivers.has(j)) return;
         any = true;
         if (const std::size_t level = oracle_.basis.level_of(j); level > finest) finest = level, off = off_sent = 0.0;
-        const double c = luminance(oracle_.field.coefficients[j]), c_sent = c - luminance(oracle_.field.direct[j]);
-        all += weight * c, sent += weight * c_sent;
-        off += weight * std::abs(c), off_sent += weight * std::abs(c_sent);
+        const Rgb& c = oracle_.field.coefficients[j];
+        const Rgb c_sent = c - oracle_.field.direct[j];
+        light += weight * c, light_sent += weight * c_sent;
+        off += weight * color_norm(c), off_sent += weight * color_norm(c_sent);
     });
     if (!any) return means_.outside(surfel) > 0.0;
+    const double all = color_norm(light), sent = color_norm(light_sent);
     // On the coarsest level coefficients are no differences: what they are off by has been asked for its points.
     if (finest == 0) return false;
     const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(all);
@@ -88,21 +91,19 @@ bool SurfelRefinement::is_off(std::uint32_t surfel) const {
 }
 
 bool SurfelRefinement::is_bright(std::uint32_t surfel) const {
-    const double sent = luminance(means_.mean(surfel, oracle_.field.coefficients)) -
-                        luminance(means_.mean(surfel, oracle_.field.direct));
+    const double sent =
+        color_norm(means_.mean(surfel, oracle_.field.coefficients) - means_.mean(surfel, oracle_.field.direct));
     return tuning_.stricter * options_.epsilon_e * sent > tuning_.bright * wanted_.of_sent;
 }
 
 bool SurfelRefinement::contradicted(std::uint32_t surfel, const MeshlessField::At& found, int rays) const {
     const double root = std::sqrt(static_cast<double>(rays));
-    const auto farther = [&](double a, double b, double may_be) {
-        return std::abs(a - b) > may_be + tuning_.ray_error_of_few / root * std::max(a, b);
+    const auto farther = [&](const Rgb& a, const Rgb& b, double may_be) {
+        return color_norm(a - b) > may_be + tuning_.ray_error_of_few / root * std::max(color_norm(a), color_norm(b));
     };
-    const double all = luminance(means_.mean(surfel, oracle_.field.coefficients)),
-                 direct = luminance(means_.mean(surfel, oracle_.field.direct));
-    const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(luminance(found.all));
-    return farther(all, luminance(found.all), here.of_all) ||
-           farther(all - direct, luminance(found.all - found.direct), here.of_sent);
+    const Rgb all = means_.mean(surfel, oracle_.field.coefficients), direct = means_.mean(surfel, oracle_.field.direct);
+    const Oracle::Wanted here = wanted_.times(allowed(surfel)).at(color_norm(found.all));
+    return farther(all, found.all, here.of_all) || farther(all - direct, found.all - found.direct, here.of_sent);
 }
 
 // Of the candidates that are not inside geometry.

@@ -35,6 +35,9 @@ struct MeshlessTuning {
     // Of the rays of a place, where all that lights shine on are patches: how many sample the hemisphere, and for each
     // of all, how many samples of lit patches. About half of these face the place, and have rays.
     double over_hemisphere = 0.75, light_samples_for_each = 0.5;
+    // Lights whose samples would bring this share of the strongest one's, or more, share a sample; those of weaker ones
+    // are taken at so many of the points.
+    double alike_lights = 0.05, weaker_lights = 0.25;
 
     // In white rooms light adds up over many bounces until differences are small against it, and errors add up with it:
     // what is allowed goes by the light of one bounce, times this at most.
@@ -83,6 +86,8 @@ struct MeshlessTuning {
         visit("rays_on_a_patch", rays_on_a_patch);
         visit("over_hemisphere", over_hemisphere);
         visit("light_samples_for_each", light_samples_for_each);
+        visit("alike_lights", alike_lights);
+        visit("weaker_lights", weaker_lights);
         visit("many_bounces", many_bounces);
         visit("own_share", own_share);
         visit("local_weight", local_weight);

@@ -17,11 +17,12 @@ constexpr std::size_t drawn_leaves = 64, corners = 4;  // of a group that is pro
 constexpr std::uint32_t fewest_aimed = 6;
 constexpr int most_at_once = 4;  // times the rays that a node has: then it is asked again
 
-double difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row,
-                  const std::vector<double>& sent, double& mean) {
+// Between what the halves of a row's rays bring.
+Rgb difference(const GatheredSystem& system, const Gathering& rows, std::uint32_t row, const std::vector<double>& sent,
+               Rgb& mean) {
     double first[3], second[3];
     rows.gather_halves(row, sent, system.channels(), first, second);
-    const double a = luminance(system.unpack(first)), b = luminance(system.unpack(second));
+    const Rgb a = system.unpack(first), b = system.unpack(second);
     mean = 0.5 * (a + b);
     return a - b;
 }
@@ -48,8 +49,8 @@ CutTest::CutTest(const SurfelTree& tree, const Gathering& gathering, Gathering& 
 
 double CutTest::standard_error(const Gathering& gathering, std::uint32_t row, const GatheredSystem& system,
                                const std::vector<double>& sent) {
-    double mean;
-    return 0.5 * std::abs(difference(system, gathering, row, sent, mean));
+    Rgb mean;
+    return 0.5 * color_norm(difference(system, gathering, row, sent, mean));
 }
 
 // A leaf below a node, drawn by area.
@@ -158,20 +159,21 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
     const std::size_t count = cut.nodes.size();
     const Interpolation sites(at.positions, at.normals, at.objects, standing_at(0, count, progress));
     // All light, and the part of it that is the sky's: in corners one rises as the other falls, and both are written.
-    std::vector<double> value(count), sky(count);
+    std::vector<Rgb> value(count), sky(count);
     for (std::size_t k = 0; k < count; ++k) {
-        sky[k] = luminance(system.found(k));
-        value[k] = luminance(system.value(values, k)) + sky[k];
+        sky[k] = system.found(k);
+        value[k] = system.value(values, k) + sky[k];
     }
     const bool has_sky = gathering_.has_sky();
 
     const Noise noise = rays_wanted(cut, system, sent, allowed, usual_area, most_rays, progress);
 
     // What the nodes around say at the place of one.
-    const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near, double& of_sky) {
+    const auto said_by_others = [&](std::size_t k, std::vector<Interpolation::Weight>& near, Rgb& of_sky) {
         sites.nearest(at.positions[k], at.normals[k], at.objects[k], neighbors, near);
-        double said = 0.0, sum = 0.0;
-        of_sky = 0.0;
+        Rgb said;
+        double sum = 0.0;
+        of_sky = {};
         for (const Interpolation::Weight& other : near) {
             const double h = near.back().weight;
             if (other.site == k || !(other.weight > 0.0) || other.weight >= h) continue;
@@ -180,23 +182,22 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
             of_sky += root * root * sky[other.site];
             sum += root * root;
         }
-        if (sum > 0.0) of_sky /= sum;
-        return sum > 0.0 ? said / sum : 0.0;
+        if (sum > 0.0) of_sky = of_sky / sum;
+        return sum > 0.0 ? said / sum : Rgb{};
     };
     // By how much all are off at the probe of a node, as far as it can tell.
     const auto off_at_probe = [&](std::size_t k, std::uint32_t row, double spread,
                                   std::vector<Interpolation::Weight>& near) {
         const Place& place = probes_.place(row);
         sites.at(place.position, place.normal, at.objects[k], near);
-        double said = 0.0, seen = 0.0, of_sky = 0.0;
+        Rgb said, seen, of_sky;
         for (const Interpolation::Weight& w : near) said += w.weight * value[w.site], of_sky += w.weight * sky[w.site];
-        const double halves = difference(system, probes_, row, sent, seen);
-        const double seen_sky = luminance(probes_.sky()[row].value);
+        const Rgb halves = difference(system, probes_, row, sent, seen), seen_sky = probes_.sky()[row].value;
         const double fewer = gathering_.row(cut.rows[k]).rays / tuning_.probe_rays;
-        const auto beyond_chance = [&](double off, double of, double chance) {
-            return std::abs(off) - tuning_.significance * std::max(chance, tuning_.probe_error * of);
+        const auto beyond_chance = [&](const Rgb& off, const Rgb& of, double chance) {
+            return color_norm(off) - tuning_.significance * std::max(chance, tuning_.probe_error * color_norm(of));
         };
-        const double chance = std::max(0.5 * std::abs(halves), std::sqrt(fewer) * spread);
+        const double chance = std::max(0.5 * color_norm(halves), std::sqrt(fewer) * spread);
         const double all = beyond_chance(seen + seen_sky - said, seen + seen_sky, chance);
         if (!has_sky) return all;
         return std::max({all, beyond_chance(seen - (said - of_sky), seen, chance),
@@ -217,19 +218,20 @@ CutTest::Result CutTest::operator()(const Cut& cut, const GatheredSystem& system
                 const double spread = noise.standard_error[k];
                 double interpolation_error = 0.0;
                 if (!tree_.is_leaf(node)) {
-                    double sky_around = 0.0;
-                    const double around = said_by_others(k, near, sky_around);
+                    Rgb sky_around;
+                    const Rgb around = said_by_others(k, near, sky_around);
                     const double reach = std::sqrt(tree_.area(node) / pi) * gathering_.row(cut.rows[k]).closeness;
                     const double close_by = tuning_.closeness_weight *
                                             gathering_.deviation(cut.rows[k], sent, system.channels()) * reach * reach;
-                    double off = std::max(std::abs(value[k] - around), has_sky ? std::abs(sky[k] - sky_around) : 0.0);
+                    double off =
+                        std::max(color_norm(value[k] - around), has_sky ? color_norm(sky[k] - sky_around) : 0.0);
                     const auto [first, probes] = probes_of_.at(node);
                     for (std::uint32_t row = first; row < first + probes; ++row)
                         off = std::max(off, off_at_probe(k, row, spread, near));
                     off -= tuning_.significance * spread;
                     out.refine[k] =
                         std::max(close_by, off) > allowed.error[k] * smallness(usual_area, tree_.area(node));
-                    const double most = std::min(std::max(close_by, off), value[k] + around);
+                    const double most = std::min(std::max(close_by, off), color_norm(value[k] + around));
                     // Second order: between neighbours on all sides, half as far, a quarter of it.
                     interpolation_error = 0.25 * std::max(0.0, out.refine[k] ? most : off);
                 }

@@ -19,7 +19,8 @@ constexpr double large_factor = 0.1;  // of which the hemisphere is sampled, not
 constexpr int hemisphere_rays = 128, near_rays = 16, mid_rays = 4, far_rays = 1;
 constexpr int most_rays = 64, emitter_rays = 16;
 constexpr double rays_per_factor = 256.0;
-constexpr int more_rays = 8;  // times as many between patches that see each other in part
+constexpr int more_rays = 8;    // times as many between patches that see each other in part
+constexpr int most_draws = 64;  // of points, for one in front of the other surfel
 
 }  // namespace
 
@@ -52,8 +53,8 @@ double visible_share_of_hemisphere(const Tracer& tracer, const PairExchange& pai
     return all > 0 ? static_cast<double>(free) / all : 0.0;
 }
 
-// The same for any pair. Rays are spread over both surfels as far as they are patches, or
-// near; each counts as much as passes along it.
+// The same for any pair. Rays are spread over both surfels as far as they are patches, or near, between points that lie
+// in front of each other; each counts as much as passes along it.
 double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint32_t i, std::uint32_t j,
                      PairExchange::Range range, double factor, bool extended, std::uint64_t seed, std::size_t& rays) {
     using Range = PairExchange::Range;
@@ -68,16 +69,21 @@ double visible_share(const Tracer& tracer, const PairExchange& pairs, std::uint3
     EvenPoints even(4, seed, (static_cast<std::uint64_t>(i) << 32) | j);
     const bool patches = pairs.is_patch(i) && pairs.is_patch(j);
     double all = 0.0, free = 0.0;
-    for (int k = 0, most = patches ? more_rays * count : count; k < most; ++k) {
-        if (k == count && (free <= 0.0 || free >= all)) break;
+    int cast = 0;
+    for (int k = 0; k < more_rays * count || (cast == 0 && k < most_draws); ++k) {
+        if (cast == count && (!patches || free <= 0.0 || free >= all)) break;
         const double* u = even.next();
         const Vec3 from = pairs.ray_point(i, range, u[0], u[1]), to = pairs.ray_point(j, range, u[2], u[3]);
-        const double weight = count == 1 ? 1.0 : pairs.kernel(i, from, j, to);
-        if (weight <= 0.0) continue;
+        const double weight = pairs.kernel(i, from, j, to);
+        if (weight <= 0.0) {
+            range = Range::near;  // of disks whose centres do not face each other other points may
+            continue;
+        }
         all += weight;
         if (tracer.free(segment(tracer.on(i, from), to, j))) free += weight;
-        ++rays;
+        ++cast;
     }
+    rays += static_cast<std::size_t>(cast);
     return all > 0.0 ? free / all : 0.0;
 }
 

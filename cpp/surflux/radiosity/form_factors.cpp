@@ -25,7 +25,6 @@ Hemispheres nothing_lost(std::size_t surfels) {
     Hemispheres out;
     out.escape.assign(surfels, 0.0);
     out.absorbed.assign(surfels, 0.0);
-    out.sky.assign(surfels, Rgb{});
     out.taken.assign(surfels, 0);
     return out;
 }

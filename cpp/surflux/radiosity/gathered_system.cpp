@@ -17,11 +17,11 @@ constexpr std::size_t least_shared_links = 1000000;  // fewer are gathered soone
 }  // namespace
 
 GatheredSystem::GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
-                               bool emitters_apart, std::size_t channels, Team team)
+                               const LightSampler& emitters, std::size_t channels, Team team)
     : tree_(tree),
       gathering_(gathering),
       sources_(sources),
-      emitters_apart_(emitters_apart),
+      emitters_(emitters),
       channels_(channels),
       team_(std::move(team)) {}
 
@@ -36,8 +36,8 @@ void GatheredSystem::interpolate(const Cut& cut, const NodalField& nodes, const 
                                  const Progress& progress) {
     cut_ = &cut;
     drop_scaling();
-    std::vector<double> light(cut.rows.size());
-    for (std::size_t k = 0; k < light.size(); ++k) light[k] = luminance(value(x, k) + found(k));
+    std::vector<Rgb> light(cut.rows.size());
+    for (std::size_t k = 0; k < light.size(); ++k) light[k] = value(x, k) + found(k);
     const auto at_leaf = [&](std::size_t k, std::vector<Interpolation::Weight>& near) {
         const auto p = static_cast<std::uint32_t>(k);
         if (!tree_.is_leaf(p)) return;
@@ -80,7 +80,7 @@ void GatheredSystem::send(const std::vector<double>& x, bool with_sources, const
                 for (std::size_t c = 0; c < channels_; ++c) h[c] += w.weight * x[w.site * channels_ + c];
         }
         const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[k];
-        const Rgb e = with_sources && !emitters_apart_ ? tree_.emission(p) : Rgb{};
+        const Rgb e = with_sources && !emitters_.samples(tree_.surfel(p)) ? tree_.emission(p) : Rgb{};
         for (std::size_t c = 0; c < channels_; ++c)
             sent_[k * channels_ + c] =
                 scale * (e[static_cast<int>(c)] + tree_.reflectance(p)[static_cast<int>(c)] * h[c]);

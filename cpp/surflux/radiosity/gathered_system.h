@@ -16,12 +16,12 @@ namespace surflux {
 
 // The linear system of light on a cut, x = G (E + rho (H0 + P (x + f))): x is the irradiance of its nodes from surfels,
 // f that from the sky by their rays, P the interpolation from nodes to leaves, H0 the irradiance of leaves that needs
-// no solving (LitPoints), and G the gathering, from whatever node of the tree each ray met. `emitters_apart`: H0 has
-// what emissive surfels bring, so that E is 0 here.
+// no solving (LitPoints), and G the gathering, from whatever node of the tree each ray met. H0 has what emissive
+// surfels bring that `emitters` sample: their E is 0 here.
 class GatheredSystem {
 public:
-    GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources, bool emitters_apart,
-                   std::size_t channels, Team team = {});
+    GatheredSystem(const SurfelTree& tree, const Gathering& gathering, const LitPoints& sources,
+                   const LightSampler& emitters, std::size_t channels, Team team = {});
 
     // Sets P, the weights that take values at nodes to leaves. First of zeroth order: each leaf has the value of its
     // node.
@@ -83,7 +83,7 @@ private:
     const SurfelTree& tree_;
     const Gathering& gathering_;
     const LitPoints& sources_;
-    const bool emitters_apart_;
+    const LightSampler& emitters_;
     const std::size_t channels_;
     const Team team_;
     const Cut* cut_ = nullptr;

@@ -235,19 +235,19 @@ TiltedRgb Gathering::gather_tilted(std::size_t row, const std::vector<double>& s
 
 double Gathering::deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const {
     const Row& r = rows_[row];
-    double sum = 0.0, squared = 0.0;
-    const auto add = [&](double share, double light) {
+    Rgb sum, squared;
+    const auto add = [&](double share, const Rgb& light) {
         sum += share * light;
-        squared += share * light * light;
+        squared += share * (light * light);
     };
     for (const Link& link : links_of(r)) {
         const double* from = sent.data() + link.sender * channels;
         add(static_cast<double>(link.first + link.second) / r.units,
-            channels == 1 ? from[0] : luminance({from[0], from[1], from[2]}));
+            channels == 1 ? Rgb{from[0], from[0], from[0]} : Rgb{from[0], from[1], from[2]});
     }
     const auto escape = static_cast<double>(r.escape);
-    if (escape > 0.0) add(escape, luminance(sky_[row].value) / escape);
-    return std::sqrt(std::max(0.0, squared - sum * sum));
+    if (escape > 0.0) add(escape, sky_[row].value / escape);
+    return std::sqrt(std::max(0.0, luminance(squared - sum * sum)));
 }
 
 }  // namespace surflux

@@ -80,7 +80,7 @@ public:
                        double* second) const;
     // The same for tilted normals, in 3 channels or one; the same light from everywhere has no tilt.
     TiltedRgb gather_tilted(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
-    // How much what single rays bring differs: standard deviation of the luminance.
+    // How much what single rays bring differs: standard deviation, of channels by the weights of luminance.
     double deviation(std::size_t row, const std::vector<double>& sent, std::size_t channels) const;
 
 private:

@@ -35,7 +35,7 @@ public:
           progress_(progress),
           out_(out),
           watch_(watch),
-          emitters_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::surfels),
+          emitters_(LightSampler::of_surfels(scene)),
           skies_(scene, LightSampler::usual_small_emitters, LightSampler::Sources::constant_sky),
           sky_cells_(scene.lights),
           sight_(sight),
@@ -54,8 +54,7 @@ public:
         watch_.lap("direct");
         const bool grey = is_grey(scene.surfels.reflectance) && is_grey(scene.surfels.emission) && sources_.is_grey() &&
                           is_grey({skies_.constant_sky()});
-        system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, !emitters_.empty(), grey ? 1 : 3,
-                                                   options.team);
+        system_ = std::make_unique<GatheredSystem>(tree_, gathering_, sources_, emitters_, grey ? 1 : 3, options.team);
     }
 
     void run() {
@@ -173,7 +172,7 @@ private:
                 const Rgb h = system_->irradiance(p, values_), direct = sources_.from_lights(p) + system_->sky(p);
                 of.power.add(system_->part(p),
                              {tree_.area(p), tree_.reflectance(p), tree_.emission(p), direct, h, system_->loss(p)});
-                of.squared += tree_.area(p) * luminance(h) * luminance(h);
+                of.squared += tree_.area(p) * color_norm(h) * color_norm(h);
                 of.area += tree_.area(p);
             }
         };

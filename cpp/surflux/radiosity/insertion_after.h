@@ -1,26 +1,19 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-
 #include "surflux/core/progress.h"
-#include "surflux/lights/direct.h"
+#include "surflux/radiosity/lit_points.h"
+#include "surflux/radiosity/surfel_tree.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/tracer.h"
 
 namespace surflux {
 
-struct InsertionAfterOptions {
-    double zeta = 0.02;           // difference that interpolation may leave, of the RMS of H
-    std::size_t max_surfels = 0;  // 0: as leaves_allowed() says
-    DirectOptions direct;
-    std::uint64_t seed = 0;
-};
-
-// Inserts surfels into a solution on the scene's own, where its field asks for them (D04 7.2). What comes to them from
-// lights is computed, all else interpolated.
-void insert_after(const Scene& scene, const Tracer& tracer, const InsertionAfterOptions& options,
+// Inserts surfels into a solution on the scene's own, where its field asks for them (D04 7.2), by more than zeta of the
+// RMS of H. What comes to them from lights, images of the sky and small emissive surfels `lit` finds, which is of
+// `tree`; all else is interpolated, and so is the difference between what `solution` has of these and what `lit` has at
+// the scene's own surfels.
+void insert_after(const Scene& scene, const Tracer& tracer, double zeta, SurfelTree& tree, LitPoints& lit,
                   const Progress& progress, Solution& solution);
 
 }  // namespace surflux

@@ -65,8 +65,7 @@ LitPoints::Light LitPoints::shine(const SurfelPoints& points, const std::vector<
     std::vector<Rgb>().swap(errors);
     const DirectOptions samples = light_sampling_options(options_, light_samples_);
     if (has_emitters())
-        out.emitters =
-            emitted_irradiance(scene_, tracer_, *sampled_emitters_, points, places, samples, seed_, progress);
+        out.emitters = emitted_irradiance(tracer_, *sampled_emitters_, points, places, samples, seed_, progress);
     if (has_sky()) out.sky = sky_irradiance(tracer_, *cells_, points, places, sky_rays(), seed_ + 1, progress);
     return out;
 }

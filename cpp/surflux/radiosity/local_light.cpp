@@ -14,7 +14,7 @@ std::vector<double> local_light(const SurfelTree& tree, const Gathering& gatheri
     std::vector<double> light(tree.size(), 0.0);
     const auto of_leaf = [&](std::size_t k) {
         const auto p = static_cast<std::uint32_t>(k);
-        if (tree.is_leaf(p)) light[k] = luminance(system.irradiance(p, values));
+        if (tree.is_leaf(p)) light[k] = color_norm(system.irradiance(p, values));
     };
     parallel_for(tree.points(), 1024, of_leaf, progress);
     tree.pull_up(light, 1);

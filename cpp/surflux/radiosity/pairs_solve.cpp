@@ -21,10 +21,12 @@ constexpr int max_applications = 1000;
 
 // H of H = D + F (E + rho H). With M = A^-1/2 G A^-1/2 (G the closed exchange) the system
 // (I - sqrt(rho) M sqrt(rho)) y = sqrt(A rho) H0, H = H0 + A^-1/2 M sqrt(rho) y, H0 = D + F E,
-// is symmetric, positive definite as long as rho < 1, and takes rho = 0. `emitted` is F E.
-LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const std::vector<Rgb>& direct,
-                              double tolerance, const std::vector<std::uint32_t>& parts, std::vector<Rgb>& irradiance,
-                              std::vector<Rgb>& emitted, std::size_t& channel_count, const Progress& progress) {
+// is symmetric, positive definite as long as rho < 1, and takes rho = 0. `emitted` is F E of what `emitters` sample,
+// and left empty where they sample nothing.
+LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const LightSampler& emitters,
+                              const std::vector<Rgb>& direct, double tolerance, const std::vector<std::uint32_t>& parts,
+                              std::vector<Rgb>& irradiance, std::vector<Rgb>& emitted, std::size_t& channel_count,
+                              const Progress& progress) {
     const Channels channels(is_grey(s.reflectance) && is_grey(s.emission) && is_grey(direct));
     channel_count = channels.count;
     const std::vector<double> rho = channels.pack(s.reflectance);
@@ -33,7 +35,14 @@ LinearReport solve_irradiance(const Exchange& exchange, const Surfels& s, const 
     std::vector<double> h0, work, product;
     exchange.apply(channels.pack(s.emission), h0, channels.count);
     for (std::size_t k = 0; k < h0.size(); ++k) h0[k] /= area(k);
-    emitted = channels.unpack(h0);
+    if (!emitters.empty()) {
+        std::vector<Rgb> sampled(s.size());
+        for (std::uint32_t i = 0; i < s.size(); ++i)
+            if (emitters.samples(i)) sampled[i] = s.emission[i];
+        exchange.apply(channels.pack(sampled), work, channels.count);
+        for (std::size_t k = 0; k < work.size(); ++k) work[k] /= area(k);
+        emitted = channels.unpack(work);
+    }
     const std::vector<double> d = channels.pack(direct);
     std::vector<double> b(h0.size()), weight(h0.size());
     for (std::size_t k = 0; k < h0.size(); ++k) {
@@ -80,7 +89,7 @@ std::vector<std::uint32_t> connected_parts(const Exchange& exchange, const Progr
 
 }  // namespace
 
-void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions& options,
+void solve_by_pairs(const Scene& scene, const Tracer& tracer, const LitPoints& lit, const PairsOptions& options,
                     const StageProgress& progress, Solution& out) {
     const Surfels& s = scene.surfels;
     const std::size_t n = s.size();
@@ -88,20 +97,19 @@ void solve_by_pairs(const Scene& scene, const Tracer& tracer, const PairsOptions
     Stopwatch watch(out.timings);
     Hemispheres hemispheres = measure_hemispheres(scene, tracer, options.rays, options.seed, stage("hemispheres"));
     watch.lap("hemispheres");
-    out.direct = direct_irradiance(scene, tracer, options.direct, options.seed, stage("direct"));
-    watch.lap("direct");
     Exchange exchange = exchange_of_all_pairs(scene, &tracer, options.exchange, options.seed, stage("exchange"));
     watch.lap("exchange");
     const Closure closure = close(exchange, hemispheres, stage("closure"), closure_tolerance(s));
     watch.lap("closure");
 
+    out.direct.resize(n);
     for (std::size_t i = 0; i < n; ++i)
-        out.direct[i] += hemispheres.sky[i] + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
+        out.direct[i] = lit.from_lights(i) + (pi * hemispheres.escape[i]) * hemispheres.constant_sky;
     const std::vector<std::uint32_t> parts = connected_parts(exchange, stage("solve"));
     std::size_t channels = 0;
-    const LinearReport linear = solve_irradiance(exchange, s, out.direct, options.tolerance, parts, out.irradiance,
-                                                 out.emitted, channels, stage("solve"));
-    if (!has_small_emitters(scene)) out.emitted.clear();
+    const LightSampler emitters = LightSampler::of_surfels(scene);
+    const LinearReport linear = solve_irradiance(exchange, s, emitters, out.direct, options.tolerance, parts,
+                                                 out.irradiance, out.emitted, channels, stage("solve"));
     out.surfels = s;
     out.parents.resize(n);
     out.radiosity.resize(n);

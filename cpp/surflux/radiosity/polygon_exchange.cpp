@@ -88,6 +88,43 @@ void clip_to_front(const Polygon& polygon, const Vec3& point, const Vec3& normal
     }
 }
 
+namespace {
+
+// Where on an edge from `a` the logarithm of the distance to another edge, from `b`, is not smooth or nearly so: beside
+// the ends of that, and where both are closest. Ascending shares of `edge_a`, from 0 to 1.
+class Cuts {
+public:
+    Cuts(const Vec3& a, const Vec3& edge_a, const Vec3& b, const Vec3& edge_b) {
+        const double aa = length_squared(edge_a), ab = dot(edge_a, edge_b), bb = length_squared(edge_b);
+        const Vec3 d = b - a;
+        const double along_a = dot(d, edge_a), along_b = dot(d, edge_b);
+        const auto add = [&](double s, double t) {
+            if (!(s > least && s < 1.0 - least)) return;
+            if (!(length_squared(d + t * edge_b - s * edge_a) < near * near * aa)) return;
+            std::size_t k = count_++;
+            for (; k > 0 && at_[k - 1] > s; --k) at_[k] = at_[k - 1];
+            at_[k] = s;
+        };
+        add(along_a / aa, 0.0);
+        add((along_a + ab) / aa, 1.0);
+        const double determinant = aa * bb - ab * ab;
+        if (determinant > parallel * aa * bb) {
+            const double t = (ab * along_a - aa * along_b) / determinant;
+            if (t > 0.0 && t < 1.0) add((along_a + t * ab) / aa, t);
+        }
+        at_[count_++] = 1.0;
+    }
+    const double* begin() const { return at_.data(); }
+    const double* end() const { return at_.data() + count_; }
+
+private:
+    static constexpr double least = 1e-9, near = 0.3, parallel = 1e-12;
+    std::array<double, 4> at_{};
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
 double polygon_exchange(const Polygon& a, const Polygon& b, int count, Grading grading) {
     const Rule& rule = rule_of(grading, count);
     double sum = 0.0;
@@ -100,9 +137,23 @@ double polygon_exchange(const Polygon& a, const Polygon& b, int count, Grading g
             const Vec3 edge_a = a[(i + 1) % a.size()] - a[i];
             const double turn = dot(edge_a, u);
             if (std::abs(turn) < 1e-14 * length(edge_a)) continue;
+            const auto over = [&](double from, double to) {
+                double inner = 0.0;
+                for (std::size_t k = 0; k < rule.at.size(); ++k)
+                    inner += rule.weight[k] *
+                             log_distance(a[i] + (from + (to - from) * rule.at[k]) * edge_a, b[j], u, length_b);
+                return (to - from) * inner;
+            };
             double inner = 0.0;
-            for (std::size_t k = 0; k < rule.at.size(); ++k)
-                inner += rule.weight[k] * log_distance(a[i] + rule.at[k] * edge_a, b[j], u, length_b);
+            if (grading == Grading::plain) {
+                inner = over(0.0, 1.0);
+            } else {
+                double from = 0.0;
+                for (const double to : Cuts(a[i], edge_a, b[j], edge_b)) {
+                    inner += over(from, to);
+                    from = to;
+                }
+            }
             sum += turn * inner;
         }
     }

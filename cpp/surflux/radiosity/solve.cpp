@@ -3,7 +3,9 @@
 #include "surflux/core/available_memory.h"
 #include "surflux/core/error.h"
 #include "surflux/radiosity/global_refinement.h"
+#include "surflux/radiosity/insertion.h"
 #include "surflux/radiosity/insertion_after.h"
+#include "surflux/radiosity/lit_points.h"
 #include "surflux/radiosity/pairs_solve.h"
 #include "surflux/solution/self_check.h"
 #include "surflux/solution/stopwatch.h"
@@ -26,11 +28,19 @@ Solution solve(const CompiledScene& compiled, const SolveOptions& options, const
     const Tracer& tracer = compiled.tracer(progress ? progress("trace") : Progress{});
     watch.lap("trace");
     if (by_pairs) {
-        solve_by_pairs(scene, tracer, {options.tolerance, options.rays, options.direct, options.exchange, options.seed},
-                       progress, out);
+        const SurfelPoints points(scene.surfels);
+        const LightSampler emitters = LightSampler::of_surfels(scene);
+        const SkyCells sky(scene.lights);
+        SurfelTree tree(scene, {}, leaves_allowed(scene, options.insert, options.max_surfels));
+        // Emitters' light is exchanged as all light is; only at inserted surfels it is found by itself.
+        LitPoints lit(scene, points, tracer, tree, options.insert ? &emitters : nullptr, &sky, options.direct,
+                      options.rays, options.seed);
+        lit.update(progress ? progress("direct") : Progress{});
+        watch.lap("direct");
+        solve_by_pairs(scene, tracer, lit, {options.tolerance, options.rays, options.exchange, options.seed}, progress,
+                       out);
         if (options.insert)
-            insert_after(scene, tracer, {options.zeta, options.max_surfels, options.direct, options.seed},
-                         progress ? progress("insertion") : Progress{}, out);
+            insert_after(scene, tracer, options.zeta, tree, lit, progress ? progress("insertion") : Progress{}, out);
     } else {
         RefinementOptions refinement;
         refinement.zeta = options.zeta;

@@ -12,8 +12,9 @@ struct GlossyVertex {
     GlossyLobe lobe;
     bool glossy_bounces;
 
-    LightRay light(const LightSampler& lights, const Departure& at, double u, double v, double choice) const {
-        return lights.sample(at.position, lobe, u, v, choice);
+    LightRay light(const LightSampler& lights, const Departure& at, double u, double v, double choice,
+                   int group) const {
+        return lights.sample(at.position, lobe, u, v, choice, group);
     }
     bool onward(const Departure&, double u, double v, Random& random, Vec3& direction, Rgb& carried) const {
         direction = lobe.sample(u, v, random.uniform());

@@ -16,7 +16,7 @@ namespace surflux {
 
 // Paths from given places, all steps of a chunk traced together, whose vertices are of one kind (Kajiya 1986). A Vertex
 // says what a place makes of the light that comes to it:
-//   LightRay light(lights, at, u, v, choice)      a light sample, as what the place makes of it
+//   LightRay light(lights, at, u, v, choice, group)  a light sample, as what the place makes of it
 //   bool onward(at, u, v, random, ray_direction, carried)  where a path goes on, if it does, and what it brings of what
 //                                                 it meets
 //   Rgb found(lights, ray, hit)                   what the place makes of the light that the ray finds
@@ -74,12 +74,12 @@ private:
     std::uint64_t seed_;
 };
 
-// A ray to a light and one that goes on, with the directions of both from u[0..3].
+// A ray to a light of each group and one that goes on, with the directions of both from u[0..3].
 template <class Vertex>
 void PathTracer<Vertex>::aim(Path& path, std::uint32_t index, const double* u, double choice, Step& step) const {
     const Departure& at = path.at;
-    if (!lights_.empty()) {
-        const LightRay light = path.vertex.light(lights_, at, u[2], u[3], choice);
+    for (int group = 0; group < lights_.groups(); ++group) {
+        const LightRay light = path.vertex.light(lights_, at, u[2], u[3], choice, group);
         const typename Step::Gain gain{index, path.throughput * light.irradiance, light.target};
         if (light.length > 0.0) {
             (light.target == Hit::none ? step.shadow : step.ahead).push_back({at, light.direction, light.length});

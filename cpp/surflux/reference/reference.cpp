@@ -9,8 +9,9 @@ namespace {
 
 // A place that receives light and sends it on evenly: what a path carries is irradiance.
 struct DiffuseVertex {
-    LightRay light(const LightSampler& lights, const Departure& at, double u, double v, double choice) const {
-        return lights.sample(at.position, at.normal, u, v, choice);
+    LightRay light(const LightSampler& lights, const Departure& at, double u, double v, double choice,
+                   int group) const {
+        return lights.sample(at.position, at.normal, u, v, choice, group);
     }
     bool onward(const Departure& at, double u, double v, Random&, Vec3& direction, Rgb&) const {
         direction = frame_around(at.normal).to_world(square_to_cosine_hemisphere(u, v));

@@ -32,6 +32,9 @@ constexpr double crack = 0.008;  // subpixels: two of the places that corners ar
 // Of the width of a kernel on the picture, the least share that is not the picture's filter for which walls are found.
 constexpr double filling = 0.2;
 
+constexpr double least_seen = 0.999;  // of a patch that nothing covers, the share of its triangles that is its area
+constexpr double hair_behind = 5e-5;  // of the distance
+
 // How disks are drawn that fill pixels enough to tell.
 struct Shapes {
     std::vector<Bend> bends;
@@ -228,13 +231,34 @@ struct Drawing {
         t.a += hair(t.a) * (w - u), t.b += hair(t.b) * (u - v), t.c += hair(t.c) * (v - w);
     }
 
-    void add_triangle(DrawnGeometry& geometry, const Triangle& world, const Vec3& normal, int index, int object) const {
+    // Of patches that coincide the last is seen (Cover), and the area of others is what of them it leaves. Those are
+    // drawn a hair farther away, at the same pixels, the more so the less is left.
+    std::vector<double> behind() const {
+        std::vector<double> drawn(surfels.areas.empty() ? 0 : surfels.size()), out(surfels.size(), 0.0);
+        if (drawn.empty()) return out;
+        for (const Triangle& t : surfels.triangles) drawn[t.surfel] += area_of(t);
+        for (std::size_t i = 0; i < out.size(); ++i)
+            if (surfels.areas[i] < least_seen * drawn[i]) out[i] = hair_behind * (2.0 - surfels.areas[i] / drawn[i]);
+        return out;
+    }
+
+    void move_back(Triangle& t, double farther) const {
+        for (Vec3* corner : {&t.a, &t.b, &t.c})
+            if (grid.parallel)
+                corner->z += farther * std::abs(corner->z);
+            else
+                *corner *= 1.0 + farther;
+    }
+
+    void add_triangle(DrawnGeometry& geometry, const Triangle& world, const Vec3& normal, int index, int object,
+                      double farther = 0.0) const {
         Triangle t{frame.to_camera(world.a), frame.to_camera(world.b), frame.to_camera(world.c), 0};
         const double farthest = std::max({t.a.z, t.b.z, t.c.z});
         if (farthest <= 0.0) return;
         const bool away = dot(cross_of(t), way_to(t.a)) >= 0.0, back = away && !options.culling && index >= 0;
         if (away && !back) return;
         if (index >= 0) close_cracks(t);
+        if (farther > 0.0) move_back(t, farther);
         FlatTriangle& flat = geometry.triangles.emplace_back();
         store(flat.corners[0], t.a);
         store(flat.corners[1], t.b);
@@ -273,9 +297,10 @@ DrawnGeometry drawn_geometry(const Surfels& surfels, const std::vector<std::int3
         else if (!surfels.triangles.empty())
             drawing.add_walls(geometry, KernelWalls(surfels, options.footprint));
     }
+    const std::vector<double> behind = drawing.behind();
     for (const Triangle& t : surfels.triangles) {
         drawing.add_triangle(geometry, t, surfels.normals[t.surfel], static_cast<std::int32_t>(t.surfel),
-                             objects[t.surfel]);
+                             objects[t.surfel], behind[t.surfel]);
     }
     for (std::size_t k = 0; k < emitters.size(); ++k) {
         const VisibleEmitter& e = emitters[k];

@@ -1,20 +1,19 @@
 #include "surflux/solution/final_gather.h"
 
 #include "surflux/core/sampling.h"
-#include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
 
 namespace surflux {
 
 FinalGather::FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-                         const std::vector<double>& light, const std::vector<NodalField::Values>& fields)
+                         const std::vector<Rgb>& light, const std::vector<NodalField::Values>& fields)
     : scene_(scene),
       tracer_(tracer),
       sight_(sight),
       nodes_(nodes),
       light_(light),
       fields_(fields),
-      finds_emission_(!has_small_emitters(scene)) {}
+      emitters_(LightSampler::of_surfels(scene)) {}
 
 Rgb FinalGather::reflected(std::uint32_t surfel, const Vec3& at) const {
     const Surfels& s = scene_.surfels;
@@ -29,7 +28,7 @@ Rgb FinalGather::reflected(std::uint32_t surfel, const Vec3& at) const {
     return rho * irradiance;
 }
 
-Rgb FinalGather::operator()(const Departure& departure, int rays, std::uint64_t seed) const {
+Rgb FinalGather::operator()(const Departure& departure, int rays, std::uint64_t seed, float* on_backs) const {
     const Place place{departure.position, departure.normal, departure.surfel, Place::point};
     const Frame frame = frame_around(place.normal);
     EvenPoints even(2, seed, stream_of(place));
@@ -41,11 +40,16 @@ Rgb FinalGather::operator()(const Departure& departure, int rays, std::uint64_t 
     }
     tracer_.closest(shot, hits);
     Rgb sum;
+    int backs = 0;
     for (std::size_t r = 0; r < shot.size(); ++r) {
-        if (!hits[r].front) continue;
+        if (!hits[r].front) {
+            backs += hits[r] ? 1 : 0;
+            continue;
+        }
         sum += reflected(hits[r].surfel, place.position + hits[r].distance * shot[r].direction);
-        if (finds_emission_) sum += scene_.surfels.emission[hits[r].surfel];
+        if (!emitters_.samples(hits[r].surfel)) sum += scene_.surfels.emission[hits[r].surfel];
     }
+    if (on_backs) *on_backs = static_cast<float>(backs) / static_cast<float>(rays);
     return sum / rays;
 }
 

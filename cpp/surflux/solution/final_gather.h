@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/lights/light_sampler.h"
 #include "surflux/scene/scene.h"
 #include "surflux/solution/nodal_field.h"
 #include "surflux/solution/sight.h"
@@ -17,10 +18,11 @@ class FinalGather {
 public:
     // `fields` make up the irradiance that is reflected.
     FinalGather(const Scene& scene, const Tracer& tracer, const Sight& sight, const NodalField& nodes,
-                const std::vector<double>& light, const std::vector<NodalField::Values>& fields);
+                const std::vector<Rgb>& light, const std::vector<NodalField::Values>& fields);
 
-    // Irradiance as the mean of `rays`, the same for the same place and seed.
-    Rgb operator()(const Departure& place, int rays, std::uint64_t seed) const;
+    // Irradiance as the mean of `rays`, the same for the same place and seed; `on_backs`: the share of them that backs
+    // end.
+    Rgb operator()(const Departure& place, int rays, std::uint64_t seed, float* on_backs = nullptr) const;
 
 private:
     Rgb reflected(std::uint32_t surfel, const Vec3& at) const;
@@ -29,9 +31,9 @@ private:
     const Tracer& tracer_;
     const Sight& sight_;
     const NodalField& nodes_;
-    const std::vector<double>& light_;  // of nodes, of all fields
+    const std::vector<Rgb>& light_;  // of nodes, of all fields
     const std::vector<NodalField::Values>& fields_;
-    bool finds_emission_;
+    LightSampler emitters_;
 };
 
 }  // namespace surflux

@@ -16,11 +16,6 @@ constexpr double most_sloped = 2.0;                  // of a value by weights al
 constexpr double spare_share = 0.25;                 // overshoot that slopes may make, over the range of values around
 constexpr double least_share = 0.25;                 // of the least value around, which they do not fall below
 
-double brightness(const NodalField::Values& field, std::size_t k) {
-    const Rgb& c = field.values[k].value;
-    return c.x + c.y + c.z;
-}
-
 }  // namespace
 
 NodalField::NodalField(std::vector<Vec3> positions, std::vector<Vec3> normals, std::vector<std::uint32_t> objects,
@@ -70,7 +65,7 @@ void NodalField::fit_slopes(Values& out, const Sight* sight, const Progress& pro
                 SlopeFit<Rgb> fit;
                 for (const Interpolation::Weight& other : near) {
                     if (other.site == i || !(other.weight > 0.0)) continue;
-                    if (sight && differ_much(brightness(out, other.site), brightness(out, i)) &&
+                    if (sight && differ_much(out.values[other.site].value, out.values[i].value) &&
                         !sight->joined(sites_->place(*sight, i), sites_->place(*sight, other.site)))
                         continue;
                     const Vec3 d = positions_[other.site] - positions_[i];

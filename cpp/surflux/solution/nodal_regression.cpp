@@ -21,20 +21,19 @@ constexpr double ridge = 1e-6;
 
 using Terms = Eigen::Matrix<double, 6, 1>;
 
-bool differ_in_any(const Rgb& a, const Rgb& b) {
-    return differ_much(a.x, b.x) || differ_much(a.y, b.y) || differ_much(a.z, b.z);
-}
-
-// Mean over the channels, of each as if all light were of its colour: luminance alone would not see that a colour
-// becomes another.
+// Mean over the channels that there is light in, of each as if all light were of its colour: luminance alone would not
+// see that a colour becomes another.
 double squared_change(const Rgb& from, const Rgb& to) {
-    const double all = luminance(from), least = 0.05 * std::max({from.x, from.y, from.z});
+    const double all = color_norm(from), least = 0.05 * std::max({from.x, from.y, from.z});
     double sum = 0.0;
+    int channels = 0;
     for (int c = 0; c < 3; ++c) {
-        const double change = (to[c] - from[c]) * (from[c] > least ? all / from[c] : 1.0);
-        sum += change * change / 3.0;
+        const bool is_lit = from[c] > least;
+        const double change = (to[c] - from[c]) * (is_lit ? all / from[c] : 1.0);
+        sum += change * change;
+        channels += is_lit;
     }
-    return sum;
+    return sum / std::max(1, channels);
 }
 
 class Regression {
@@ -105,7 +104,7 @@ private:
         const auto stranger = [&](const Interpolation::Weight& n) {
             if (n.site == i) return false;
             if (dot(nodes_.normals()[n.site], nodes_.normals()[i]) < like) return true;
-            return differ_in_any(values_[n.site], values_[i]) &&
+            return differ_much(values_[n.site], values_[i]) &&
                    !sight_.joined(nodes_.sites().place(sight_, i), nodes_.sites().place(sight_, n.site));
         };
         near.erase(std::remove_if(near.begin(), near.end(), stranger), near.end());

@@ -107,12 +107,10 @@ struct GroupOfSenders {
     double squared = 0.0;    // what all receive, weighted by the square of what is carried
 
     double mean_carried() const { return area.all > 0.0 ? power.all / area.all : 0.0; }
-    // Inverse-variance weight of what is sent, beside what is received. Bias is all alike in a group: it adds up.
-    double sender_weight() const {
-        if (!(received.sum > 0.0) || !(power_met > 0.0)) return 0.0;
-        const double sent_squared = power_met * power_met, sum_squared = received.sum * received.sum;
-        const double theirs = (received.squares + receivers_bias * receivers_bias) / sum_squared;
-        return theirs / (theirs + (variance + bias * bias) / sent_squared);
+    // Bias is all alike in a group: it adds up.
+    ReciprocalScaling::Variances variances() const {
+        return {(variance + bias * bias) / (power_met * power_met),
+                (received.squares + receivers_bias * receivers_bias) / (received.sum * received.sum)};
     }
     double loss_scale() const {
         const double lost = power.all - power.sent;
@@ -143,11 +141,11 @@ public:
         receive();
         report(progress, 0, most_rounds);
         for (GroupOfSenders& of : groups_) {
-            const double weight = of.sender_weight();
+            out.variances.push_back(of.variances());
+            const double weight = out.variances.back().sender_weight();
             of.area.reconcile(weight);
             of.power.reconcile(weight);
             parts_[of.part].sent += of.power.sent;
-            out.sender_weight.push_back(weight);
         }
     }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -53,7 +54,17 @@ struct ReciprocalScaling {
     std::vector<std::uint32_t> group;  // of each sender
     std::size_t groups = 0;
     std::vector<double> lost;  // of each group: what its senders' own rays say they lose is to be multiplied by
-    std::vector<double> sender_weight;  // of each group, by inverse variances: of what senders' own rays say
+    // Of each group: relative variances of the power that it sends, by what senders' own rays say, and that all receive
+    // of it.
+    struct Variances {
+        double sent, received;
+        // Weight of the former by inverse variances, where its radiosity has a relative variance, too.
+        double sender_weight(double of_radiosity = 0.0) const {
+            const double all = sent + of_radiosity + received;
+            return all > 0.0 && std::isfinite(all) ? received / all : 0.0;
+        }
+    };
+    std::vector<Variances> variances;
     // Sum over groups of |received - sent|, over all that is sent: of everything, and of the part that is worst.
     double before = 0.0, after = 0.0;
 };

@@ -23,10 +23,12 @@ double ResidualRays::Sequences::next_choice() {
 }
 
 void ResidualRays::aim(const Departure& from, const double* u, double choice, const Rgb& throughput, bool is_first) {
-    const LightRay light = lights_.sample(from.position, from.normal, u[0], u[1], choice);
-    if (!(light.length > 0.0)) return;
-    light_.add(from, light);
-    gain_.push_back({throughput * light.irradiance, light.is_of_lamp, light.target != Hit::none, is_first});
+    for (int group = 0; group < lights_.groups(); ++group) {
+        const LightRay light = lights_.sample(from.position, from.normal, u[0], u[1], choice, group);
+        if (!(light.length > 0.0)) continue;
+        light_.add(from, light);
+        gain_.push_back({throughput * light.irradiance, light.is_of_lamp, light.target != Hit::none, is_first});
+    }
 }
 
 bool ResidualRays::is_near(const Hit& hit) const {

@@ -124,7 +124,7 @@ Sight::Place Sight::Sites::place(const Sight& sight, std::uint32_t site) const {
     return {p, normal, headroom};
 }
 
-bool Sight::keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<double>& values,
+bool Sight::keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<Rgb>& values,
                         std::vector<Interpolation::Weight>& weights, std::uint32_t own) const {
     double above = -1.0;  // the headroom, once it is asked for
     const auto is_joined = [&](std::uint32_t site) { return sees(point, normal, above, sites.place(*this, site)); };

@@ -52,9 +52,9 @@ public:
     bool sees(const Vec3& p, const Vec3& normal, double& headroom_p, const Place& q) const;
     // Drops from the weights at a place the sites that it is not joined with. One that it is known to share the air
     // with (`own`), or else the heaviest that it is joined with, is its anchor: a site whose value is like the
-    // anchor's is taken without asking. False where it is joined with none: the weights are sorted then, heaviest
-    // first.
-    bool keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<double>& values,
+    // anchor's in all channels is taken without asking. False where it is joined with none: the weights are sorted
+    // then, heaviest first.
+    bool keep_joined(const Vec3& point, const Vec3& normal, const Sites& sites, const std::vector<Rgb>& values,
                      std::vector<Interpolation::Weight>& weights, std::uint32_t own = none) const;
 
 private:
@@ -68,5 +68,9 @@ private:
 
 // Values of which one is less than three quarters of the other.
 inline bool differ_much(double a, double b) { return a < 0.75 * b || b < 0.75 * a; }
+// In any channel: light of two colours may have one luminance.
+inline bool differ_much(const Rgb& a, const Rgb& b) {
+    return differ_much(a.x, b.x) || differ_much(a.y, b.y) || differ_much(a.z, b.z);
+}
 
 }  // namespace surflux

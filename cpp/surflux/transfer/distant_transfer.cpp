@@ -80,9 +80,8 @@ DistantTransfer::DistantTransfer(std::shared_ptr<const CompiledScene> scene, Tra
             " harmonics of each of ", rows, " rows");
     for (const float scale : visibility_.scale)
         require(std::isfinite(scale) && scale >= 0.0f, "visibility_scale: wanted finite numbers");
-    const Surfels& s = scene_->scene().surfels;
-    reflectance_ = operator_->senders.means(s.reflectance, operator_->areas);
-    emission_ = operator_->senders.means(s.emission, operator_->areas);
+    reflectance_ = operator_->senders.means(scene_->scene().surfels.reflectance, operator_->areas);
+    emitted_ = std::make_shared<const EmittedLight>(*scene_, *operator_);
 }
 
 DistantTransfer::Visibility find_visibility(const TransportOperator& transport, const Tracer& tracer, int rays,
@@ -166,8 +165,9 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
     std::vector<float> coefs, direct;
     operator_->coefficients(irradiance, colors, coefs);
     operator_->receive(coefs, colors, direct);
+    emitted_->add_at_leaves(direct);
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_->areas);
-    const std::vector<float> sent = sent_after(bounces, *operator_, connected_, colors, emission_, own, direct);
+    const std::vector<float> sent = sent_after(bounces, *operator_, connected_, colors, emitted_->sent(), own, direct);
     parallel_blocks(rows, block, [&](std::size_t begin, std::size_t end) {
         double found[3 * reflected];
         for (std::size_t k = begin; k < end; ++k) {
@@ -177,7 +177,7 @@ IncidentLight DistantTransfer::incident(const std::vector<Rgb>& environment, con
         }
     });
     operator_->coefficients(light, channels, coefs);
-    return {scene_, operator_, std::move(coefs)};
+    return {scene_, operator_, emitted_, std::move(coefs)};
 }
 
 std::size_t DistantTransfer::bytes() const {

@@ -37,6 +37,7 @@ public:
 
     const TransportOperator& transport() const { return *operator_; }
     const Visibility& visibility() const { return visibility_; }
+    const EmittedLight& emitted() const { return *emitted_; }
     const Figures& timings() const { return timings_; }  // of how it was made
     std::size_t bytes() const;
 
@@ -49,7 +50,8 @@ private:
     std::shared_ptr<const TransportOperator> operator_;
     Figures timings_;
     Visibility visibility_;
-    std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<float> reflectance_;  // of the leaves of the senders, by node
+    std::shared_ptr<const EmittedLight> emitted_;
     ConnectedLeaves connected_;
 };
 

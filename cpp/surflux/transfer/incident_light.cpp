@@ -87,6 +87,8 @@ IncidentLight::Irradiance IncidentLight::irradiance() const {
         for (std::size_t k = 0; k < 3 * reflected; ++k) light[k] += light[3 * n + k];
         out.all[i] = value(basis, bands.data(), light, s.normals[i]);
     });
+    const std::vector<Rgb>& emitted = emitted_->at_surfels();
+    for (std::size_t i = 0; i < emitted.size(); ++i) out.all[i] += emitted[i];
     return out;
 }
 

@@ -6,13 +6,15 @@
 
 #include "surflux/core/vec.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/emitted_light.h"
 #include "surflux/transfer/spherical_harmonics.h"
 #include "surflux/transfer/transport_operator.h"
 
 namespace surflux {
 
 // Radiance that comes to the surfels of a scene, by spherical harmonics in the scene's axes: from afar, and from other
-// surfels, which is smoother and has fewer of them. Below the horizon it goes on as SkyVisibility does.
+// surfels, which is smoother and has fewer of them. Small strong emissive surfels are in the irradiance alone. Below
+// the horizon it goes on as SkyVisibility does.
 class IncidentLight {
 public:
     static constexpr int distant_order = 9, reflected_order = 5;
@@ -23,8 +25,11 @@ public:
     // `coefficients`: for each function of the operator, `channels`: red, green and blue of the harmonics of distant
     // light, one after another, then those of reflected light.
     IncidentLight(std::shared_ptr<const CompiledScene> scene, std::shared_ptr<const TransportOperator> transport,
-                  std::vector<float> coefficients)
-        : scene_(std::move(scene)), transport_(std::move(transport)), coefficients_(std::move(coefficients)) {}
+                  std::shared_ptr<const EmittedLight> emitted, std::vector<float> coefficients)
+        : scene_(std::move(scene)),
+          transport_(std::move(transport)),
+          emitted_(std::move(emitted)),
+          coefficients_(std::move(coefficients)) {}
 
     // At surfels, by their own normals; below 0 where the light is.
     struct Irradiance {
@@ -41,6 +46,7 @@ private:
 
     std::shared_ptr<const CompiledScene> scene_;
     std::shared_ptr<const TransportOperator> transport_;
+    std::shared_ptr<const EmittedLight> emitted_;
     std::vector<float> coefficients_;
 };
 

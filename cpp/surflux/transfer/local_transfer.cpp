@@ -10,11 +10,9 @@ LocalTransfer::LocalTransfer(std::shared_ptr<const CompiledScene> scene, Transpo
       operator_(std::move(transport)),
       timings_(std::move(timings)),
       points_(scene_->scene().surfels),
-      light_(*scene_, operator_.senders, operator_.samples, points_, operator_.areas) {
-    const Surfels& s = scene_->scene().surfels;
-    reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
-    emission_ = operator_.senders.means(s.emission, operator_.areas);
-}
+      light_(*scene_, operator_.senders, operator_.samples, points_, operator_.areas),
+      reflectance_(operator_.senders.means(scene_->scene().surfels.reflectance, operator_.areas)),
+      emitted_(*scene_, operator_) {}
 
 std::vector<Rgb> LocalTransfer::direct(const std::vector<Light>& lights, const DirectOptions& options,
                                        std::uint64_t seed, const Progress& progress) const {
@@ -27,9 +25,13 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
                                          const RelightOptions& options) const {
     const SenderGroups& senders = operator_.senders;
     const std::vector<float> own = reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas);
-    std::vector<float> direct(emission_.size(), 0.0f);
-    if (options.bounces != 0) direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
-    const std::vector<float> all = sent_after(options.bounces, operator_, connected_, colors, emission_, own, direct);
+    std::vector<float> direct(emitted_.sent().size(), 0.0f);
+    if (options.bounces != 0) {
+        direct = light_.irradiance(lights, own, {options.shadow_rays, options.seed});
+        emitted_.add_at_leaves(direct);
+    }
+    const std::vector<float> all =
+        sent_after(options.bounces, operator_, connected_, colors, emitted_.sent(), own, direct);
     const Scratch<Tilted>::Lent tilted(tilted_);
     std::vector<float>&values = (*tilted).values, &coefs = (*tilted).coefs;
     operator_.gather_tilted(all, values);
@@ -43,6 +45,8 @@ std::vector<Rgb> LocalTransfer::indirect(const std::vector<Light>& lights, const
                 std::max(0.0, static_cast<double>(sum[c]) + n.x * static_cast<double>(sum[3 + c]) +
                                   n.y * static_cast<double>(sum[6 + c]) + n.z * static_cast<double>(sum[9 + c]));
     });
+    const std::vector<Rgb>& emitted = emitted_.at_surfels();
+    for (std::size_t i = 0; i < emitted.size(); ++i) out[i] += emitted[i];
     return out;
 }
 

@@ -11,6 +11,7 @@
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/emitted_light.h"
 #include "surflux/transfer/group_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/transport_operator.h"
@@ -39,6 +40,7 @@ public:
     // Direct irradiance at every surfel from such lights.
     std::vector<Rgb> direct(const std::vector<Light>& lights, const DirectOptions& options, std::uint64_t seed,
                             const Progress& progress) const;
+    const EmittedLight& emitted() const { return emitted_; }
     const Figures& timings() const { return timings_; }  // of how it was made
 
     // Indirect irradiance at every surfel of the scene: what emissive surfels bring, and so many reflections of the
@@ -57,7 +59,8 @@ private:
     Figures timings_;
     SurfelPoints points_;
     GroupLight light_;
-    std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<float> reflectance_;  // of the leaves of the senders, by node
+    EmittedLight emitted_;
     ConnectedLeaves connected_;
     mutable Scratch<Tilted> tilted_;  // megabytes that lamp after lamp would have cleared again
 };

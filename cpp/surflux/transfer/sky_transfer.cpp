@@ -19,22 +19,21 @@ SkyTransfer::SkyTransfer(std::shared_ptr<const CompiledScene> scene, TransportOp
       operator_(std::move(transport)),
       patches_(std::move(patches)),
       direct_(std::move(direct)),
-      timings_(std::move(timings)) {
+      timings_(std::move(timings)),
+      reflectance_(operator_.senders.means(scene_->scene().surfels.reflectance, operator_.areas)),
+      emitted_(*scene_, operator_) {
     direct_.require_whole(operator_.rows.size(), patches_.size());
-    const Surfels& s = scene_->scene().surfels;
-    reflectance_ = operator_.senders.means(s.reflectance, operator_.areas);
-    emission_ = operator_.senders.means(s.emission, operator_.areas);
 }
 
 SkyTransfer::Fields SkyTransfer::fields(const std::vector<float>& radiances, std::size_t channels,
-                                        const std::vector<float>& sun, const std::vector<float>& emission,
+                                        const std::vector<float>& besides, const std::vector<float>& emission,
                                         const std::vector<float>& reflectance, int bounces) const {
     std::vector<float> direct, reflected, received;
     direct_.receive(radiances, channels, direct);
     Fields out;
     operator_.coefficients(direct, channels, out.direct);
     operator_.receive(out.direct, channels, received);
-    for (std::size_t k = 0; k < sun.size(); ++k) received[k] += sun[k];
+    for (std::size_t k = 0; k < besides.size(); ++k) received[k] += besides[k];
     const std::vector<float> sent =
         sent_after(bounces, operator_, connected_, channels, emission, reflectance, received);
     operator_.gather(sent, channels, reflected);
@@ -59,11 +58,16 @@ SkyTransfer::Irradiance SkyTransfer::irradiance(const std::vector<Rgb>& radiance
         for (int c = 0; c < 3; ++c) sky.push_back(static_cast<float>(radiance[c]));
         sky.push_back(0.0f);
     }
+    std::vector<float> besides(emitted_.sent().size(), 0.0f);
+    if (!sun.empty()) besides = senders.means(sun, operator_.areas);
+    emitted_.add_at_leaves(besides);
     const Fields found =
-        fields(sky, colors, sun.empty() ? std::vector<float>() : senders.means(sun, operator_.areas), emission_,
+        fields(sky, colors, besides, emitted_.sent(),
                reflectance.empty() ? reflectance_ : senders.means(reflectance, operator_.areas), bounces);
     Irradiance out{at_surfels(found.direct), at_surfels(found.all)};
     for (std::size_t i = 0; i < sun.size(); ++i) out.direct[i] += sun[i], out.all[i] += sun[i];
+    const std::vector<Rgb>& emitted = emitted_.at_surfels();
+    for (std::size_t i = 0; i < emitted.size(); ++i) out.all[i] += emitted[i];
     return out;
 }
 

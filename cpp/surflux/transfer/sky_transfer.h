@@ -10,6 +10,7 @@
 #include "surflux/scene/lights.h"
 #include "surflux/solution/solution.h"
 #include "surflux/trace/compiled_scene.h"
+#include "surflux/transfer/emitted_light.h"
 #include "surflux/transfer/reflections.h"
 #include "surflux/transfer/sky_irradiance.h"
 #include "surflux/transfer/transport_operator.h"
@@ -28,6 +29,7 @@ public:
     const TransportOperator& transport() const { return operator_; }
     const SkyPatches& patches() const { return patches_; }
     const SkyIrradiance& direct() const { return direct_; }
+    const EmittedLight& emitted() const { return emitted_; }
     const Figures& timings() const { return timings_; }  // of how it was made
     std::size_t bytes() const { return operator_.bytes() + direct_.bytes(); }
 
@@ -52,8 +54,8 @@ private:
     struct Fields {
         std::vector<float> direct, all;
     };
-    // `sun`: irradiance of the nodes of the senders by other lights, or empty.
-    Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& sun,
+    // `besides`: irradiance of the nodes of the senders by other lights, or empty.
+    Fields fields(const std::vector<float>& radiances, std::size_t channels, const std::vector<float>& besides,
                   const std::vector<float>& emission, const std::vector<float>& reflectance, int bounces) const;
     std::vector<Rgb> at_surfels(const std::vector<float>& coefs) const;
 
@@ -62,7 +64,8 @@ private:
     SkyPatches patches_;
     SkyIrradiance direct_;
     Figures timings_;
-    std::vector<float> reflectance_, emission_;  // of the leaves of the senders, by node
+    std::vector<float> reflectance_;  // of the leaves of the senders, by node
+    EmittedLight emitted_;
     ConnectedLeaves connected_;
 };
 

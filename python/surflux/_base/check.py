@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from surflux import _core
-from surflux._base.color import WHITE
+from surflux._base.color import WHITE, rgb_of_grey
 
 LARGEST = 1e30  # of lengths: the squares of products of four of them stay in the range of float64
 
@@ -141,7 +141,7 @@ def rgb(name, value, low=0.0, high=math.inf, *, high_open=False):
     """A scalar or an RGB triple as a float64 array of shape (3,), at least 0 unless said otherwise."""
     array = numeric(name, value)
     if array.ndim == 0:
-        array = finite_array(name, array.reshape(1), (1,)).repeat(3)
+        array = rgb_of_grey(finite_array(name, array.reshape(1), (1,))[0])
     elif array.shape == (3,):
         array = finite_array(name, array, (3,))
     else:
@@ -165,7 +165,7 @@ def per_surfel_rgb(name, value, n, low=0.0, high=math.inf, *, high_open=False, w
     if array.ndim == 0 or array.shape == (3,):
         return np.tile(rgb(name, array, low, high, high_open=high_open), (n, 1))
     if array.shape == (n,):
-        array = finite_array(name, array, (n,))[:, None].repeat(3, axis=1)
+        array = rgb_of_grey(finite_array(name, array, (n,)))
     elif array.shape == (n, 3):
         array = finite_array(name, array, (n, 3))
     else:

@@ -24,6 +24,11 @@ def linear_to_srgb(linear):
     return _core.srgb_encode(linear)
 
 
+def rgb_of_grey(values):
+    """(..., 3) of grey values (...): the same in all channels."""
+    return np.repeat(np.asarray(values)[..., None], 3, axis=-1)
+
+
 def reflectance_of_colors(colors, full):
     """Display colours, `full` being white, as linear reflectance: white is .98."""
     return WHITE * srgb_to_linear(np.clip(np.asarray(colors, dtype=np.float64) / full, 0.0, 1.0))

@@ -119,6 +119,8 @@ def _kind(options):
 def _check_options(options, kind):
     if options.repeats < 1:
         raise ValueError(f"--repeats: wanted at least 1, got {options.repeats}")
+    if options.threads is not None:
+        check.count("--threads", options.threads)
     if options.plot and kind not in ("quick", "full", "scale", "areas"):
         raise ValueError("--plot: goes with --quick, --full, --scale or --areas")
     if kind == "site":

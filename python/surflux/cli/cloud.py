@@ -15,7 +15,8 @@ from surflux.pictures.framing import framing
 from surflux.points.arranging import thinned_with_rows
 from surflux.points.cleaning import cleaned, numbers_of_rows
 from surflux.points.exposure import exposed_by, exposure_of_colors
-from surflux.points.layers import layer_of, up_of_frame
+from surflux.points.layers import is_terrain_of, layer_of, up_of_frame
+from surflux.points.properties import has_linear
 from surflux.points.reading import read, warn_of_faces
 from surflux.points.scan import read_scan_with_faces
 from surflux.points.standing import stands_along_y
@@ -65,7 +66,8 @@ class Cloud:
         orient = False if options.normals in ("keep", "flip") else True if options.eye is None else options.eye
         whole = scan[used].surfels(viewpoint=options.viewpoint, orient=orient, progress=True)
         whole = whole.flipped() if options.normals == "flip" else whole
-        if scan.reflectance is not None and "reflectance_r" not in scan.attributes and not options.raw_colors:
+        by_colors = scan.reflectance is not None and not has_linear(scan.attributes, "reflectance")
+        if by_colors and not options.raw_colors:
             whole = exposed(whole)
         self._normals, self._whole = whole.normals, whole
         limit = options.thin or options.points or CLOUD_LIMIT
@@ -173,8 +175,7 @@ def lights_of_cloud(options, surfels, camera, what="cloud"):
     if options.light is None and np.any(surfels.emission):
         LOG.info("the %s shines by itself: no other light is added (--light studio, sun or sky)", what)
         return []
-    level = options.up is None or tuple(options.up[:2]) == (0.0, 0.0)
-    is_terrain = level and options.light in (None, "sun") and layer_of(surfels.points) == "terrain"
+    is_terrain = options.light in (None, "sun") and is_terrain_of(surfels.points, options.up)
     if options.light is None:
         options.light = "sun" if is_terrain else "studio"
         said = {
@@ -186,9 +187,13 @@ def lights_of_cloud(options, surfels, camera, what="cloud"):
         LOG.info("the %s is lit by a sky of radiance 1 from all sides", what)
         return [Environment(1.0)]
     if options.light == "sun":
-        day = clear_day() if is_terrain else daylight(camera)  # as of tiles, wherever the camera stands
-        LOG.info("the light, z up and y north: %r", day)
-        return [day]
+        up = options.up or (0.0, 0.0, 1.0)
+        lights = [clear_day()] if is_terrain else daylight(camera, up)  # as of tiles, wherever the camera stands
+        if len(lights) == 1:
+            LOG.info("the light, z up and y north: %r", lights[0])
+        else:
+            LOG.info("the light: sun and sky of a clear day, with (%g, %g, %g) up (--up)", *up)
+        return lights
     return studio(surfels, camera)
 
 

@@ -31,10 +31,14 @@ from surflux.cli.processes import in_all_processes, joined
 from surflux.cli.saying import fail, how_much, log_said, print_json, say, settings_text, told
 from surflux.cli.solve import is_scene, load_scene
 from surflux.geometry.meshes import read_mesh
-from surflux.pictures.animation import check_target
+from surflux.pictures.animation import FPS, check_target
 from surflux.points.writing import ply_path
 from surflux.scans.writing import written_suffix
 from surflux.scenes.options import TRANSPORTS
+
+# Options that the library checks, as arguments of the same names.
+_ARGUMENTS = {"backend", "color", "epsilon", "eye", "fov", "kappa", "level", "light", "method", "pick", "resolution"}
+_ARGUMENTS |= {"style", "target", "up", "viewpoint"}
 
 
 def main(arguments=None):
@@ -76,11 +80,19 @@ def _run_options(options):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (OSError, ValueError, ImportError) as error:  # FileError is an OSError; a missing extra says its pip line
-        return fail(error, 2)
+        return fail(_option_named(options, error), 2)
     except (KeyboardInterrupt, sf.Cancelled):
         return fail("interrupted", INTERRUPTED)
     except (MemoryError, RuntimeError) as error:  # DeviceError is a RuntimeError
         return fail(str(error) or type(error).__name__, 1)
+
+
+def _option_named(options, error):
+    """What an error says, beginning with the option whose value it is about where the library calls it an argument."""
+    name, colon, said = str(error).partition(": ")
+    if isinstance(error, ValueError) and colon and name in _ARGUMENTS and getattr(options, name, None) is not None:
+        return f"--{name}: {said}"
+    return error
 
 
 def _check_options(options):
@@ -93,8 +105,9 @@ def _check_options(options):
         "samples": lambda name, value: check.count(name, value, 1, 8),
         "turntable": check.count,
         "turn": lambda name, value: check.number(name, value, -1e6, 1e6),
-        "fps": lambda name, value: check.number(name, value, 0.0, 1000.0, low_open=True),
+        "fps": lambda name, value: check.number(name, value, *FPS),
         "stops": lambda name, value: check.number(name, value, -100.0, 100.0),
+        "fov": lambda name, value: check.number(name, value, 0.0, 180.0, low_open=True, high_open=True),
         "smallest": check.count,
         "seed": check.seed,
         "rays": lambda name, value: check.count(name, value, 16, 65535),
@@ -157,8 +170,9 @@ def _check_cloud(options):
     elif is_mesh(options):
         if options.points is not None:
             raise ValueError("--points: is for a cloud")
-        scene = sf.Scene([patches_of_mesh(options)])
-        return told(options, *checking.checked(options, scene, read_mesh(options.input)))
+        mesh = read_mesh(options.input)
+        scene = sf.Scene([patches_of_mesh(options, mesh=mesh)])
+        return told(options, *checking.checked(options, scene, mesh))
     else:
         scene = sf.Scene([_cloud(options)])
     return told(options, *checking.checked(options, scene))

@@ -12,6 +12,7 @@ from surflux._base.passes import watched
 from surflux._base.summary import box_text
 from surflux.cli.cloud import Cloud, camera_of_cloud, is_cloud, lights_of_cloud, patches_of_file
 from surflux.points.cleaning import cleaned, known_classes
+from surflux.points.properties import has_linear
 from surflux.points.scan import scan_of_columns
 from surflux.points.scan_surfels import grey_of_intensity
 from surflux.scans.formats import format_of
@@ -202,6 +203,8 @@ def _next(options, given, faces):
 def _material(scan, grey, by_intensity):
     if {f"reflectance_{c}" for c in "rgb"} <= set(scan.attributes):
         return "the file's reflectance_r, _g and _b"
+    if has_linear(scan.attributes, "reflectance"):
+        return "the file's column reflectance"
     if not grey:
         return "the colours, sRGB made linear, white at .98"
     return "grey by the intensity, .5 at its mean" if by_intensity else "grey, .5"

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from surflux import _core
 from surflux._base.check import counted
+from surflux._base.files import require_file
 from surflux._base.passes import LOG
 from surflux.geometry.estimates import percent
 from surflux.geometry.meshes import file_named, read_mesh
 from surflux.geometry.winding import wound_alike
-from surflux.points.layers import layer_of
+from surflux.points.layers import is_terrain_of
 from surflux.points.surfels import Surfels
 from surflux.scans.formats import MESHES
 from surflux.solutions.lit_points import LIGHT
@@ -31,7 +31,14 @@ def is_mesh(options):
     if options.mesh:
         return True
     suffix = Path(options.input).suffix.lower().lstrip(".")
-    return suffix in MESHES or (suffix == "obj" and len(_core.read_obj(options.input)[1]) > 1)
+    return suffix in MESHES or (suffix == "obj" and _has_faces(options.input))
+
+
+def _has_faces(path):
+    """Whether a line of an OBJ file is a face's; the file is not taken apart."""
+    require_file(path)
+    with open(path, "rb") as file:
+        return any(line.startswith((b"f", b" ", b"\t")) and line.split(None, 1)[:1] == [b"f"] for line in file)
 
 
 def check_output(path):
@@ -40,14 +47,15 @@ def check_output(path):
         raise ValueError(f"-o: wanted a name ending in .ply or .vtp of a mesh, got {str(path)!r}")
 
 
-def patches_of_mesh(options, reflectance=None):
+def patches_of_mesh(options, reflectance=None, mesh=None):
     """Surfels of the faces of a file, which large ones are cut for, on the side of it that is out.
 
-    reflectance: see Surfels.from_mesh.
+    reflectance: see Surfels.from_mesh. mesh: what the file holds, where it is read already.
     """
     normals = getattr(options, "normals", "keep")  # `check` has none
     with file_named(options.input):
-        mesh, how = read_mesh(options.input), {"threads": options.threads, "progress": True}
+        mesh = read_mesh(options.input) if mesh is None else mesh
+        how = {"threads": options.threads, "progress": True}
         mesh, against = (mesh, 0) if normals in ("keep", "flip") else wound_alike(mesh)
         surfels = Surfels.from_mesh(mesh, None, reflectance, **how)
         if len(surfels) < PATCHES:
@@ -66,9 +74,7 @@ def patches_of_mesh(options, reflectance=None):
 
 def _upwards(options, surfels, stays):
     """The surfels of a mesh, turned over where they are a terrain's that faces down, unless it stays; which is said."""
-    up = getattr(options, "up", None)  # `check` has none
-    is_level = up is None or (tuple(up[:2]) == (0.0, 0.0) and up[2] > 0.0)
-    if not is_level or layer_of(surfels.points) != "terrain":
+    if not is_terrain_of(surfels.points, getattr(options, "up", None)):  # `check` has no --up
         return surfels
     share = surfels.areas[surfels.normals[:, 2] < 0.0].sum() / max(surfels.areas.sum(), np.finfo(float).tiny)
     if share <= FACES_DOWN:

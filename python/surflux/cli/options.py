@@ -3,6 +3,7 @@
 import argparse
 
 import surflux as sf
+from surflux._base.check import LARGEST
 from surflux.cli.completion import SHELLS
 from surflux.cli.examples import epilog
 from surflux.cli.parser import Parser
@@ -65,8 +66,8 @@ def command_line(runs, cloud_limit):
     solve.add_argument("--rays", type=int, metavar="N", help="rays of a node or receiver (default: 256; meshless: 512)")
     solve.add_argument("--transport", help='"auto" (default), "pairs" or "rays"')
     text = (
-        "insert surfels along borders of shadows, or solve for the given ones alone (default: insert, but not into a "
-        "cloud without --ground, whose points have light of their own)"
+        "insert surfels along borders of shadows, or solve for the given ones alone (default: as the scene file "
+        "says, or insert, but not into a cloud without --ground, whose points have light of their own)"
     )
     solve.add_argument("--insert", action=argparse.BooleanOptionalAction, default=None, help=text)
     solve.add_argument("--seed", type=int, help="of everything random")
@@ -295,7 +296,8 @@ def _camera_options(parser):
         "--up",
         type=_direction,
         metavar="X,Y,Z",
-        help="what is up in the picture; the default camera turns with it (default: 0,0,1)",
+        help="what is up: in the picture, whose default camera turns with it, and for a ground, a lamp or a sun that "
+        "are added (default: 0,0,1)",
     )
     parser.add_argument("--fov", type=float, metavar="DEGREES", help="vertical field of view, default: 45")
 
@@ -305,6 +307,8 @@ def _vector(text):
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"wanted three numbers x,y,z, got {text!r}") from None
+    if not all(abs(part) <= LARGEST for part in (x, y, z)):  # as NaN is not, either
+        raise argparse.ArgumentTypeError(f"wanted three finite numbers x,y,z up to {LARGEST:g}, got {text!r}")
     return (x, y, z)
 
 

@@ -46,6 +46,15 @@ class Parser(argparse.ArgumentParser):
         self._commands = super().add_subparsers(**given)
         return self._commands
 
+    def _check_value(self, action, value):
+        """Refuses a command, or a value of an option, that there is not; one that is spelled alike is named."""
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            near = difflib.get_close_matches(str(value), [str(choice) for choice in action.choices], 1)
+            error.message += f"; did you mean {near[0]}?" if near else ""
+            raise
+
     def error(self, message):
         if self._commands and message.endswith("COMMAND"):
             message += f", of {', '.join(self._commands.choices)}"

@@ -149,6 +149,10 @@ def _say_where(options, frame, about, place):
     note = f", as nothing says otherwise (--{', --'.join(unknown)})" if unknown else ""
     by = f", by {about.name}" if about is not None else ""
     LOG.info("%s: z is up, north is %s, the unit is %s%s%s", place_text(place), towards, units, by, note)
+    if options.up is not None and tuple(options.up[:2]) != (0.0, 0.0):
+        LOG.info(
+            "--up is of the picture alone: a file with another axis up goes into a scene file, whose objects take up"
+        )
 
 
 def place_text(place):

@@ -75,9 +75,10 @@ def run(options):
     names = ("error", "seconds", "tolerance", "zeta", "rays", "transport", "seed", "threads")
     given = {name: getattr(options, name) for name in names}
     if options.solver == "radiosity":
-        # Points of a cloud have the light at their own places: that of inserted surfels would be a mean around them.
-        usual = cloud is None or bool(options.ground)
-        given["insert"] = usual if options.insert is None else options.insert
+        given["insert"] = options.insert
+        if options.insert is None and cloud is not None and not options.ground:
+            # Points have the light at their own places: that of inserted surfels would be a mean around them.
+            given["insert"] = False
     settings = {name: value for name, value in given.items() if value is not None} | processes_given(options)
     camera = camera_of(options, scene.surfels, scene.camera)
     solver = sf.solve_meshless if options.solver == "meshless" else sf.solve

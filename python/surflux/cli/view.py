@@ -14,6 +14,9 @@ from surflux.points.reading import read_with_faces
 from surflux.solutions.solution_file import NO_SOLUTION
 from surflux.viewing.page import page_path
 
+# What a page leaves to whoever looks at it, and what it is where nobody says.
+_OF_WINDOWS = {"style": "disks", "light": "all", "stops": 0.0, "level": 0, "inserted": False, "pick": None}
+
 
 def thing_of(options):
     """(what a file holds, as Surfels, Scene or Solution; whether w may write a camera into it).
@@ -49,12 +52,28 @@ def refuse_options(options):
         raise ValueError("--zeta: goes with a scene that is solved")
     if options.method is not None and not options.areas:
         raise ValueError("--method: goes with --areas")
+    _check_looks(options)
     if options.export is not None:
         if options.screenshot is not None:
             raise ValueError("--export: wanted without --screenshot")
         require_place(page_path("--export", options.export))
+        for name, usual in _OF_WINDOWS.items():
+            if getattr(options, name) != usual:
+                raise ValueError(f"--{name}: is the window's; wanted without --export")
     if options.screenshot is not None:
         picture_path("--screenshot", options.screenshot)
+
+
+def _check_looks(options):
+    """Refuses colours, styles and lights that nothing has, before a scene is solved to be shown."""
+    from surflux.drawing.area_window import COLORS
+    from surflux.drawing.glyphs import STYLES
+    from surflux.viewing.properties import LIGHTS, PROPERTIES
+
+    if options.color is not None:
+        check.choice("--color", options.color, tuple(COLORS.values()) if options.areas else tuple(PROPERTIES))
+    check.choice("--style", options.style, STYLES)
+    check.choice("--light", options.light, LIGHTS)
 
 
 def run(options):

@@ -19,6 +19,7 @@ _TANGLED, _FEW = 0.002, 0.05  # as in the core: more links contradict the sides 
 # An open sheet of a scan that is right may have less light in front by so much: walls of rooms up to .1, all that a
 # depth camera saw of an office .08. A statue that lacks its back, turned inside out, has .2 less.
 _AGAINST = -0.15
+_REACH = 1e6  # extents of the points, beyond which a place sees them as one point
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def checked_places(name, value):
 
 def facing_of(points, normals, places=None, seed=0):
     """The Facing of checked points with unit normals."""
-    places = np.zeros((0, 3)) if places is None else places
+    places = np.zeros((0, 3)) if places is None else _within_reach(points, places)
     found = _core.facing(points, normals, places, _SMALLEST, _RAYS, _LOOKED_AT, seed, progress=stage("facing"))
     sheet, turned = found["sheet"], found["turned"].astype(bool)
     kind, tangled = found["kind"], found["tangled"] > _TANGLED
@@ -116,3 +117,14 @@ def facing_of(points, normals, places=None, seed=0):
     is_open = np.append(((kind != _BODY) & (kind != _ROOM)) | (tangled & (found["against"] > _FEW)), True)[sheet]
     inside_out = turned & np.append(found["backwards"].astype(bool), False)[sheet]
     return Facing(turned, is_room & ~is_open, inside_out, is_open, np.append(found["margin"], 0.0)[sheet])
+
+
+def _within_reach(points, places):
+    """Places (k, 3), moved to no farther from the points than _REACH: Embree has no rays from 1e19 extents away."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, reach = 0.5 * (low + high), _REACH * np.max(high - low)
+    if not (reach > 0.0 and len(places)):
+        return places
+    way = places - middle
+    farthest = np.abs(way).max(axis=1, keepdims=True)
+    return np.where(farthest > reach, middle + way * (reach / np.maximum(farthest, reach)), places)

@@ -7,7 +7,8 @@ import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
-from surflux.geometry.textures import mean_texels, texture_of
+from surflux.geometry.texel_means import mean_texels
+from surflux.geometry.textures import texture_of
 
 
 class Mesh(NamedTuple):
@@ -56,12 +57,10 @@ def convert(mesh):
         return _from_trimesh(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):
         return _from_open3d(mesh)
-    if hasattr(mesh, "to_mesh"):  # trimesh.Scene
-        return _from_trimesh(mesh.to_mesh())
     if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
         return _from_open3d(mesh.to_legacy())
-    if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene of older versions
-        return _from_trimesh(mesh.dump(concatenate=True))
+    if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene
+        return _from_parts([_from_trimesh(part) for part in mesh.dump() if hasattr(part, "faces")])
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _from_meshio(mesh)
     return None
@@ -96,21 +95,56 @@ def _from_trimesh(mesh):
     return _triangles(mesh.vertices, mesh.faces)
 
 
+def _from_parts(parts):
+    """One Mesh of several: trimesh would make one picture of their materials, without repeats and factors."""
+    if not parts:
+        return _triangles(np.zeros((0, 3)), np.zeros((0, 3)))
+    if len(parts) == 1:
+        return parts[0]
+    before = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
+    faces = [part.indices + first for part, first in zip(parts, before, strict=True)]
+    colored = any(part.reflectance is not None or part.of_faces is not None for part in parts)
+    of_faces = np.concatenate([part.face_reflectance() for part in parts]) if colored else None
+    return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), of_faces=of_faces)
+
+
 def _textured(visual, faces):
     """(f, 3): the mean of the texture over each face, times the colour of the material; None where it has neither."""
     material = visual.material
     factor = getattr(material, "baseColorFactor", None)  # of glTF: linear
+    diffuse = None if factor is not None else _diffuse(material)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    tint = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
     if image is not None and visual.uv is not None:
+        tint = np.ones(3)
+        if factor is not None:
+            tint = np.asarray(factor, np.float64)[:3] / 255.0
+        elif diffuse is not None and diffuse.any():  # as paint has it for files
+            tint = diffuse
         means = mean_texels(texture_of(image), np.asarray(visual.uv, np.float64)[faces])
         return np.clip(WHITE * tint * means, 0.0, WHITE)
     if factor is not None:
-        return np.tile(WHITE * tint, (len(faces), 1))
-    diffuse = getattr(material, "diffuse", None)
-    if diffuse is None or np.array_equal(diffuse, type(material)().diffuse):  # grey, where nobody has said anything
+        return np.tile(WHITE * np.asarray(factor, np.float64)[:3] / 255.0, (len(faces), 1))
+    return None if diffuse is None else np.tile(np.clip(diffuse, 0.0, WHITE), (len(faces), 1))
+
+
+def _diffuse(material):
+    """(3,): Kd of a material as of OBJ files; None where nobody has said anything, and of others.
+
+    trimesh has it in 8 bits, linear all the same, and what the file says, which counts unless that was changed since.
+    """
+    stored = getattr(material, "diffuse", None)
+    if stored is None:
         return None
-    return np.tile(reflectance_of(np.asarray(diffuse)[None]), (len(faces), 1))
+    said = np.asarray(getattr(material, "kwargs", {}).get("kd"))
+    linear = np.asarray(stored, np.float64)[:3] / 255.0
+    if (
+        said.shape == (3,)
+        and said.dtype.kind in "fiu"
+        and np.allclose(np.clip(said, 0.0, 1.0), linear, atol=0.51 / 255)
+    ):
+        return said.astype(np.float64)
+    # Grey, where nobody has said anything.
+    return None if np.array_equal(stored, type(material)().diffuse) else linear
 
 
 def _from_open3d(mesh):

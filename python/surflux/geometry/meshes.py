@@ -13,6 +13,7 @@ from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
 from surflux.geometry.obj_materials import looks_of_faces
+from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
 
 
@@ -85,6 +86,8 @@ def _read_file(path):
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
     elif suffix in TRIMESH_SUFFIXES:
+        if suffix == ".stl":
+            require_whole_stl(path)
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
     else:
         supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
@@ -156,7 +159,7 @@ def _read_with_pyvista(path):
 def _read_with_trimesh(path):
     import trimesh
 
-    return _convert(trimesh.load_mesh(path))
+    return _convert(trimesh.load(path))  # parts of a scene stay apart, each with its material
 
 
 def _convert(mesh):

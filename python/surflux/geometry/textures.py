@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from surflux._base.color import srgb_to_linear
+from surflux._base.color import rgb_of_grey, srgb_to_linear
+from surflux.geometry.texel_means import mean_texels
 
 NO_PLACE = 0xFFFFFFFF  # of a corner
 _LARGEST = 1 << 29  # pixels of a file: 23 000 on a side, 1.6 GB
@@ -21,7 +22,7 @@ def texture_of(image):
     """The Texture of an image of Pillow; ValueError where it has no colours of 8 or 16 bits."""
     pixels = np.asarray(image)
     if pixels.dtype.kind == "u" and pixels.dtype.itemsize == 2:  # of either byte order
-        pixels = pixels if pixels.ndim == 3 else pixels[:, :, None].repeat(3, axis=2)
+        pixels = pixels if pixels.ndim == 3 else rgb_of_grey(pixels)
         return Texture(pixels[:, :, :3], srgb_to_linear(np.arange(65536) / 65535.0))
     if image.mode in ("I", "F"):
         raise ValueError(f"a texture of mode {image.mode}; wanted 8 or 16 bits a channel")
@@ -39,23 +40,6 @@ def read_texture(path):
             return texture_of(image)
     finally:
         Image.MAX_IMAGE_PIXELS = before
-
-
-def mean_texels(texture, corners):
-    """(f, 3): linear means of a Texture over triangles of places on it (f, 3, 2); it repeats itself.
-
-    Each is looked at in the middles of the 16 triangles that its sides' quarters make; v goes up.
-    """
-    height, width = texture.pixels.shape[:2]
-    upright = [(3 * i + 1, 3 * j + 1) for i in range(4) for j in range(4 - i)]
-    places = upright + [(3 * i + 2, 3 * j + 2) for i in range(3) for j in range(3 - i)]
-    total = np.zeros((len(corners), 3))
-    for a, b in places:  # twelfths
-        u, v = ((12 - a - b) * corners[:, 0] + a * corners[:, 1] + b * corners[:, 2]).T / 12.0
-        column = np.floor(u * width).astype(np.int64) % width
-        row = np.floor((1.0 - v) * height).astype(np.int64) % height
-        total += texture.linear[texture.pixels[row, column]]
-    return total / len(places)
 
 
 class TexturedFaces(NamedTuple):

@@ -18,6 +18,7 @@ from surflux.pictures.gif import GifWriter
 from surflux.pictures.images import checked_tone, resolved_exposure, tone_map, write_image
 
 FILMS = (".mp4", ".gif")
+FPS = 0.01, 1000.0  # from and to; GIF has no frame that lasts longer than 655 s
 PICTURES = (".png", ".exr", ".hdr")
 NUMBER = re.compile(r"%0?\d*d")
 
@@ -136,7 +137,7 @@ def write_frames(drawn, count, path, size, *, fps, exposure, stops, filmic, prog
     Returns:
         list of the Paths written.
     """
-    fps = check.number("fps", fps, 0.0, 1000.0, low_open=True)
+    fps = check.number("fps", fps, *FPS)
     name = check_target(path)
     suffix = Path(name).suffix.lower()
     exposure, stops = checked_tone(suffix, exposure, stops, filmic)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from surflux import _core
 from surflux._base import check
 from surflux._base.check import number
-from surflux._base.color import linear_to_srgb
+from surflux._base.color import linear_to_srgb, rgb_of_grey
 from surflux._base.types import FilePath, Image
 
 # Layers whose channels have names of their own: those that compositing programs look for.
@@ -127,7 +127,7 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
             return np.ascontiguousarray(pixels[:, :, [names.index(name) for name in triple]])
     if single in names:
         channel = pixels[:, :, names.index(single)]
-        return np.repeat(channel[:, :, None], 3, axis=2) if layer is None else np.ascontiguousarray(channel)
+        return rgb_of_grey(channel) if layer is None else np.ascontiguousarray(channel)
     wanted = "R G B or Y" if layer is None else f"layer '{layer}'"
     raise _core.FileError(f"{path}: has no {wanted}; its channels are {' '.join(names)}")
 

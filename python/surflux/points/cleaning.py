@@ -10,11 +10,12 @@ MOST_ALONE = 0.01  # of all points: where more stand alone, the sampling is unev
 _MIXED = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0xD6E8FEB86659FD93], dtype=np.uint64)
 
 
-def cleaned(scan, keep_outliers=False, say=True):
+def cleaned(scan, keep_outliers=False, say=True, undo="--keep-outliers keeps them"):
     """(rows of a Scan to be used, (n,) the first at each point's place, (n,) booleans: points that are left out).
 
     Rows are ascending, one for each place that first_of_each tells apart; what is isolated is not among them, nor what
-    a LAS file withholds, but with keep_outliers, where nothing is left out. What is left out is logged, if `say`.
+    a LAS file withholds, but with keep_outliers, where nothing is left out. What is left out is logged, if `say`, and
+    `undo`, how it is kept.
     """
     count = len(scan)
     withheld = np.asarray(scan.attributes.get("withheld", np.zeros(count))) == 1
@@ -29,10 +30,10 @@ def cleaned(scan, keep_outliers=False, say=True):
         LOG.info("counted once, for another one stands at their place: %s", repeats)
     if say and np.any(alone):
         many = check.counted(int(np.count_nonzero(alone)), "point")
-        LOG.info("isolated, left out of light and picture: %s of %d (--keep-outliers keeps them)", many, count)
+        LOG.info("isolated, left out of light and picture: %s of %d (%s)", many, count, undo)
     if say and np.any(withheld):
         many = check.counted(int(np.count_nonzero(withheld)), "point")
-        LOG.info("withheld by their file, left out: %s of %d (--keep-outliers keeps them)", many, count)
+        LOG.info("withheld by their file, left out: %s of %d (%s)", many, count, undo)
     alone |= withheld
     return np.flatnonzero(own & ~alone), first, alone
 

@@ -56,6 +56,12 @@ def is_terrain(points):
     return len(points) >= _FEW and _is_low(points) and _has_one_height(points)
 
 
+def is_terrain_of(points, up):
+    """Whether points (n, 3) are a terrain by layer_of, and the direction that is up (3,) is z; None is z, too."""
+    upright = up is None or (up[0] == 0.0 and up[1] == 0.0 and up[2] > 0.0)
+    return upright and layer_of(points) == "terrain"
+
+
 def up_of_frame(points):
     """(3,) what is up in the frame of a depth camera: -y where it looks along z, y where it looks back."""
     return (0.0, -1.0, 0.0) if points[0, 2] > 0.0 else (0.0, 1.0, 0.0)

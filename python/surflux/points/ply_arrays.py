@@ -5,11 +5,13 @@ import numpy as np
 from surflux import _core
 from surflux._base.files import file_error
 from surflux.points.properties import (
+    LINEAR,
     check_rows,
     require_less_than_one,
     take,
     take_colors,
     take_gloss,
+    take_linear,
     take_normals,
     take_radii,
 )
@@ -48,7 +50,10 @@ def load_arrays(path, format=None):
     check_rows(path, "area", out["areas"], 0.0)
     colors = take_colors(path, columns, types)
     for name in ("reflectance", "emission", "radiosity", "irradiance", "direct"):
-        out[name] = take(path, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
+        if name in LINEAR:
+            out[name] = take_linear(path, columns, name, nan=False)
+        else:
+            out[name] = take(path, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
         # What a solver computed may be below 0 by its rounding.
         check_rows(path, name, out[name], 0.0 if name in ("reflectance", "emission") else -np.inf)
     if out["reflectance"] is None:

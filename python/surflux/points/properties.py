@@ -1,9 +1,12 @@
 """Properties of surfels among the columns of a file: each is taken out, checked, and None where it is not there."""
 
+import os
+
 import numpy as np
 
-from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.color import reflectance_of_colors, rgb_of_grey, white_of_colors
 from surflux._base.files import file_error
+from surflux._base.warn import warn
 from surflux.geometry.gloss import USUAL_EXPONENT
 from surflux.points.writing import COLOR_NAMES
 
@@ -20,6 +23,40 @@ def take(path, columns, names):
         missing = next(name for name in names if name not in columns)
         raise file_error(path, f"its vertices have {there[0]}, but no {missing}")
     return np.stack([columns.pop(name) for name in names], axis=-1)
+
+
+def take_linear(path, columns, name, nan=True):
+    """RGB (n, 3) of a property of LINEAR, taken out; None where there is none. nan: it may hold NaN, not known.
+
+    It is what name_r, name_g and name_b say, else an array of its own name, as NPZ files have; which is no exitance or
+    reflectance, and stays, where its shape or values are others: a warning says so.
+    """
+    found = take(path, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
+    if found is not None or name not in columns:
+        return found
+    why = _not_linear(name, columns[name], nan)
+    if why is not None:
+        warn(f"{os.fsdecode(path)}: its column {name} is not used: {why}")
+        return None
+    values = np.asarray(columns.pop(name), dtype=np.float64)
+    return values if values.ndim == 2 else rgb_of_grey(values)
+
+
+def has_linear(columns, name):
+    """Whether take_linear finds something there."""
+    return f"{name}_r" in columns or (name in columns and _not_linear(name, columns[name]) is None)
+
+
+def _not_linear(name, values, nan=True):
+    """Why (n,) or (n, k) values are none of a property of LINEAR; None where they are."""
+    if values.ndim != 1 and values.shape[1:] != (3,):
+        return f"wanted shape (n,) or (n, 3), got {values.shape}"
+    known = values[~np.isnan(values)] if nan else values
+    below = 1.0 if name == "reflectance" else np.inf
+    if len(known) and not (known.min() >= 0.0 and known.max() < below):
+        wanted = "from 0 to below 1" if below == 1.0 else "from 0, finite"
+        return f"wanted values {wanted}, got {known.min():g} to {known.max():g}"
+    return None
 
 
 def check_rows(path, name, values, low):

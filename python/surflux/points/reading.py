@@ -13,6 +13,7 @@ from surflux._base.files import file_error
 from surflux._base.passes import watched
 from surflux._base.types import FilePath, Integer, Progress
 from surflux._base.warn import warn
+from surflux.points.cleaning import cleaned
 from surflux.points.ply_arrays import load_arrays
 from surflux.points.scan import Format, scan_of_columns
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
@@ -32,6 +33,7 @@ def read(
     viewpoint: ArrayLike | None = None,
     *,
     orient: bool | ArrayLike = False,
+    clean: bool = False,
     points: Integer | None = None,
     seed: int = 0,
     threads: int | None = None,
@@ -45,15 +47,16 @@ def read(
 
     Of PLY files the vertices become surfels; faces, but for the patches that Surfels.save writes, are left out, with a
     warning (Surfels.from_mesh is for them). Besides `x y z`, `nx ny nz` and colours, `radius`, `area`,
-    `reflectance_r/g/b`, `emission_r/g/b`, `specular_r/g/b` and `exponent` are read.
+    `reflectance_r/g/b`, `emission_r/g/b`, `specular_r/g/b` and `exponent` are read; also `reflectance` and `emission`,
+    one column, or an array (n, 3) of NPZ, and a warning says where their values are none.
 
     Args:
         path: str or path.
         format: "ply", "pcd", "las", "laz", "copc", "e57", "npz", "obj", or text with columns that have no names: "xyz",
             "xyzn" (normals), "xyzrgb" (colours), "pts", "csv"; None to see.
         reflectance: one number, RGB (3,), (n,) or (n, 3), instead of what the file says; None for the file's
-            `reflectance_r/g/b`, else its colours, sRGB made linear with white (255, 65535 or 1) at .98, else grey by
-            its intensity, .5 at the mean, else 0.5.
+            `reflectance_r/g/b` or `reflectance`, else its colours, sRGB made linear with white (255, 65535 or 1) at
+            .98, else grey by its intensity, .5 at the mean, else 0.5.
         emission: exitance, the same shapes; 0 keeps what the file says.
         viewpoint: (3,), where the points were seen from; orients normals that are estimated. None for what the file
             says: the position of each scan of an E57 file, the viewpoint of a PCD file where it is not the default, or
@@ -61,6 +64,10 @@ def read(
         orient: True turns the file's normals over where they face inwards (see `facing`), and logs it; or a place in
             the air (3,), or several (k, 3), such as a camera: what closes around one is a room, seen from inside.
             Patches stay as they are.
+        clean: True leaves out, as `surflux solve` does, what is not of the surface, and logs how many: points that
+            stand alone, or float with few others, four times as far from all else as is usual (none where more than a
+            hundredth of all would, for such a cloud is sampled unevenly), points that a LAS file withholds, and all but
+            the first at one place that face one side.
         points: at most so many: a file with more is thinned while it is read, to an even sample of one point in each
             cell of a grid, without ever being whole in memory. None for all.
         seed: of that grid.
@@ -83,7 +90,7 @@ def read(
     >>> sf.read(path, reflectance=0.8)
     Surfels(2 surfels, no areas)
     """
-    more = {"orient": orient, "points": points, "seed": seed, "threads": threads, "progress": progress}
+    more = {"orient": orient, "clean": clean, "points": points, "seed": seed, "threads": threads, "progress": progress}
     surfels, faces = read_with_faces(path, format, reflectance, emission, viewpoint, **more)
     warn_of_faces(path, faces)
     return surfels
@@ -107,6 +114,7 @@ def read_with_faces(
     viewpoint=None,
     *,
     orient=False,
+    clean=False,
     points=None,
     seed=0,
     threads=None,
@@ -118,20 +126,22 @@ def read_with_faces(
         viewpoint = check.vector3("viewpoint", viewpoint)
     if points is not None:
         points = check.count("points", points, 2)
-    seed = check.seed("seed", seed)
+    seed, clean = check.seed("seed", seed), check.flag("clean", clean)
     orient = oriented_around(orient)
     with watched(threads, progress):
-        arrays = _arrays(path, format, points, seed)
+        arrays = _arrays(path, format, points, seed, clean)
         return surfels_of_arrays(path, arrays, reflectance, emission, viewpoint, orient), arrays["faces"]
 
 
-def _arrays(path, format, points, seed):
+def _arrays(path, format, points, seed, clean):
     """PLY files go through the core, which also knows patches, but for those to be thinned or with points left out."""
     form = format_of(path, format)
     if form == "ply":
         elements = _core.read_ply(path, [])["elements"]
         has_patches = elements.get("patch", 0) > 0
-        if points is None or elements.get("vertex", 0) <= points:
+        if clean and has_patches:
+            raise file_error(path, "has patches, of which none is left out: clean is for points")
+        if not clean and (points is None or elements.get("vertex", 0) <= points):
             try:
                 return load_arrays(path, form)
             except _core.FileError as error:
@@ -140,4 +150,10 @@ def _arrays(path, format, points, seed):
         elif has_patches:
             raise file_error(path, f"its patches would be torn apart by points={points}; read all of it")
     columns = read_columns(path, format, points, seed)
-    return arrays_of_scan(scan_of_columns(path, columns)) | {"faces": columns.faces}
+    scan = scan_of_columns(path, columns)
+    if clean:
+        used = cleaned(scan, undo="clean = false keeps them")[0]
+        if len(used) == 0:
+            raise file_error(path, "all of its points are withheld; clean = false takes them")
+        scan = scan[used]
+    return arrays_of_scan(scan) | {"faces": columns.faces}

@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from surflux._base import check
 from surflux._base.color import WHITE, linear_to_srgb, reflectance_of_colors, white_of_colors
 from surflux._base.files import file_error
-from surflux._base.passes import watched
+from surflux._base.passes import LOG, watched
 from surflux._base.types import FilePath, Floats, Integer, Progress
 from surflux.points.properties import unit_normals
 from surflux.points.scan_surfels import arrays_of_scan, oriented_around, surfels_of_arrays
+from surflux.points.seen_from import FACED, FACING, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.las import FLAGS
+from surflux.scans.names import OWN, Names
 from surflux.scans.reading import read_columns
 from surflux.scans.writing import write_points, written_suffix
 
@@ -51,7 +53,8 @@ class Scan:
     number_of_returns, point_source_id, gps_time, scan_angle (degrees), label, scan, and the file's other columns."""
     viewpoints: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """(k, 3): where each of k scans was taken from, rows of NaN where the file does not say. With more than one,
-    attributes["scan"] says of each point which is its own."""
+    attributes["scan"] says of each point which is its own. Of points thinned while they were read the
+    origin, where all were as dense as if a scanner had turned there."""
     rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     """(n,): the row of the file that each point stands in; some are missing where points were left out."""
     name: str = "scan"
@@ -135,9 +138,11 @@ class Scan:
         """Writes the points in their order, with all that is known of each, and what was found for them.
 
         PLY and CSV have all (PLY whole numbers up to 2^53); `red`, `green` and `blue` in bytes; (n, 3) columns by
-        channel, as name_r, name_g and name_b; a name that another column has gets a number. LAS and LAZ take `pip
-        install 'surflux[scans]'`; what they have no field for stands in extra dimensions; coordinates of a LAS file
-        come back bit by bit, with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF
+        channel, as name_r, name_g and name_b; a name that another column has, such as x, gets a number, with a
+        warning. Where points are missing or in another order, `row` is the row of each in the file that was read, row_2
+        where that file has a `row` of its own. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field
+        for stands in extra dimensions; coordinates of a LAS file come back bit by bit, with its coordinate reference
+        system. NPZ has arrays by name, VTP is for ParaView, glTF
         (.glb, .gltf) for viewers, which have y up.
 
         Args:
@@ -181,14 +186,20 @@ class Scan:
         elif self.reflectance is not None:
             out["colors"] = self.display_colors(16 if suffix in (".las", ".laz") else 8)
         given = {str(name): check.rows(f"columns: {name}", values, n) for name, values in (columns or {}).items()}
+        for where, names in (("columns", given), ("attributes", self.attributes)):
+            own = next((name for name in names if name in OWN), None)
+            if own is not None:
+                raise ValueError(f"{where}: {own} are what a file has for its own; wanted another name")
         replaced = {f"{name}_{c}" for name, values in given.items() if values.ndim == 2 for c in "rgb"}
         for name, values in self.attributes.items():
             if name not in replaced:
                 out[str(name)] = check.rows(f"attributes: {name}", values, n)
         out |= given
-        if len(self.rows) == n and not np.array_equal(self.rows, np.arange(n)):
-            out["row"] = self.rows
         path = Path(os.fsdecode(path))
+        if len(self.rows) == n and not np.array_equal(self.rows, np.arange(n)):
+            names = Names(path, out)
+            out[names.free("row")] = self.rows
+            names.warn_of_others()
         write_points(path, out, self.frame, comments, up, pixels)
         return path
 
@@ -253,6 +264,12 @@ def scan_of_columns(path, read):
     columns = {name: values for name, values in read.columns.items() if name not in FLAGS or np.any(values)}
     points, normals, colors = (columns.pop(name, None) for name in ("points", "normals", "colors"))
     places = [[np.nan] * 3 if place is None else place for place in read.viewpoints]
+    if read.uniform is not None and "scan" not in columns and not np.any(np.isfinite(places)):
+        kind, place = viewed_from(read.uniform)
+        if kind == "turn":  # which points as even as these are now do not tell
+            places = [place]
+            if normals is None:
+                LOG.info(FACING, os.fsdecode(path), FACED[kind])
     return Scan(
         points,
         None if normals is None else unit_normals(normals),

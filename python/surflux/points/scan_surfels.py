@@ -4,14 +4,14 @@ import os
 
 import numpy as np
 
-from surflux._base.color import WHITE
+from surflux._base.color import WHITE, rgb_of_grey
 from surflux._base.files import file_error
 from surflux._base.passes import LOG
 from surflux._base.warn import warn
 from surflux.geometry.cores import replaced
 from surflux.geometry.estimates import estimated_normals, percent
 from surflux.geometry.facing import checked_places, facing_of
-from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take, take_gloss, take_radii
+from surflux.points.properties import LINEAR, check_rows, require_less_than_one, take_gloss, take_linear, take_radii
 from surflux.points.seen_from import FACED, normals_of_seen, viewed_from
 from surflux.points.surfels import Surfels
 from surflux.scans.columns import attribute_name
@@ -32,7 +32,7 @@ def arrays_of_scan(scan):
     out["areas"] = columns.pop("area", None)
     check_rows(scan.name, "area", out["areas"], 0.0)
     for name in LINEAR:
-        out[name] = take(scan.name, columns, tuple(f"{name}_{channel}" for channel in "rgb"))
+        out[name] = take_linear(scan.name, columns, name)
         if out[name] is not None:
             usual = 0.0 if name == "emission" else 0.5 if scan.reflectance is None else scan.reflectance
             out[name] = _known(scan.name, name, out[name], usual)
@@ -81,7 +81,7 @@ def grey_of_intensity(intensity):
     mean = values.mean()
     if mean <= 0.0 or values.min() == values.max():
         return None
-    return np.repeat(np.minimum(values * (0.5 / mean), WHITE)[:, None], 3, axis=1)
+    return rgb_of_grey(np.minimum(values * (0.5 / mean), WHITE))
 
 
 def _reflectance(arrays):

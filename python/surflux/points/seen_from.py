@@ -13,7 +13,7 @@ FACED = {
     "terrain": "upwards, as of a terrain seen from above",
     "turn": "the origin, as if a scanner had turned there",
 }
-_FACING = "%s: estimated normals face %s (viewpoint: elsewhere)"
+FACING = "%s: estimated normals face %s (viewpoint: elsewhere)"
 
 
 def viewed_from(points):
@@ -32,7 +32,7 @@ def normals_of_seen(name, points, places=None):
     kind, place = viewed_from(points)
     if kind is None:
         return outward_normals(points, name, places)
-    LOG.info(_FACING, name, FACED[kind])
+    LOG.info(FACING, name, FACED[kind])
     return normals_of_terrain(points) if kind == "terrain" else normals_towards(points, place)
 
 
@@ -40,5 +40,5 @@ def normals_of_array(points):
     """The same of points that are no file's: of these the origin says nothing, and terrain alone faces a place."""
     if not is_terrain(points):
         return outward_normals(points)
-    LOG.info(_FACING, "points", FACED["terrain"])
+    LOG.info(FACING, "points", FACED["terrain"])
     return normals_of_terrain(points)

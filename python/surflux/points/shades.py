@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from surflux._base.color import WHITE, reflectance_of_colors
+from surflux._base.color import WHITE, reflectance_of_colors, rgb_of_grey
 from surflux.points.exposure import exposed_by, exposure_of_colors
 
 _LEVELS = 65536  # of 16 bits
@@ -50,7 +50,7 @@ class Shades:
         if mean <= 0.0 or self._low == self._high:
             return np.full((count, 3), 0.5)
         grey = np.minimum((columns["intensity"].astype(np.float64) - low) * (0.5 / mean), WHITE)
-        return np.repeat(grey[:, None], 3, axis=1)
+        return rgb_of_grey(grey)
 
     def _white(self):
         return 255.0 if np.flatnonzero(self._brightest)[-1] <= 255 else 65535.0

@@ -125,6 +125,10 @@ class Surfels:
         surfels._faces = faces
         return surfels
 
+    def _reflecting(self, reflectance):
+        """The same with another reflectance, (n, 3)."""
+        return Surfels._from_core(self._core.with_reflectance(reflectance), self._faces)
+
     @classmethod
     def from_mesh(
         cls,

@@ -24,6 +24,7 @@ _OTHERS = {
     b"%PDF": "a PDF",
     b"\x1f\x8b": "a gzip archive",
 }
+_NPY = b"\x93NUMPY"
 _OTHERS |= {b"glTF": "a mesh in glTF", b"<!DOCTYPE": "a web page", b"<html": "a web page"}
 
 
@@ -43,6 +44,8 @@ def format_of(path, format=None):
             return _SUFFIXES[name]
         raise file_error(path, _refusal(path, f"format {str(format)!r}", name))
     head = _head(path)
+    if head.startswith(_NPY):
+        raise file_error(path, _refusal(path, "one array of numpy, without a name,", "npy"))
     suffix = Path(os.fsdecode(path)).suffix.lower().lstrip(".")
     for beginning, name in _BEGINNINGS.items():
         if head.startswith(beginning):
@@ -75,6 +78,11 @@ def _refusal(path, what, name):
     shown = os.fsdecode(path)
     if name in MESHES:
         hint = MESH_HINT
+    elif name == "npy":
+        named = f"{Path(shown).stem}.npz"
+        hint = (
+            f"numpy.savez({named!r}, points=array[:, :3]) writes one with names, normals and colors too, that is read"
+        )
     elif name == "toml":
         hint = "surflux.load_scene reads it as a scene"
     else:

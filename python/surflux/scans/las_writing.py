@@ -48,9 +48,9 @@ def write_las(path, columns, frame=None):
         header.vlrs.extend(frame["reference"])
         header.global_encoding.wkt = frame["wkt"]
         header.global_encoding.gps_time_type = frame["gps_time_type"]
-        fields, others = _sorted_out(path, columns, kind > 5)
+        fields, others, moved = _sorted_out(path, columns, kind > 5)
         taken = {*header.point_format.dimension_names, "x", "y", "z"}
-        extra = scalars(others, most=_NAME, taken=taken)
+        extra = scalars(path, others, most=_NAME, taken=taken, told=moved)
         extra = {name: np.ascontiguousarray(values, _kind(values)) for name, values in extra.items()}
         header.add_extra_dims([laspy.ExtraBytesParams(name, values.dtype) for name, values in extra.items()])
         record = laspy.LasData(header)
@@ -68,7 +68,10 @@ def write_las(path, columns, frame=None):
 
 
 def _sorted_out(path, columns, late):
-    """(what fields of a point hold, by their names, all other columns); late: of formats from 6 on."""
+    """(what fields of a point hold, by their names, all other columns, names of those that a field does not hold).
+
+    late: of formats from 6 on. A warning says of which fields.
+    """
     fields, others, moved = {}, {}, []
     for name, values in columns.items():
         if name in ("points", "colors"):
@@ -91,7 +94,7 @@ def _sorted_out(path, columns, late):
             moved.append(name)
     if moved:
         warn(f"{path}: LAS has no room for values of {', '.join(moved)}: they stand in extra dimensions")
-    return fields, others
+    return fields, others, moved
 
 
 def _kind(values):

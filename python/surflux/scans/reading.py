@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux._base import check
 from surflux._base.files import file_error
-from surflux._base.passes import report, stage
+from surflux._base.passes import LOG, report, stage
 from surflux._base.warn import warn
 from surflux.scans.e57 import open_e57
 from surflux.scans.formats import format_of
@@ -16,12 +16,14 @@ from surflux.scans.obj import open_obj
 from surflux.scans.pcd import open_pcd
 from surflux.scans.ply import open_ply
 from surflux.scans.text import open_text
-from surflux.scans.thinning import EvenSample, joined
+from surflux.scans.thinning import EvenSample, UniformSample, joined
 
 _OPEN = {"ply": open_ply, "pcd": open_pcd, "las": open_las, "e57": open_e57, "npz": open_npz, "obj": open_obj}
 # Of disks: fewer of them do not cover the surface.
 _REACHES = ("radius", "area")
 _FARTHEST = 1e30
+_NEARLY = 0.95  # of the points that are asked for: fewer are told
+_UNIFORM = 30_000  # points that tell how dense the scanner was
 _ROW = "\0row"  # no column of a file has this name
 
 
@@ -34,6 +36,7 @@ class Columns(NamedTuple):
     viewpoints: list  # (3,) each, or None
     faces: int
     frame: dict | None = None  # as PointFile has it
+    uniform: np.ndarray | None = None  # (m, 3): of points that are thinned, some as dense as they were but for a factor
 
 
 @np.errstate(invalid="ignore", over="ignore")  # of what any bytes mean as numbers
@@ -55,6 +58,7 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
     opened = _OPEN[form](path) if form in _OPEN else open_text(path, form)
     thin = points is not None and (opened.count is None or opened.count > points)
     sample, kept = EvenSample(points, seed) if thin else None, []
+    uniform = UniformSample(_UNIFORM, seed) if thin else None
     told, count, dropped = stage("reading"), 0, 0
     for chunk in opened.chunks:
         first, count = count, count + len(chunk["points"])
@@ -69,8 +73,11 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
             dropped += len(finite) - len(rows)
             chunk = {name: values[rows] for name, values in chunk.items()}
         chunk[_ROW] = rows + first
-        if len(rows):
-            sample.add(chunk) if thin else kept.append(chunk)
+        if len(rows) and thin:
+            uniform.add(chunk["points"])
+            sample.add(chunk)
+        elif len(rows):
+            kept.append(chunk)
         report(told, count, opened.count or 0)
     if count == dropped:
         none = f"none of its {count} has finite coordinates" if count else "it has none"
@@ -83,7 +90,13 @@ def read_columns(path, format=None, points=None, seed=0, strict=False):
     if thin and len(columns["points"]) < count - dropped:
         for name in _REACHES:
             columns.pop(name, None)
-    return Columns(columns, columns.pop(_ROW), count, opened.viewpoints(), opened.faces, opened.frame)
+        if len(columns["points"]) < _NEARLY * min(points, count - dropped):
+            shown, taken = file_error(path, "").args[0].removesuffix(": "), len(columns["points"])
+            LOG.info(
+                "%s: %d points are taken, fewer than the %d asked for: many stand in one place", shown, taken, points
+            )
+    rows, dense = columns.pop(_ROW), uniform.points() if thin else None
+    return Columns(columns, rows, count, opened.viewpoints(), opened.faces, opened.frame, dense)
 
 
 def _check_places(path, points, finite, first):

@@ -4,8 +4,9 @@ import numpy as np
 
 from surflux.scans.lattice import Lattice
 
-# The share of the limit with which no finer cells are tried: while points come, and in the end.
-_ROUGHLY, _CLOSELY = 0.85, 0.97
+# Shares of the limit between which as many points are kept: while others may come, and in the end.
+_WHILE_READING, _AT_LAST = (1.0, 1.3), (0.97, 1.0)
+_FULL = 2.0  # times the limit, beyond which what is kept is thinned
 _TRIES = 40
 
 
@@ -13,7 +14,8 @@ class EvenSample:
     """At most `limit` of all points that are added, one in each cell of a grid: the nearest to its middle.
 
     So a surface is sampled evenly, however dense the scanner was. The grid is turned and shifted at random; its cells
-    grow while points come. The same chunks and seed give the same points, and up to `limit` points are all kept.
+    grow while points come, and leave more than `limit` until all have come. The same chunks and seed give the same
+    points, and up to `limit` points are all kept; of more there are 97 % of it at least, but where points coincide.
     """
 
     def __init__(self, limit, seed=0):
@@ -27,16 +29,16 @@ class EvenSample:
             chunk = _rows(chunk, self._nearest(self._lattice.turned(chunk["points"])))
         self._kept.append(chunk)
         self._count += len(chunk["points"])
-        if self._count > 2 * self._limit:
-            self._thin(_ROUGHLY)
+        if self._count > _FULL * self._limit:
+            self._thin(*_WHILE_READING)
 
     def columns(self):
         """The columns of what is kept, in the order in which it came."""
         if self._count > self._limit:
-            self._thin(_CLOSELY)
+            self._thin(*_AT_LAST)
         return joined(self._kept)
 
-    def _thin(self, share):
+    def _thin(self, least, most):
         columns = joined(self._kept)
         self._kept = []
         if self._cell is None:
@@ -46,13 +48,13 @@ class EvenSample:
         if self._cell is not None:
             keep = self._nearest(turned)
             columns, turned = _rows(columns, keep), turned[keep]
-        if len(turned) > self._limit:
-            self._cell = self._grown(turned, share)
+        if len(turned) > most * self._limit:
+            self._cell = self._grown(turned, least * self._limit, most * self._limit)
             columns = _rows(columns, self._nearest(turned))
         self._kept, self._count = [columns], len(columns["points"])
 
-    def _grown(self, turned, share):
-        """A cell of which points are in no more than `limit`, and no fewer than that share of it where one is found.
+    def _grown(self, turned, least, most):
+        """A cell of which points are in no more than `most`, and no fewer than `least` where one is found.
 
         Cells of a surface are as many as its area holds, so the logarithms of cell and number lie nearly on a line:
         the next cell is where the line through the last two goes through what is wanted.
@@ -60,14 +62,14 @@ class EvenSample:
         some = turned[:: max(1, len(turned) // 10_000)]
         span = float(np.max(np.quantile(some, 0.95, axis=0) - np.quantile(some, 0.05, axis=0)))  # but for strays
         span = span or float(np.max(np.ptp(turned, axis=0))) or 1.0
-        wanted = np.log(0.5 * (1.0 + share) * self._limit)
+        wanted = np.log(0.5 * (least + most))
         low, high = self._cell or 0.0, np.inf  # of too many cells, of few enough
         cell, slope, last = max(low, span / np.sqrt(self._limit)), -2.0, None
         for _ in range(_TRIES):
             found = _different(self._lattice.cells(turned, cell))
-            if share * self._limit <= found <= self._limit:
+            if least <= found <= most:
                 return cell
-            low, high = (cell, high) if found > self._limit else (low, cell)
+            low, high = (cell, high) if found > most else (low, cell)
             if cell < 1e-9 * span or high < 1.001 * low:
                 break
             place = np.log(cell), np.log(found)
@@ -81,6 +83,32 @@ class EvenSample:
 
     def _nearest(self, turned):
         return self._lattice.nearest(turned, self._cell)
+
+
+class UniformSample:
+    """At most `limit` of all points (n, 3) that are added, each with the same chance: as dense as the scanner was, but
+    for a factor, which an EvenSample does not tell.
+    """
+
+    def __init__(self, limit, seed=0):
+        self._limit, self._random = limit, np.random.default_rng(seed)
+        self._keys, self._points = np.zeros(0), np.zeros((0, 3))
+
+    def add(self, points):
+        """Takes points (k, 3)."""
+        keys = self._random.random(len(points))
+        if len(self._keys) == self._limit:
+            taken = keys < self._keys.max()
+            keys, points = keys[taken], points[taken]
+        keys, points = np.concatenate([self._keys, keys]), np.concatenate([self._points, points])
+        if len(keys) > self._limit:
+            least = np.argpartition(keys, self._limit)[: self._limit]
+            keys, points = keys[least], points[least]
+        self._keys, self._points = keys, points
+
+    def points(self):
+        """(m, 3) those that are kept."""
+        return self._points
 
 
 def _different(numbers):

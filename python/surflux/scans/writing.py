@@ -10,7 +10,7 @@ from surflux._base.color import srgb_to_linear
 from surflux._base.files import unfinished, whole_file
 from surflux.scans.gltf import up_to_y, write_gltf_points
 from surflux.scans.las_writing import write_las
-from surflux.scans.names import OWN, scalars
+from surflux.scans.names import OWN, Names, scalars
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
 _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
@@ -56,7 +56,7 @@ def written_suffix(path, name="path"):
 
 def _write_ply(path, columns, comments, pixels):
     """Binary little-endian PLY. Coordinates are doubles where floats do not hold them."""
-    parts = scalars(columns, _tidy)
+    parts = scalars(path, columns, _tidy)
     types = {name: _ply_type(name, values) for name, values in parts.items()}
     row = np.dtype([(name, "<" + kind) for name, kind in types.items()])
     count = len(columns["points"])
@@ -98,7 +98,7 @@ def _ply_type(name, values):
 
 def _write_csv(path, columns):
     """Lines of numbers between commas, behind one with the names; of floats as many digits as bring them back."""
-    parts = scalars(columns, _tidy)
+    parts = scalars(path, columns, _tidy)
     with whole_file(path) as file:
         file.write((",".join(parts) + "\n").encode())
         for begin in range(0, len(columns["points"]), _BLOCK):
@@ -131,11 +131,13 @@ def _write_vtp(path, columns):
     """VTK PolyData, for ParaView: "RGB" are the colours, "Normals" the normals."""
     import pyvista
 
-    names = {"normals": "Normals", "colors": "RGB"}
+    own = {"normals": "Normals", "colors": "RGB"}
+    names = Names(path, (name for column, name in own.items() if column in columns))
     data = pyvista.PolyData(np.ascontiguousarray(columns["points"], dtype=np.float64))
     for name, values in columns.items():
         if name != "points":
-            data.point_data[names.get(name, name)] = values
+            data.point_data[own[name] if name in own else names.free(name)] = values
+    names.warn_of_others()
     with unfinished(path) as beside:
         data.save(beside)
 
@@ -150,9 +152,11 @@ def _write_gltf(path, columns, up):
         arrays["NORMAL"] = np.where(known, columns["normals"], [0.0, 0.0, 1.0])
     if "colors" in columns:
         arrays["COLOR_0"] = srgb_to_linear(columns["colors"] / 255.0)
+    names = Names(path, ())
     for name, values in columns.items():
-        if name not in ("points", "normals", "colors") and (values.ndim == 1 or values.shape[1] in (2, 3, 4)):
-            arrays["_" + str(name).upper()] = values
+        if name not in OWN and (values.ndim == 1 or values.shape[1] in (2, 3, 4)):
+            arrays["_" + names.free(str(name).upper())] = values
+    names.warn_of_others()
     turn, matrix = up_to_y(up), np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, turn @ middle
     write_gltf_points(path, arrays, matrix)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.color import rgb_of_grey
 from surflux._base.types import FilePath, Floats, Vector
 from surflux.pictures.images import read_image
 
@@ -280,7 +281,7 @@ class Environment:
         """
         array = check.numeric("coefficients", coefficients)
         if array.ndim == 1:
-            array = array[:, None].repeat(3, axis=1)
+            array = rgb_of_grey(array)
         array = check.finite_array("coefficients", array, (None, 3))
         height = check.count("height", height, 1, 2**14)
         return cls._of_pixels(np.asarray(_core.image_of_harmonics(array, 2 * height, height)))

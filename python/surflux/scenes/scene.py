@@ -30,7 +30,8 @@ class Scene:
         camera: Camera from which the scene wants to be seen, or None.
         name: text for titles and messages.
         solve_options: dict of options for solve() by its own names, all but threads and progress. They count in
-            sf.solve(scene) wherever the call does not give others, and so on the command line.
+            sf.solve(scene) wherever the call does not give others, those that sf.solve_meshless has in that, too, and
+            so on the command line.
 
     Attributes:
         objects, lights: as handed in, as tuples; a Sky as the lights that it is made of.

@@ -75,6 +75,8 @@ def load_scene(
     - up ([0, 0, 1]): what is up in the file; it is turned to z before `scale` and `rotate`.
     - viewpoint: of points alone, the place in the file's coordinates from which they were seen; estimated normals turn
       towards it. Default: what the file says, see read.
+    - clean (false): of points alone, true leaves out isolated points, those that a LAS file withholds, and repeated
+      ones, before `thin`, as `surflux solve` does with a cloud; see read.
 
     shape, with its keys and their defaults:
 
@@ -114,7 +116,8 @@ def load_scene(
 
     [solve]: defaults for the command `surflux solve`, by the names that sf.solve has: error, seconds, transport, zeta,
     insert, tolerance, max_surfels, rays, probes, shadow_rays, epsilon, max_memory, seed. They become
-    Scene.solve_options, which count in sf.solve wherever the call does not give others.
+    Scene.solve_options, which count in sf.solve, and those that it has in sf.solve_meshless, wherever the call does not
+    give others.
 
     Args:
         path: str or path of the file.

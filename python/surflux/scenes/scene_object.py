@@ -114,8 +114,11 @@ def _created(table, transform, shape, file, kind, seed, sheets):
     viewpoint = table.get("viewpoint")
     if mesh is not None and viewpoint is not None:
         raise table.error("viewpoint", "is for a file of points, whose estimated normals turn towards it")
+    clean = table.call(check.flag, "clean", table.get("clean", False))
+    if mesh is not None and "clean" in table:
+        raise table.error("clean", "is for a file of points, of which isolated and repeated ones are left out")
     if mesh is None:
-        surfels = transform.surfels(_read(table, file, viewpoint))
+        surfels = transform.surfels(_read(table, file, viewpoint, clean))
         return len(surfels), len(surfels), len(surfels), lambda _: (surfels, None)
     polygons = mesh._replace(vertices=transform.points(mesh.vertices))
     if kind == "surfels":
@@ -167,10 +170,10 @@ def _mesh(table, shape, file, kind):
     return mesh, None
 
 
-def _read(table, file, viewpoint):
+def _read(table, file, viewpoint, clean):
     if "kind" in table:  # that faces are left out is meant
-        return table.call(read_with_faces, file, viewpoint=viewpoint)[0]
-    return table.call(read, file, viewpoint=viewpoint)
+        return table.call(read_with_faces, file, viewpoint=viewpoint, clean=clean)[0]
+    return table.call(read, file, viewpoint=viewpoint, clean=clean)
 
 
 def _sampled(table, polygons, n, seed):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from surflux._base import check
+from surflux._base.color import rgb_of_grey
 from surflux._base.types import FilePath, Floats
 from surflux.scenes import weather
 from surflux.scenes.lights import DirectionalLight, Environment
@@ -245,7 +246,7 @@ class Sky:
             column = int(np.arctan2(y, -x) % (2.0 * np.pi) / np.pi * height) % (2 * height)
             angle = np.pi / height * (np.cos(np.pi * row / height) - np.cos(np.pi * (row + 1) / height))
             image[row, column] += self.direct_normal / angle
-        return Environment(np.repeat(image[..., None], 3, axis=2))
+        return Environment(rgb_of_grey(image))
 
     def patch_radiances(self, patches: SkyPatches, *, sun: bool = False) -> Floats:
         """(len(patches),) mean radiance of each patch of the sky, the ground's first: what SkyTransfer.relight takes.

@@ -7,12 +7,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.color import rgb_of_grey
 from surflux._base.types import Floats
 from surflux.scenes.lights import Environment
 
 _SUBDIVISIONS = {144 * m * m + 1: m for m in range(1, 9)}
 _TREGENZA = (30, 30, 24, 24, 18, 12, 6)  # patches in each row, from the horizon up
 BRIGHT = 4.0  # times the mean of its patch, and of all directions: a pixel that is no part of a smooth sky
+GROUND_ROWS = 128  # of an image, at which it is asked how even the ground is
 
 
 class SkyPatches:
@@ -100,7 +102,7 @@ class SkyPatches:
         """
         array = check.numeric("radiances", radiances)
         if array.ndim == 1:
-            array = array[:, None].repeat(3, axis=1)
+            array = rgb_of_grey(array)
         array = check.in_range("radiances", check.finite_array("radiances", array, (len(self), 3)), 0.0)
         if self._pixels is None:
             # Two rows of pixels for a row of patches, of which the cap has half the height; and columns that each row's
@@ -157,22 +159,46 @@ class SkyPatches:
         """The same, with what `radiance` says of it."""
         if environment.image is None:
             return 0.0
-        pixels = np.asarray(environment.image, dtype=float).sum(axis=2)
-        height, width = pixels.shape
-        edges = np.cos(np.pi * np.arange(height + 1) / height)
-        weights = np.repeat((edges[:-1] - edges[1:])[:, None], width, axis=1)
+        pixels, weights = _pixels(environment)
         all_light = (weights * pixels).sum()
         rows, columns = np.nonzero(pixels > BRIGHT * all_light / weights.sum())
         if not len(rows):
             return 0.0
-        z = 0.5 * (edges[rows] + edges[rows + 1])
-        level, phi = np.sqrt(1.0 - z * z), np.pi - 2.0 * np.pi * (columns + 0.5) / width
-        image_axes = np.asarray(environment._to_core().axes)
-        patch = self.index(np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes)
+        patch = self.index(_directions(environment, rows, columns))
         of_patch = radiances[patch].sum(axis=1)
         bright, weights = pixels[rows, columns], weights[rows, columns]
         is_narrow = (patch > 0) & (bright > BRIGHT * of_patch)
         return float((weights * (bright - of_patch))[is_narrow].sum() / max(all_light, np.finfo(float).tiny))
+
+    def _uneven_ground(self, environment, radiances):
+        """The share of an Environment's light that one radiance of all the ground, by `radiance`, has elsewhere."""
+        if environment.image is None:
+            return 0.0
+        pixels, weights = _pixels(environment)
+        every = max(1, len(pixels) // GROUND_ROWS)
+        rows, columns = (np.arange(every // 2, count, every) for count in pixels.shape)
+        pixels, weights = (of[rows][:, columns] for of in (pixels, weights))
+        at = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing="ij"))
+        ground = (self.index(_directions(environment, *at)) == 0).reshape(pixels.shape)
+        moved = 0.5 * (weights * np.abs(pixels - radiances[0].sum()))[ground].sum()
+        return float(moved / max((weights * pixels).sum(), np.finfo(float).tiny))
+
+
+def _pixels(environment):
+    """(height, width) each: sums of the channels of an Environment's pixels, and weights as their solid angles."""
+    pixels = np.asarray(environment.image, dtype=float).sum(axis=2)
+    height, width = pixels.shape
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    return pixels, np.repeat((edges[:-1] - edges[1:])[:, None], width, axis=1)
+
+
+def _directions(environment, rows, columns):
+    """(m, 3) towards the middles of an Environment's pixels."""
+    height, width = environment.image.shape[:2]
+    z = 0.5 * (np.cos(np.pi * rows / height) + np.cos(np.pi * (rows + 1) / height))
+    level, phi = np.sqrt(1.0 - z * z), np.pi - 2.0 * np.pi * (columns + 0.5) / width
+    image_axes = np.asarray(environment._to_core().axes)
+    return np.stack([level * np.cos(phi), level * np.sin(phi), z], axis=1) @ image_axes
 
 
 def patch_count(name: str, count: int) -> int:

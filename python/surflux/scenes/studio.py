@@ -3,8 +3,9 @@
 import numpy as np
 
 from surflux.points.surfels import Surfels
-from surflux.scenes.lights import AreaLight, Environment
+from surflux.scenes.lights import AreaLight, DirectionalLight, Environment
 from surflux.scenes.sky import Sky
+from surflux.scenes.transform import turn_to_z
 
 _SKY = 0.35  # radiance
 BACKDROP = 0.25  # display value, from 0 to 1, of what is seen behind: grey surfaces stand out from it
@@ -34,17 +35,21 @@ def studio(surfels, camera):
     return [Environment(_SKY), AreaLight(corner, u, v, exitance)]
 
 
-def daylight(camera):
-    """A Sky of a clear day, z up, the sun 40 degrees high over the camera's left shoulder."""
-    _, down, forward = camera._axes()
+def daylight(camera, up=(0.0, 0.0, 1.0)):
+    """The lights of a clear day, the sun 40 degrees high over the camera's left shoulder: where z is up, a Sky."""
+    turn = turn_to_z(np.asarray(up, np.float64) / np.linalg.norm(up))
+    _, down, forward = (turn @ axis for axis in camera._axes())
     x, y, _ = forward if abs(forward[2]) < 0.9 else -down  # of who looks down, what is up in the picture
-    turn = np.radians(_SUN_LEFT)
-    back = -np.cos(turn) * x - np.sin(turn) * y, -np.cos(turn) * y + np.sin(turn) * x
-    return clear_day(np.degrees(np.arctan2(back[0], back[1])))
+    left = np.radians(_SUN_LEFT)
+    back = -np.cos(left) * x - np.sin(left) * y, -np.cos(left) * y + np.sin(left) * x
+    day = clear_day(np.degrees(np.arctan2(back[0], back[1])))
+    if np.array_equal(turn, np.eye(3)):
+        return [day]
+    return [day.environment()._turned(turn.T), DirectionalLight(turn.T @ day.sun.direction, day.sun.irradiance)]
 
 
 def clear_day(azimuth=150.0):
-    """The same with the sun so many degrees clockwise from +y: of the north in the late morning."""
+    """A Sky of a clear day, the sun so many degrees clockwise from +y: of the north in the late morning."""
     return Sky.from_sun(_SUN_HIGH, azimuth, direct_normal=_SUN, diffuse=_CLEAR)
 
 

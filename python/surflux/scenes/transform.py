@@ -30,7 +30,7 @@ def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0),
 
     up: the direction that becomes z before that, by the shortest turn.
     """
-    rotation = _to_z(check.direction("up", up))
+    rotation = turn_to_z(check.direction("up", up))
     for axis, degrees in enumerate(check.positions("rotate", rotate)):
         rotation = _about(axis, degrees) @ rotation
     return Transform(
@@ -40,12 +40,14 @@ def make_transform(scale=1.0, rotate=(0.0, 0.0, 0.0), translate=(0.0, 0.0, 0.0),
     )
 
 
-def _to_z(up):
-    if up[2] <= -1.0:
+def turn_to_z(up):
+    """(3, 3) the shortest rotation that takes a unit vector to z; of -z about x."""
+    sine = up[0] ** 2 + up[1] ** 2  # squared
+    if up[2] < 0.0 and sine == 0.0:
         return np.diag([1.0, -1.0, -1.0])
     axis = np.cross(up, [0.0, 0.0, 1.0])
     cross = np.cross(axis, np.eye(3)).T  # cross @ v = axis x v
-    return np.eye(3) + cross + cross @ cross / (1.0 + up[2])
+    return np.eye(3) + cross + cross @ cross * ((1.0 - up[2]) / sine if up[2] < 0.0 else 1.0 / (1.0 + up[2]))
 
 
 def _about(axis, degrees):

@@ -1,6 +1,8 @@
 """Where the sun stands and what the weather brings: the only room of pvlib, the extra `solar`."""
 
 import datetime
+import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,6 +39,14 @@ def _pvlib():
     except ImportError as error:
         raise ImportError(f"sun and weather need pvlib: pip install 'surflux[solar]' ({error})") from error
     return pvlib, pandas
+
+
+@contextmanager
+def _own_calls_of_pvlib():
+    """What pvlib calls is for its makers to change: no caller of ours is told that pandas will drop it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        yield
 
 
 def utc(name, times):
@@ -86,6 +96,7 @@ def day_of_year(times):
     return (times.astype("datetime64[D]") - times.astype("datetime64[Y]").astype("datetime64[D]")).astype(int) + 1
 
 
+@_own_calls_of_pvlib()
 def sun_angles(times, latitude, longitude, altitude):
     """(altitude, azimuth) of the sun in degrees, with refraction; azimuth clockwise from north (Reda and Andreas)."""
     pvlib, pandas = _pvlib()
@@ -95,6 +106,7 @@ def sun_angles(times, latitude, longitude, altitude):
     return found["apparent_elevation"].to_numpy(float), found["azimuth"].to_numpy(float)
 
 
+@_own_calls_of_pvlib()
 def clear_sky(times, latitude, longitude, altitude, turbidity):
     """(direct normal, diffuse) in W/m2 of a clear sky, by Ineichen and Perez 2002.
 
@@ -126,7 +138,7 @@ def read_weather(path):
     path = Path(check.path("epw", path))
     pvlib, _ = _pvlib()
     try:
-        with open(path, encoding="utf-8", errors="replace") as file:
+        with open(path, encoding="utf-8", errors="replace") as file, _own_calls_of_pvlib():
             table, about = pvlib.iotools.read_epw(file)
         columns = {name: table[name].to_numpy(float) for name in ("dni", "dhi", "ghi", "etr")}
         wall = table.index.tz_localize(None).to_numpy().astype("datetime64[ms]") + _STEP

@@ -9,6 +9,8 @@ from surflux._base import check
 from surflux._base.types import Floats
 from surflux._base.warn import warn
 
+FUNCTIONS = 16  # of a basis, for each surfel: where there are more, surfels say too little of the light
+MOSTLY = 0.5  # of the rays of a point: where so many end on backs it is said
 RAYS = 1024  # of irradiance_at; 256 have four times as much noise through windows
 
 
@@ -28,8 +30,12 @@ def _by_rays(name, how, rays, scene):
 class Evaluation:
     """How light at points is found, checked: of `Solution.irradiance_at`, of which these are arguments."""
 
-    def __init__(self, direct, indirect, rays, seed, scene):
+    def __init__(self, direct, indirect, rays, seed, solution):
+        scene = solution._scene
         self.is_gathered = _by_rays("indirect", indirect, "gathered", scene) == "gathered"
+        if self.is_gathered and solution._bounces is not None:
+            known = check.counted(solution._bounces, "bounce")
+            raise ValueError(f'indirect: wanted "interpolated", for light gathered from {known} would have one more')
         if direct is None:
             direct = "interpolated" if scene is None else "traced"
         self.is_traced = checked_direct(direct, scene) == "traced"
@@ -53,6 +59,17 @@ def warn_of_mid_air(on_surface, has_scene):
         )
 
 
+def _warn_of_backs_around(on_backs):
+    """on_backs: (m,) share of the rays of each point that end on backs."""
+    few = np.count_nonzero(on_backs > MOSTLY)
+    if few:
+        where = f"{few} of {check.counted(len(on_backs), 'point')} {'has' if few == 1 else 'have'}"
+        warn(
+            f"points: {where} mostly backs of surfaces around, which are black and reflect nothing: walls that "
+            "face away from a room (Surfels.flipped() turns them), or points inside of a body"
+        )
+
+
 def traced_direct(scene, points, normals, how, callback):
     """(m, 3) irradiance from lights and Environments, by rays; scene: compiled."""
     return _core.direct_at(scene, points, normals, how.rays, how.seed, callback)
@@ -61,13 +78,6 @@ def traced_direct(scene, points, normals, how, callback):
 def traced_emitted(scene, points, normals, how, callback):
     """The same from small surfels that shine."""
     return _core.emitted_at(scene, points, normals, how.rays, how.seed, callback)
-
-
-def shines_as_mesh(surfels):
-    """Whether what shines are patches: of disks, which overlap, rays tell less than values between surfels."""
-    is_patch = np.zeros(len(surfels), bool)
-    is_patch[surfels.triangle_surfel] = True
-    return bool(np.all(is_patch | (surfels.emission == 0.0).all(axis=1)))
 
 
 class Light(NamedTuple):
@@ -102,7 +112,7 @@ class SurfelField:
             groups = 2 * objects + ((sum(parts.values()) == 0).all(axis=1) & bounces)
         groups = np.asarray(groups, dtype=np.uint32)
         self._sources = list(parts)
-        self._traces_emitters = light.emitted is not None and shines_as_mesh(surfels)
+        self._traces_emitters = light.emitted is not None and scene is not None and _core.samples_patches_alone(scene)
         self._field = _core.Field(surfels._core, groups, list(parts.values()), scene, callback, self._sources)
         self._scene = scene
 
@@ -126,7 +136,8 @@ class SurfelField:
             return self.others(points, normals, callback) + self.direct(points, normals, callback)
         at = (points, normals, how, callback)
         if how.is_gathered:
-            others = self._field.gathered(points, normals, how.rays, how.seed, callback)
+            others, on_backs = self._field.gathered(points, normals, how.rays, how.seed, callback)
+            _warn_of_backs_around(on_backs)
             return others + traced_emitted(self._scene, *at) + traced_direct(self._scene, *at)
         direct = traced_direct(self._scene, *at)
         if not self._traces_emitters:
@@ -152,7 +163,7 @@ class BasisField:
         self.basis, self.emitted, self.lit = basis, light.emitted, lit
         self.scene, self._at = scene, (surfels, objects)
         self._light = light
-        self._surfels = self._rest = None
+        self._surfels = self._rest = self._functions = None
 
     def pickled(self):
         """What `basis_field` makes it from again, with the solution that it belongs to."""
@@ -167,6 +178,16 @@ class BasisField:
         gathered = functions["gathered"] > 0
         return functions["positions"][gathered], functions["normals"][gathered]
 
+    def _warn_of_wide_patches(self):
+        count = len(self._at[0])
+        if self._functions is None:
+            self._functions = len(self.basis.functions()["gathered"])
+        if self._functions > FUNCTIONS * count:
+            warn(
+                f"indirect: surfaces send what is interpolated between {count} surfels, of which the basis of the "
+                f"solution tells more, by {self._functions} functions: finer patches help (patch_area)"
+            )
+
     def at_surfels(self, points, normals, callback=None):
         """From values at surfels, for places that see no function: (all but direct light, direct light)."""
         self._surfels = self._surfels or self._make_surfels(callback)
@@ -175,6 +196,7 @@ class BasisField:
     def irradiance(self, points, normals, how, callback):
         if how.is_gathered:
             self._surfels = self._surfels or self._make_surfels(callback)
+            self._warn_of_wide_patches()
             return self._surfels.irradiance(points, normals, how, callback)
         in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)
         hidden = hidden != 0

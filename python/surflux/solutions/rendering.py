@@ -187,7 +187,7 @@ def drawn_surfels(solution):
     radii = np.where(inserted, INSERTED_FOOTPRINT, 1.0) * s.radii
     # Parts of patches overlap by a hair: where their edges meet in the middle of another's, pixels would stay open.
     owner = s.triangle_surfel
-    grown = np.where(inserted[owner], INSERTED_OVERLAP, 1.0)[:, None, None]
+    grown = np.where(inserted, INSERTED_OVERLAP, 1.0)
     center = s.points[owner][:, None, :]
-    triangles = center + grown * (s.triangles - center)
-    return replaced(s._core, radii=radii, triangles=triangles)
+    triangles = center + grown[owner][:, None, None] * (s.triangles - center)
+    return replaced(s._core, radii=radii, areas=grown**2 * s.areas, triangles=triangles)

@@ -129,9 +129,9 @@ class Solution:
         self.camera = camera
         self._lamps, self._environments = list(lamps), list(environments)  # what is seen of the lights
         self._scene = scene
-        self._known_field = None
-        self._on_surface = None
+        self._known_field = self._on_surface = None
         self._walls = rendering.Walls()
+        self._bounces = None  # how often light is reflected; None: until nothing is left of it
         self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
 
     @property
@@ -146,9 +146,9 @@ class Solution:
         return twin
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Solution:
-        twin = Solution.__new__(Solution)
         of_core = ("_known_field", "_on_surface", "_walls", "_mirrored")  # which solutions share
         kept = {name: value if name in of_core else copy.deepcopy(value, memo) for name, value in vars(self).items()}
+        twin = self.__copy__()
         twin.__dict__.update(kept)
         return twin
 
@@ -180,9 +180,9 @@ class Solution:
         surfaces that send what is interpolated there: closer in corners, behind furniture and below it.
         Points behind their surface, as rounding puts them, are moved up to it, as far as half the radius of a surfel.
 
-        What is interpolated knows nothing of mid-air, as of a desk's height, and where nothing faces the way of the
-        normal: there the nearest surfels have the say, and a warning tells how many points are farther from every
-        surfel than its corners, or twice its radius along it, or its radius off its plane. Gathered light is right.
+        What is interpolated knows nothing of mid-air, nor of where nothing faces the way of the normal: a warning tells
+        of points farther from every surfel than its corners, or twice its radius along it, or its radius off its plane.
+        Gathered light is right there if surfels are small beside their distance; warnings tell of others, and of backs.
 
         Args:
             points: (m, 3).
@@ -190,7 +190,7 @@ class Solution:
             direct: "traced", by rays; or "interpolated" between surfels, a tenth of a millisecond a point faster: off
                 at borders of shadows, by any amount near lamps closer than surfels are wide. None: traced, but of
                 solutions from files, which hold no scene.
-            indirect: "interpolated", or "gathered", some milliseconds a point, which needs the scene, too.
+            indirect: "interpolated", or "gathered", some milliseconds a point, of solutions of no number of bounces.
             rays: from each point to the sky, and over the hemisphere to gather, best a power of 2; three times as many
                 where little of the sky is seen. To a light half as many, or an eighth; to all mesh lamps a quarter.
             seed: of the rays.
@@ -200,7 +200,7 @@ class Solution:
             (m, 3) float64, in the unit of the lights (W/m2).
 
         Raises:
-            ValueError: an argument, by name; "traced" or "gathered" of a solution that was loaded from a file.
+            ValueError: an argument, by name; "traced" or "gathered" of a solution without a scene, as that of a file.
             Cancelled: the callback returned False.
 
         >>> import surflux as sf
@@ -211,7 +211,7 @@ class Solution:
         """
         points = check.finite_array("points", points, (None, 3))
         normals = check.unit_vectors("normals", check.finite_array("normals", normals, (len(points), 3)))
-        how = Evaluation(direct, indirect, rays, seed, self._scene)
+        how = Evaluation(direct, indirect, rays, seed, self)
         with watched(threads, progress):
             callback = stage("irradiance")
             self._on_surface = self._on_surface or _core.OnSurface(self.surfels._core)

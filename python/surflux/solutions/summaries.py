@@ -32,7 +32,7 @@ def as_lines(self) -> str:
         f"{_ACCOUNT[key]} {power[key] / whole:.2%}" if whole > 0 else f"{_ACCOUNT[key]} {power[key]:.3g}"
         for key in list(_ACCOUNT)[1:]
     )
-    return f"{as_text(self)}\npower in {whole:.5g}: {places}"
+    return f"{as_text(self)}\npower in {whole:.5g} (all channels): {places}"
 
 
 def as_table(self) -> str:

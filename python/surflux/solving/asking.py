@@ -19,6 +19,7 @@ _FARTHEST = 2.5  # rungs at once
 # The estimate at rung 0 in rooms, by which the first attempt goes, but no farther than _FIRST: much of what a solve
 # takes is the same for all rungs, so that one attempt is best.
 _TYPICAL, _FIRST = 0.03, 2.0
+_FINEST, _NO_MORE = "these are the finest settings", "finer settings gain nothing any more"
 _NO_GAIN = 0.1  # of an estimate: an attempt that takes off less than that a rung, of twice the seconds, is the last
 _CELLS, _MOST_PLACES = 16, 3  # to a side of the grid that tells where errors are
 _AIM = 0.88  # of the error that is wanted: estimates have an error themselves
@@ -91,9 +92,9 @@ def solve_asked(ladder, attempt, error, seconds):
         elif error is not None and estimate <= error:
             why = "the error is reached"
         elif rung >= ladder.top:
-            why = "these are the finest settings"
+            why = _FINEST
         elif not _gains(tried):
-            why = "finer settings gain nothing any more"
+            why = _NO_MORE
         else:
             rung = _next(ladder, tried, error, None if seconds is None else begun + seconds - now)
             why = "the next would not be ready in time" if rung is None else None
@@ -101,9 +102,11 @@ def solve_asked(ladder, attempt, error, seconds):
     warn_of_it()
     if error is not None and solution.error > error:
         where = "" if coarser is None else _places(coarser, solution)
+        more = why in (_NO_MORE, _FINEST) and len(solution.surfels.triangles)
+        finer = "; finer patches may help (patch_area)" if more else ""
         warn(
-            f"error: wanted {_percent(error)}, reached an estimated {_percent(solution.error)}, for {why}{where}; what "
-            "was tried stands in Solution.attempts"
+            f"error: wanted {_percent(error)}, reached an estimated {_percent(solution.error)}, "
+            f"for {why}{where}{finer}; what was tried stands in Solution.attempts"
         )
     _tell(solution, tried, error, seconds)
     return solution

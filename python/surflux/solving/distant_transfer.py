@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.color import rgb_of_grey
 from surflux._base.passes import thread_limit
 from surflux._base.types import Floats
 from surflux.geometry.gloss import gloss_arrays, require_energy
 from surflux.scenes.lights import Environment
-from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_no_arrival
 from surflux.solving.harmonics import rotate_harmonics
@@ -86,7 +86,7 @@ class DistantTransfer(Transfer):
             incident = self._core.incident(light, reflectance, self._bounces(bounces))
             direct, irradiance = (np.maximum(np.asarray(found), 0.0) for found in incident.irradiance())
             seconds = perf_counter() - start
-        found = {"reflectance": reflectance, "timings": {"incident": seconds}}
+        found = {"reflectance": reflectance, "bounces": bounces, "timings": {"incident": seconds}}
         solution = self._lit(light, seen, irradiance, direct, **found)
         if isinstance(environment, Environment):
             core = self.scene._to_core()
@@ -111,13 +111,17 @@ class DistantTransfer(Transfer):
         direct: Floats,
         *,
         reflectance: Any,
+        bounces: int | None,
         **rest: Any,
     ) -> Solution:
         """The Solution of what was found of 25 harmonics; seen: whose they are, or harmonics."""
         smooth = Environment.from_harmonics(light, 32)
-        scene = Scene(self.scene.objects, lights=[smooth], camera=self.scene.camera)
-        rest["environments"] = [seen if isinstance(seen, Environment) else Environment.from_harmonics(light)]
-        return self._solution(self._reflectance(reflectance), irradiance, direct, scene=scene, **rest)
+        if not isinstance(seen, Environment):
+            seen = Environment.from_harmonics(light)
+        given = self._reflectance(reflectance), self._bounces(bounces)
+        solution = self._solution([smooth], *given, irradiance, direct, **rest)
+        solution._environments = [seen]
+        return solution
 
     def _gloss(self, reflectance, specular, exponent):
         """What `gloss_arrays` gives of these, or else of the scene."""
@@ -138,7 +142,7 @@ def harmonics_of(environment: Environment | ArrayLike) -> Floats:
         return environment.harmonics(ORDER)
     array = check.numeric("environment", environment)
     if array.ndim == 1:
-        array = array[:, None].repeat(3, axis=1)
+        array = rgb_of_grey(array)
     array = check.in_range("environment", check.finite_array("environment", array, (None, 3)), -LARGEST, LARGEST)
     if len(array) not in [band**2 for band in range(1, ORDER + 1)]:
         raise ValueError(f"environment: wanted an Environment or 1, 4, 9, 16 or 25 harmonics, got {len(array)}")

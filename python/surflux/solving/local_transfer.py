@@ -13,7 +13,6 @@ from surflux._base import check
 from surflux._base.passes import stage_callback, thread_limit
 from surflux._base.types import Floats, Progress
 from surflux.scenes.lights import LIGHTS, AreaLight, DirectionalLight, Light, PointLight, SpotLight, power_name
-from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_backs, warn_of_lamps_in_bodies
 from surflux.solving.transfer import LARGEST, Transfer
@@ -74,7 +73,8 @@ class LocalTransfer(Transfer):
     ) -> Solution:
         """The scene under other lights: indirect light by the operator, direct light by rays to each surfel.
 
-        Lights are additive: with the same seed, what two bring is the sum of what each brings.
+        Lights are additive: what two bring is the sum of what each brings, but for the shadow rays' noise, for each
+        light has rays of its own.
 
         Args:
             lights: one or a list of PointLight, SpotLight, AreaLight and DirectionalLight, of at most 1e30 in their
@@ -110,7 +110,6 @@ class LocalTransfer(Transfer):
 
     def _relit(self, lights, given, probes, penumbra_rays, threads=None, progress=False):
         """What `relight` returns, without its warnings; given: see _given."""
-        scene = Scene(self.scene.objects, lights=_as_list(lights), camera=self.scene.camera)
         with thread_limit(threads):
             start = perf_counter()
             indirect = self._core.indirect(*given)
@@ -119,8 +118,7 @@ class LocalTransfer(Transfer):
                 report = None if callback is None else lambda done, total: callback("direct", done, total)
                 direct = np.asarray(self._core.direct(given[0], probes, penumbra_rays, given[-1], report))
             seconds = {"indirect": found - start, "direct": perf_counter() - found}
-        lamps = [light for light in scene.lights if isinstance(light, AreaLight)]
-        return self._solution(given[1], direct + indirect, direct, timings=seconds, lamps=lamps, scene=scene)
+        return self._solution(_as_list(lights), *given[1:3], direct + indirect, direct, timings=seconds)
 
     def _warn(self, lights, direct):
         """Of lights that reach no fronts, or hardly any; direct: (n, 3) irradiance that they bring."""

@@ -14,12 +14,13 @@ from surflux.scenes.scene import Scene
 from surflux.solutions.fields import BasisField, light_of
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
-from surflux.solving.run import attempt_by, check_scene, require_no_deadline, tuning, with_areas
+from surflux.solving.run import attempt_by, require_no_deadline, tuning, with_areas, with_scene_options
 
 _TOP = 6.0  # epsilon_e .0025 and 32 000 rays
 
 
 @shared_out
+@with_scene_options(("levels", "epsilon_e", "rays", "probes", "shadow_rays", "bounces"))
 def solve_meshless(
     scene: Scene,
     *,
@@ -53,7 +54,8 @@ def solve_meshless(
     bright, light is gathered on all of that surfel, and counts for it alone: not for `irradiance_at`, nor for pictures.
 
     Args:
-        scene: Scene. Functions of one of its objects say nothing about the others.
+        scene: Scene. Functions of one of its objects say nothing about the others. Of its solve_options those count
+            that are arguments here, too, wherever the call does not give others.
         error, seconds: see `solve`; they choose levels, epsilon_e, rays, probes and shadow_rays.
         levels: of the basis, at most; 1 to 10. Clouds have two more, which repeat the receivers that are as close
             together as their disks.
@@ -92,7 +94,6 @@ def solve_meshless(
     >>> print(solution.irradiance_at([[0.3, 0.6, 0.0]], [[0, 0, 1]]).round(4))
     [[3.1416 3.1416 3.1416]]
     """
-    check_scene(scene)
     given = {
         "levels": levels,
         "radius": radius,
@@ -121,7 +122,9 @@ def solve_meshless(
     def attempt(settings=None, deadline=None):
         options = _checked(given | (settings or {}))
         converges = bounces is None
-        return attempt_by(solver, scene, options, threads, progress, field, converges, deadline)
+        solution, say = attempt_by(solver, scene, options, threads, progress, field, converges, deadline)
+        solution._bounces = bounces
+        return solution, say
 
     if error is not None or seconds is not None:
         if bounces is not None:

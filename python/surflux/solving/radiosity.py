@@ -8,7 +8,7 @@ from surflux import _core
 from surflux._base import check
 from surflux._base.types import FilePath, Progress
 from surflux.cluster.engines import shared_out
-from surflux.scenes.options import TRANSPORTS, most_surfels, shadow_options
+from surflux.scenes.options import CHOSEN, TRANSPORTS, most_surfels, shadow_options
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.asking import Ladder, check_asked, solve_asked
@@ -19,7 +19,7 @@ _TOP = 7.0  # zeta .0006 and 41 000 rays
 
 
 @shared_out
-@with_scene_options
+@with_scene_options(CHOSEN)
 def solve(
     scene: Scene,
     *,

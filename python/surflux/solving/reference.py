@@ -49,7 +49,8 @@ def reference_irradiance(
       under the disks, are not in their shadow. Other points are in the air.
 
     Next event estimation from every vertex of a path samples lights, images of the sky and emissive surfels that cover
-    at most 15 % of all surface, combined with the rays that meet them by multiple importance sampling (balance
+    at most 15 % of all surface, or shine eight times as strongly as the mean of them, each of the first seven by itself
+    and all others together; they are combined with the rays that meet them by multiple importance sampling (balance
     heuristic, Veach and Guibas 1995). Russian roulette ends paths whose throughput has fallen below 1/16.
 
     Args:

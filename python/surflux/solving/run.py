@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Callable
 from contextvars import ContextVar
 from functools import wraps
+from inspect import signature
 from time import perf_counter
 from typing import TypeVar, cast
 
@@ -16,7 +17,7 @@ from surflux.geometry.gloss import warn_of_gloss
 from surflux.points.surfels import Surfels
 from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.lights import AreaLight, environments_among
-from surflux.scenes.options import ASKED, CHOSEN
+from surflux.scenes.options import ASKED
 from surflux.scenes.scene import Scene
 from surflux.solutions.solution import Solution
 from surflux.solving.darkness import warn_of_darkness, warn_of_power_into_backs
@@ -38,23 +39,28 @@ def check_scene(scene):
         raise ValueError(f"scene: wanted a Scene, got {type(scene).__name__}")
 
 
-def with_scene_options(solver: Solver) -> Solver:
-    """The solver with the scene's own options, where the call does not give others.
+def with_scene_options(chosen: tuple[str, ...]) -> Callable[[Solver], Solver]:
+    """The solver with the scene's own options, those that it has, where the call does not give others.
 
-    A call that asks for an error or a time takes the place of the scene's knobs that these choose, and the other way
-    round.
+    A call that asks for an error or a time takes the place of the scene's knobs that these choose, `chosen`, and the
+    other way round.
     """
 
-    @wraps(solver)
-    def solve(scene, **given):
-        check_scene(scene)
-        asks = any(given.get(name) is not None for name in ASKED)
-        turns = any(name in given for name in CHOSEN)
-        instead = (CHOSEN if asks else ()) + (ASKED if asks or turns else ())
-        own = {name: value for name, value in scene.solve_options.items() if name not in instead}
-        return solver(scene, **(own | given))
+    def decorate(solver: Solver) -> Solver:
+        names = signature(solver).parameters
 
-    return cast(Solver, solve)  # wraps keeps the signature
+        @wraps(solver)
+        def solve(scene, **given):
+            check_scene(scene)
+            asks = any(given.get(name) is not None for name in ASKED)
+            turns = any(given.get(name) is not None for name in chosen)
+            instead = (chosen if asks else ()) + (ASKED if asks or turns else ())
+            own = {name: value for name, value in scene.solve_options.items() if name in names and name not in instead}
+            return solver(scene, **(own | given))
+
+        return cast(Solver, solve)  # wraps keeps the signature
+
+    return decorate
 
 
 @contextlib.contextmanager

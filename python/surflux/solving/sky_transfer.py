@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from surflux import _core
 from surflux._base import check
+from surflux._base.color import rgb_of_grey
 from surflux._base.passes import report, stage, watched
 from surflux._base.types import Progress
 from surflux._base.warn import warn
-from surflux.scenes.lights import Environment, environments_among
-from surflux.scenes.scene import Scene
+from surflux.scenes.lights import Environment
 from surflux.scenes.sky import Sky
 from surflux.scenes.sky_patches import SkyPatches
 from surflux.solutions.solution import Solution
@@ -23,6 +23,7 @@ from surflux.solving.transfer import LARGEST, Transfer
 
 SUN_RAYS = 16, 64  # probes and shadow rays of each surfel, as of solve
 NARROW = 0.1  # of an environment's light: more than that in small parts of patches is told
+UNEVEN = 0.1  # of the light: what is below the horizon
 
 
 class SkyTransfer(Transfer):
@@ -89,20 +90,19 @@ class SkyTransfer(Transfer):
                 sun = np.asarray(self._core.sunlight([sun._to_core()], *SUN_RAYS, 0, stage("sun")))
                 seconds["sun"] = perf_counter() - start
                 start = perf_counter()
-            found = self._core.irradiance(radiances, sun, reflectance, self._bounces(bounces))
+            bounces = self._bounces(bounces)
+            found = self._core.irradiance(radiances, sun, reflectance, bounces)
             direct, irradiance = map(np.asarray, found)
             seconds["irradiance"] = perf_counter() - start
         is_light = isinstance(sky, (Environment, Sky))
         lights = [sky if is_light else self.patches.environment(radiances)]
-        scene = Scene(self.scene.objects, lights=lights, camera=self.scene.camera)
+        solution = self._solution(lights, reflectance, bounces, irradiance, direct, timings=seconds)
         if is_light:
             core = self.scene._to_core()
-            warn_of_backs(scene.lights, core.surfels, direct, core.surfels.areas)
+            warn_of_backs(solution._scene.lights, core.surfels, direct, core.surfels.areas)
         else:
             warn_of_no_arrival(radiances, direct)
-        seen = environments_among(scene.lights)
-        found = self._solution(reflectance, irradiance, direct, timings=seconds, scene=scene, environments=seen)
-        return self._add_account(found)
+        return self._add_account(solution)
 
     def _parts_of(self, sky):
         """(patches, 3) radiances of a sky, and its sun, of which they have nothing, or None."""
@@ -118,12 +118,13 @@ class SkyTransfer(Transfer):
             shape = f"({count},) or ({count}, 3), of which the first radiance is the ground's"
             raise ValueError(f"sky: wanted shape {shape}, got {radiances.shape}")
         if radiances.ndim == 1:
-            radiances = radiances[:, None].repeat(3, axis=1)
+            radiances = rgb_of_grey(radiances)
         if not isinstance(sky, Environment):  # its own may overflow
             radiances = check.finite_array("sky", radiances, (count, 3))
         check.in_range("sky", radiances, 0.0, LARGEST)
         if isinstance(sky, Environment):
             _warn_of_narrow_light(sky, self.patches, radiances)
+            _warn_of_uneven_ground(sky, self.patches, radiances)
         return radiances, sun
 
     def coefficients(
@@ -163,6 +164,15 @@ class SkyTransfer(Transfer):
         chosen = check.selection("surfels", slice(None) if surfels is None else surfels, len(self.scene.surfels))
         with watched(threads, progress):
             return self._core.coefficients(chosen, self._bounces(bounces), stage("coefficients"))
+
+
+def _warn_of_uneven_ground(environment, patches, radiances):
+    share = patches._uneven_ground(environment, radiances)
+    if share > UNEVEN:
+        warn(
+            f"sky: {share:.0%} of this environment's light would come from other parts of what is below the horizon, "
+            "which is one patch of one radiance: the ground should be surfels of the scene, or `solve` is right"
+        )
 
 
 def _warn_of_narrow_light(environment, patches, radiances):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -13,7 +14,7 @@ from surflux._base import check
 from surflux._base.array_file import write_arrays
 from surflux._base.types import FilePath, Floats
 from surflux.points.surfels import Surfels
-from surflux.scenes.lights import LIGHTS
+from surflux.scenes.lights import LIGHTS, AreaLight, Light, environments_among
 from surflux.scenes.scene import Scene
 from surflux.scenes.scene_arrays import scene_arrays
 from surflux.scenes.sky import Sky
@@ -150,6 +151,14 @@ class Transfer:
             return None
         return check.per_surfel_rgb("reflectance", reflectance, len(self._core.areas), high=1.0, high_open=True)
 
+    def _objects(self, reflectance: Floats | None) -> Sequence[Surfels]:
+        """Those of the scene, which reflect `reflectance`, (n, 3) of all surfels, or what they have."""
+        objects = self.scene.objects
+        if reflectance is None:
+            return objects
+        each = np.split(reflectance, np.cumsum([len(one) for one in objects])[:-1])
+        return [one._reflecting(part) for one, part in zip(objects, each, strict=True)]
+
     def _add_account(self, solution: Solution) -> Solution:
         """Where the power of a relit solution goes, as its history, and a warning of what backs absorb.
 
@@ -174,11 +183,20 @@ class Transfer:
         warn_of_power_into_backs(figures)
         return solution
 
-    def _solution(self, reflectance: Floats | None, irradiance: Floats, direct: Floats, **rest: Any) -> Solution:
-        """At the scene's own surfels, which reflect `reflectance`, or what they have."""
+    def _solution(
+        self,
+        lights: list[Light],
+        reflectance: Floats | None,
+        bounces: int,
+        irradiance: Floats,
+        direct: Floats,
+        **rest: Any,
+    ) -> Solution:
+        """At the scene's own surfels, which reflect `reflectance`, or what they have; bounces: see _bounces()."""
         core = self.scene._to_core()
         own = core.surfels if reflectance is None else core.surfels.with_reflectance(reflectance)
         surfels = Surfels._from_core(own)
+        scene = Scene(self._objects(reflectance), lights=lights, camera=self.scene.camera)
         solution = Solution(
             surfels,
             parents=np.arange(len(surfels)),
@@ -186,8 +204,13 @@ class Transfer:
             radiosity=surfels.emission + surfels.reflectance * irradiance,
             irradiance=irradiance,
             direct=direct,
+            emitted=self._core.emitted(),
             camera=self.scene.camera,
+            lamps=[light for light in scene.lights if isinstance(light, AreaLight)],
+            environments=environments_among(scene.lights),
+            scene=scene,
             **rest,
         )
+        solution._bounces = None if bounces < 0 else bounces
         solution._walls = self._walls
         return solution

@@ -92,10 +92,8 @@ class TurningLight:
         """The same by the waves, in a hundredth of the time, without gloss."""
         at = waves_at(np.radians(degrees % 360.0))
         irradiance, direct = (np.maximum(np.tensordot(at, of, 1), 0.0) for of in self.waves)
-        reflectance = self._options.get("reflectance")
-        return self.transfer._lit(
-            self.harmonics(degrees), self._seen(degrees), irradiance, direct, reflectance=reflectance
-        )
+        given = {name: self._options.get(name) for name in ("reflectance", "bounces")}
+        return self.transfer._lit(self.harmonics(degrees), self._seen(degrees), irradiance, direct, **given)
 
     @cached_property
     def waves(self) -> Waves:

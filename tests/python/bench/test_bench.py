@@ -95,6 +95,7 @@ def test_a_peer_that_is_not_installed_is_left_out_aloud(monkeypatch, capsys):
     [
         (["--case", "nothing"], "--case: there is no 'nothing'; --list names them all"),
         (["--repeats", "0"], "--repeats: wanted at least 1, got 0"),
+        (["--threads", "0"], "--threads: wanted a whole number from 1"),
         (["--plot", "knobs.png"], "--plot: goes with --quick, --full, --scale or --areas"),
         (["--reference", "--plot", "knobs.png"], "--plot: goes with --quick, --full, --scale or --areas"),
         (["--areas", "--case", "statues"], "--case: does not go with --areas"),

@@ -135,7 +135,7 @@ def test_view_of_scenes_clouds_and_solutions(ball, run):
     assert pixels(shown)[40, 50].min() > 200  # radiosity, the same everywhere, is white
     status, _, err = run("view", "ball.ply", "--screenshot", "a.png", "--color", "radiosity")
     assert status == 2
-    assert "surflux: error: color: wanted one of" in err
+    assert "surflux: error: --color: wanted one of" in err
 
 
 def test_info(run):
@@ -184,7 +184,7 @@ WRONG = [
     (["solve", "room.toml", "--image", "folder.png"], "folder.png: is a folder, not a file"),
     (["view", "room.toml", "--export", "folder.html"], "folder.html: is a folder, not a file"),
     (["view", "room.toml", "--screenshot", "folder.png"], "folder.png: is a folder, not a file"),
-    (["solve", "room.toml", "--fov", "0"], "fov: wanted"),
+    (["solve", "room.toml", "--fov", "0"], "--fov: wanted"),
     (["solve", "room.toml", "--eye", "0.5,0.5,0.5"], "target: wanted"),
     # What is wrong with the options is told before the file is looked at.
     (["solve", "none.toml", "--size", "0x6"], "--size: wanted a whole number from 1 to 16384, got 0"),
@@ -200,8 +200,8 @@ WRONG = [
     (["area", "none.ply", "-o", "a"], "-o: wanted a name ending in .ply, got 'a'"),
     (["area", "none.ply", "-o", "no/a.ply"], "no/a.ply: cannot be written: there is no folder no"),
     (["area", "none.ply"], "none.ply: no such file"),
-    (["area", "ball.ply", "--method", "best"], "method: wanted one of"),
-    (["area", "ball.ply", "--backend", "gpu"], "backend: wanted one of 'auto', 'cpu', 'gl', got 'gpu'"),
+    (["area", "ball.ply", "--method", "best"], "--method: wanted one of"),
+    (["area", "ball.ply", "--backend", "gpu"], "--backend: wanted one of 'auto', 'cpu', 'gl', got 'gpu'"),
     (["render", "ball.ply"], "ball.ply"),
     (["render", "none.ply"], "none.ply"),
     (["view", "none.ply"], "none.ply"),
@@ -305,6 +305,15 @@ def test_a_film_without_its_extra_is_told_before_any_work(here, run, monkeypatch
         (["solve", "room.toml", "--ligth=sun"], "unrecognized arguments: --ligth=sun; did you mean --light?"),
         (["render", "a.ply", "--direct", "traced"], "; --direct is an option of surflux solve and surflux relight ("),
         (["paint"], "invalid choice: 'paint'"),
+        (["solv", "scan.ply"], "invalid choice: 'solv' (choose from"),
+        (["solv", "scan.ply"], "); did you mean solve?"),
+        (["solve", "scan.ply", "--light", "sunn"], "); did you mean sun?"),
+        (["solve", "scan.ply", "--viewpoint", "nan,0,0"], "argument --viewpoint: wanted three finite numbers x,y,z"),
+        (["check", "scan.ply", "--viewpoint", "0,-inf,0"], "argument --viewpoint: wanted three finite numbers"),
+        (
+            ["solve", "scan.ply", "--eye", "0,1e31,0"],
+            "argument --eye: wanted three finite numbers x,y,z up to 1e+30, got",
+        ),
         (["solve"], "the following arguments are required: SCENE|CLOUD"),
         (["solve", "a.toml", "--size", "800"], "wanted WIDTHxHEIGHT, such as 800x600, got '800'"),
         (["solve", "a.toml", "--up", "0,0,0"], "argument --up: wanted a direction, of non-zero length, got '0,0,0'"),

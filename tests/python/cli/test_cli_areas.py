@@ -61,9 +61,9 @@ WRONG = [
     (["none.ply", "--method", "paper"], "--method: goes with --areas"),
     (["none.ply", "--areas", "--pick", "-1"], "--pick: wanted a whole number from 0"),
     (["none.ply", "--areas"], "none.ply: no such file"),
-    (["ball.ply", "--areas", "--pick", "162"], "pick: wanted a whole number from 0 to 161, got 162"),
-    (["ball.ply", "--areas", "--color", "level"], "color: wanted one of 'coverage', 'area', 'radius', 'normal', got"),
-    (["ball.ply", "--areas", "--method", "best"], "method: wanted one of 'paper', 'curved', got 'best'"),
+    (["ball.ply", "--areas", "--pick", "162"], "--pick: wanted a whole number from 0 to 161, got 162"),
+    (["ball.ply", "--areas", "--color", "level"], "--color: wanted one of 'coverage', 'area', 'radius', 'normal', got"),
+    (["ball.ply", "--areas", "--method", "best"], "--method: wanted one of 'paper', 'curved', got 'best'"),
     (["ball.ply", "--areas", "--screenshot", "a.gif"], "--screenshot: wanted a name ending in .png or .jpg"),
 ]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux import _core
 from surflux.cli import commands
 from surflux.scenes import shapes
 
@@ -132,6 +133,16 @@ def ball_with_a_cap(tmp_path):
     lines = [f"v {x} {y} {z}" for x, y, z in ball.points] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
     (tmp_path / "ball.obj").write_text("\n".join(lines) + "\n")
     return np.flatnonzero(cap)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_mesh_is_read_once(ball_with_a_cap, check, tmp_path, monkeypatch, end):
+    read, paths = _core.read_obj, []
+    monkeypatch.setattr(_core, "read_obj", lambda path: paths.append(path) or read(path))
+    lines = (tmp_path / "ball.obj").read_text().replace("f ", "\t f ")
+    (tmp_path / "ball.obj").write_bytes(lines.replace("\n", end).encode())
+    assert "of 1056 faces of the mesh" in check("ball.obj")
+    assert paths == ["ball.obj"]
 
 
 def test_a_mesh_is_checked_as_solve_takes_it(ball_with_a_cap, check, capsys):

@@ -163,6 +163,8 @@ def test_terrain_lies_in_the_sun(here, run):
     assert status == 0
     assert "sun" not in err
     assert len(sf.read_scan("ground.npz")) == 4000
+    status, _, err = run("solve", "field.npz", "-o", "lit.npz", "--no-image", "--up", "0,0,-1")
+    assert (status, "a cloud has no light: it gets a lamp" in err) == (0, True)  # z is not up, and it is no terrain
 
 
 def test_colours_of_few_points_do_not_turn_white(here):
@@ -176,13 +178,15 @@ def test_colours_of_few_points_do_not_turn_white(here):
 
 
 @pytest.mark.slow
-def test_what_is_lit_can_be_lit_again(survey, run):
-    """Its colours are light, and its reflectance stands beside them."""
-    assert run("solve", "survey.npz", "-o", "once.csv", "--no-image", "--light", "sky")[0] == 0
-    assert run("solve", "once.csv", "-o", "twice.csv", "--no-image", "--light", "sky")[0] == 0
-    once, twice = (sf.read_scan(name).attributes for name in ("once.csv", "twice.csv"))
-    assert np.array_equal(twice["reflectance_r"], once["reflectance_r"], equal_nan=True)
-    assert twice["irradiance_r"][:3100] == pytest.approx(once["irradiance_r"][:3100], rel=0.02)
+@pytest.mark.parametrize(("suffix", "channel"), [("csv", "_r"), ("npz", "")])
+def test_what_is_lit_can_be_lit_again(survey, run, suffix, channel):
+    """Its colours are light, and its reflectance stands beside them, in NPZ as one array."""
+    assert run("solve", "survey.npz", "-o", f"once.{suffix}", "--no-image", "--light", "sky")[0] == 0
+    assert run("solve", f"once.{suffix}", "-o", f"twice.{suffix}", "--no-image", "--light", "sky")[0] == 0
+    once, twice = (sf.read_scan(f"{name}.{suffix}").attributes for name in ("once", "twice"))
+    assert np.array_equal(twice[f"reflectance{channel}"], once[f"reflectance{channel}"], equal_nan=True)
+    first, again = (found[f"irradiance{channel}"][:3100] for found in (once, twice))
+    assert again == pytest.approx(first, rel=0.02)
     assert np.array_equal(twice["left_out"], once["left_out"])
 
 

@@ -150,7 +150,7 @@ def test_gaussians_beside_a_picture(solved, run):
         (["--exposure", "bright"], "--exposure: wanted a number above 0 or auto, got 'bright'"),
         (["--exposure", "0"], "--exposure: wanted a number above 0 or auto, got '0'"),
         (["--stops", "nan"], "--stops: wanted a finite number"),
-        (["--fps", "0"], "--fps: wanted"),
+        (["--fps", "0"], "--fps: wanted values in [0.01, 1000], got 0"),
         (["--turntable", "0"], "--turntable: wanted a whole number from 1"),
         (["--turntable", "4"], "--turntable: wants an --image"),
         (["--turntable", "4", "--image", "a.png"], "--image: wanted a pattern for numbered pictures"),

@@ -55,14 +55,31 @@ def test_options_reach_the_solver(here, run, monkeypatch):
 
     monkeypatch.setattr(sf, "solve", solve)
     assert run("solve", "room.toml", "--seed", 7, "--threads", 1, "--zeta", 0.1, "--rays", 64)[0] == 2
-    assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "insert": True, "progress": True}
+    assert given == {"zeta": 0.1, "rays": 64, "seed": 7, "threads": 1, "progress": True}
+
+
+def test_what_a_scene_file_asks_for_counts_where_no_option_is_given(here, run):
+    """`insert = false` was taken over by the usual one, and --solver meshless asked for nothing that the file says."""
+    text = Path("room.toml").read_text()
+    Path("own.toml").write_text(text + "\n[solve]\ninsert = false\nseed = 3\n")
+    assert run("solve", "own.toml", "--no-image")[0] == 0
+    assert len(sf.load_solution("own_solved.ply").surfels) == len(sf.load_scene("own.toml").surfels)
+    assert run("solve", "own.toml", "--no-image", "--insert", "-o", "more.ply")[0] == 0
+    assert len(sf.load_solution("more.ply").surfels) > len(sf.load_scene("own.toml").surfels)
+    found = {}
+    for name, path, options in (("own", "own.toml", []), ("usual", "room.toml", []), ("given", "own.toml", [0])):
+        seed = ["--seed", *options] if options else []
+        assert run("solve", path, "--no-image", "--solver", "meshless", *seed, "-o", f"{name}.ply")[0] == 0
+        found[name] = sf.load_solution(f"{name}.ply").irradiance
+    assert (found["own"] != found["usual"]).any()
+    assert (found["given"] == found["usual"]).all()
 
 
 def test_a_cloud_is_solved_for_its_own_points(ball, run, monkeypatch):
     given = []
 
     def solve(scene, **options):
-        given.append(options["insert"])
+        given.append(options.get("insert", True))
         raise ValueError("enough: seen")
 
     monkeypatch.setattr(sf, "solve", solve)

@@ -92,6 +92,8 @@ def test_a_closed_room_is_one_where_somebody_stands_in_it():
     assert np.all(inside.margin < -0.9)
     assert sf.facing(walls.points, -walls.normals, seen_from=[2, 2, 1]).turned.all()
     assert sf.facing(walls.points, walls.normals, seen_from=NO_ROOM).inside_out.all()
+    for far in (1e12, 1e30):  # Embree has no rays beyond 1.8e18
+        assert sf.facing(walls.points, walls.normals, seen_from=[far, 0, 0]).inside_out.all()
 
 
 def test_open_sheets_stay_but_for_patches():

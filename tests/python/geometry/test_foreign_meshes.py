@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from squares import SQUARE, TWO, two_triangles
 from surflux._base.color import WHITE, srgb_to_linear
 from surflux.geometry.meshes import read_mesh
 
-SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
-TWO = np.array([[0, 1, 2], [0, 2, 3]])
 GREY = WHITE * srgb_to_linear(188 / 255)  # of an 8-bit 188: about half of white
 
 
@@ -87,14 +86,6 @@ def test_clouds_of_open3d():
     np.testing.assert_array_equal(sf.Surfels(tensors, radii=1.0, reflectance=None).reflectance, s.reflectance)
 
 
-def two_triangles(**visual):
-    trimesh = pytest.importorskip("trimesh")
-    mesh = trimesh.Trimesh(SQUARE, TWO, process=False)
-    if visual:
-        mesh.visual = trimesh.visual.TextureVisuals(**visual)
-    return mesh
-
-
 def test_colors_of_faces_of_trimesh():
     mesh = two_triangles()
     mesh.visual.face_colors = [[255, 0, 0, 255], [0, 188, 0, 255]]
@@ -103,57 +94,6 @@ def test_colors_of_faces_of_trimesh():
     spread = sf.Surfels.sample_mesh(mesh, 50, reflectance=None)
     upper = spread.points[:, 1] > spread.points[:, 0]
     np.testing.assert_allclose(spread.reflectance, np.where(upper[:, None], [0, GREY, 0], [WHITE, 0, 0]))
-
-
-def test_textures_of_trimesh():
-    """Each half of the square has its half of the picture; v goes up, so row 0 is at v = 1."""
-    image_module = pytest.importorskip("PIL.Image")
-    from trimesh.visual.material import PBRMaterial, SimpleMaterial
-
-    pixels = np.zeros((2, 2, 3), np.uint8)
-    pixels[0] = [255, 0, 0]  # v above a half
-    pixels[1] = [0, 0, 188]
-    image = image_module.fromarray(pixels)
-    halves = np.array([[0, 0, 0], [1, 0, 0], [1, 0.5, 0], [0, 0.5, 0], [1, 1, 0], [0, 1, 0]], float)
-    faces = [[0, 1, 2], [0, 2, 3], [3, 2, 4], [3, 4, 5]]
-    lower, upper = [0, 0, GREY], [WHITE, 0, 0]
-
-    def reflectance(material, uv=halves[:, :2]):
-        trimesh = pytest.importorskip("trimesh")
-        mesh = trimesh.Trimesh(halves, faces, process=False)
-        mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
-        return read_mesh(mesh).face_reflectance()
-
-    np.testing.assert_allclose(reflectance(SimpleMaterial(image=image)), [lower, lower, upper, upper])
-    # It repeats itself, in u and v.
-    again = reflectance(SimpleMaterial(image=image), halves[:, :2] + [3, -2])
-    np.testing.assert_allclose(again, [lower, lower, upper, upper])
-    # The colour of glTF's material is linear, and multiplies.
-    tinted = reflectance(PBRMaterial(baseColorTexture=image, baseColorFactor=[51, 255, 255, 255]))
-    np.testing.assert_allclose(tinted, [lower, lower, [0.2 * WHITE, 0, 0], [0.2 * WHITE, 0, 0]])
-    np.testing.assert_allclose(
-        reflectance(PBRMaterial(baseColorFactor=[51, 255, 0, 255])), [[0.2 * WHITE, WHITE, 0]] * 4
-    )
-    np.testing.assert_allclose(reflectance(SimpleMaterial(diffuse=[255, 188, 0])), [[WHITE, GREY, 0]] * 4)
-    np.testing.assert_array_equal(reflectance(SimpleMaterial()), [[0.5] * 3] * 4)  # nobody has said anything
-
-
-def test_a_face_has_the_linear_mean_of_its_texture():
-    """The left half of the picture is white, where a quarter of the lower triangle lies and three of the upper one.
-
-    Of light, not of sRGB. Sixteenths of a triangle lie on either side of the border, so the means are exact.
-    """
-    image_module = pytest.importorskip("PIL.Image")
-    from trimesh.visual.material import SimpleMaterial
-
-    pixels = np.zeros((4, 4), np.uint8)
-    pixels[:, :2] = 255
-    mesh = two_triangles(uv=SQUARE[:, :2], material=SimpleMaterial(image=image_module.fromarray(pixels)))
-    found = read_mesh(mesh).face_reflectance()
-    np.testing.assert_allclose(found, [[WHITE / 4] * 3, [WHITE * 3 / 4] * 3])
-    deep = image_module.fromarray((pixels.astype(np.uint16) // 255) * 65535)
-    sixteen = two_triangles(uv=SQUARE[:, :2], material=SimpleMaterial(image=deep))
-    np.testing.assert_allclose(read_mesh(sixteen).face_reflectance(), found)
 
 
 @pytest.mark.parametrize(("dtype", "white", "half"), [(np.uint8, 255, 188), (np.uint16, 65535, 188 * 257)])

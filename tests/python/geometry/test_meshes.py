@@ -139,6 +139,36 @@ def test_trimesh_reads_the_rest(tmp_path, suffix):
     np.testing.assert_array_equal(np.abs(mesh.vertices), 0.5)
 
 
+def test_stl_files_that_are_not_whole_are_told(tmp_path):
+    """A binary one has 84 bytes before its triangles, of 50 each."""
+    import trimesh
+
+    path = tmp_path / "box.stl"
+    trimesh.creation.box().export(path)
+    whole = path.read_bytes()
+    assert len(whole) == 84 + 12 * 50
+    trimesh.creation.box().export(path, file_type="stl_ascii")
+    text = path.read_bytes()
+    cases = {
+        whole[:-1]: "is cut off: it has 11 of its 12 triangles",
+        whole[:300]: "is cut off: it has 4 of its 12 triangles",
+        whole[:60]: "is cut off: it has 60 of the 84 bytes before its triangles",
+        whole + b"abc": "is damaged: it has 687 bytes, and its 12 triangles take 684",
+        b"solid" + whole[5:-1]: "is cut off: it has 11 of its 12 triangles",
+        text[:900]: "is cut off: its text ends without endsolid",
+        b"version https://git-lfs.github.com/spec/v1\n": "is no STL file, by what it begins with",
+        b"": "the file is empty",
+    }
+    for data, reason in cases.items():
+        path.write_bytes(data)
+        with pytest.raises(FileError) as caught:
+            read_mesh(path)
+        assert str(caught.value) == f"{path}: {reason}"
+    for data in (whole, b"solid" + whole[5:], text, b"\xef\xbb\xbf\n " + text):
+        path.write_bytes(data)
+        assert len(polygons(read_mesh(path))) == 12
+
+
 def test_pyvista_reads_its_own_formats(tmp_path):
     import pyvista
 

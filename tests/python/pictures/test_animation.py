@@ -190,7 +190,7 @@ def test_refusals(solution, tmp_path):
             solution.animate([CAMERA], path)
     with pytest.raises(sf.FileError, match="there is no folder"):
         solution.animate([CAMERA], tmp_path / "none" / "%d.png")
-    for name, value in [("fps", 0), ("fps", "fast"), ("stops", np.nan), ("filmic", 1), ("exposure", 0)]:
+    for name, value in [("fps", 0), ("fps", 1e-9), ("fps", "fast"), ("stops", np.nan), ("filmic", 1), ("exposure", 0)]:
         with pytest.raises(ValueError, match=rf"^{name}: "):
             solution.animate([CAMERA], tmp_path / "%d.png", (8, 8), **{name: value})
     for name, value in [("exposure", 2.0), ("stops", 1.0), ("filmic", False)]:

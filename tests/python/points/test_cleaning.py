@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import surflux as sf
+from surflux.cli.cloud import CLOUD_LIMIT, Cloud
+from surflux.cli.commands import RUNS
+from surflux.cli.options import command_line
 from surflux.points.cleaning import cleaned, first_of_each, isolated, known_classes
 
 
@@ -111,6 +114,31 @@ def test_a_scan_is_cleaned_in_one_way(caplog):
     assert used.tolist() == list(range(1001))
     assert not alone.any()
     assert not caplog.records
+
+
+def test_read_cleans_a_file_as_the_command_does(tmp_path, caplog):
+    scan, withheld = cluttered(), np.arange(1006) == 7
+    path = sf.Scan(scan.points, attributes={"withheld": withheld.astype(np.uint8)}).save(tmp_path / "a.npz")
+    options = command_line(RUNS, CLOUD_LIMIT).parse_args(["solve", str(path), "--raw-colors", "--normals", "keep"])
+    with caplog.at_level("INFO"):
+        found = sf.read(path, clean=True)
+    assert np.array_equal(found.points, np.delete(scan.points[:1000], 7, axis=0))
+    assert "1 point of 1006 (clean = false keeps them)" in caplog.text
+    command = Cloud(options).surfels
+    assert all(np.array_equal(getattr(found, name), getattr(command, name)) for name in ("points", "normals", "radii"))
+    assert len(sf.read(path)) == 1006
+
+
+def test_what_cannot_be_cleaned_is_refused(tmp_path):
+    patches = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).save(tmp_path / "a.ply")
+    with pytest.raises(sf.FileError, match=r"a\.ply: has patches, of which none is left out: clean is for points"):
+        sf.read(patches, clean=True)
+    withheld = {"withheld": np.ones(100, np.uint8)}
+    path = sf.Scan(square(100, 0), attributes=withheld).save(tmp_path / "b.npz")
+    with pytest.raises(sf.FileError, match=r"b\.npz: all of its points are withheld; clean = false takes them"):
+        sf.read(path, clean=True)
+    with pytest.raises(ValueError, match=r"^clean: wanted True or False, got 1"):
+        sf.read(path, clean=1)
 
 
 def test_what_is_no_whole_number_is_no_class(caplog):

@@ -168,6 +168,7 @@ def test_faces_are_not_left_out_without_a_word(tmp_path):
         ("a.stl", r"surflux\.Surfels\.from_mesh reads it as a mesh \(kind = \"mesh\" in a scene file\)"),
         ("a.GLB", r"surflux\.Surfels\.from_mesh reads it as a mesh"),
         ("a.toml", r"surflux\.load_scene reads it as a scene"),
+        ("a.npy", r"numpy\.savez\('a\.npz', points=array\[:, :3\]\) writes one with names"),
         ("a.rcp", r"PDAL \(pdal translate .*a\.rcp a\.laz\) and CloudCompare turn most others into these"),
     ],
 )
@@ -176,6 +177,17 @@ def test_other_formats_say_what_reads_or_converts_them(tmp_path, name, hint):
     wanted = rf"{name}: format .* cannot be read as points; supported now: ply, pcd, las, laz, e57, npz, xyz.*\. {hint}"
     with pytest.raises(sf.FileError, match=wanted):
         sf.read(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.npz", "a"])
+def test_an_array_of_numpy_says_what_it_lacks(tmp_path, name):
+    with open(tmp_path / name, "wb") as file:
+        np.save(file, np.zeros((9, 3)))
+    wanted = (
+        rf"{name}: one array of numpy, without a name, cannot be read as points; supported now: ply, .*npz, .*\.savez"
+    )
+    with pytest.raises(sf.FileError, match=wanted):
+        sf.read_scan(tmp_path / name)
 
 
 @pytest.mark.parametrize("call", [sf.read, sf.Surfels.from_mesh, sf.load_solution, sf.read_image])

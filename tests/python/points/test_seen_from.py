@@ -178,6 +178,23 @@ def test_a_scanner_turned_at_the_origin(tmp_path, seed, caplog):
     assert place_of(sf.Surfels(points, truth).thinned(1500).points) is None
 
 
+def test_a_scanner_that_turned_is_told_of_points_thinned_while_they_are_read(tmp_path, caplog):
+    points, truth = scanned_room()
+    np.savez(tmp_path / "room.npz", points=points, normals=truth)
+    scan = sf.read_scan(tmp_path / "room.npz", points=1500)
+    assert place_of(scan.points) is None
+    assert scan.viewpoint.tolist() == [0.0, 0.0, 0.0]
+    assert not [record for record in caplog.records if "face the origin" in record.message]
+    np.savez(tmp_path / "room.npz", points=points)
+    with caplog.at_level(logging.INFO, "surflux"):
+        thinned = sf.read(tmp_path / "room.npz", points=1500)
+    assert np.all(np.sum(thinned.normals * thinned.points, axis=1) < 0)
+    assert [record for record in caplog.records if "room.npz: estimated normals face the origin" in record.message]
+    np.savez(tmp_path / "moved.npz", points=points + np.array([3, 0, 0]))
+    assert sf.read_scan(tmp_path / "moved.npz", points=1500).viewpoint is None
+    assert sf.read_scan(tmp_path / "room.npz").viewpoint is None  # which the points themselves tell, see read
+
+
 def test_a_scanner_at_the_origin_is_found_among_dropped_returns():
     points, _ = scanned_room()
     assert not np.any(place_of(np.vstack([points, np.zeros((len(points), 3))])))

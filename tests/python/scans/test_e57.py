@@ -65,6 +65,14 @@ def test_normals_of_each_scan_turn_to_its_scanner(tmp_path):
     np.testing.assert_allclose(scan[scan.attributes["scan"] == 1].surfels().normals, wanted[225:], atol=1e-12)
 
 
+def test_points_thinned_while_they_are_read_keep_their_scanners(tmp_path):
+    stations = (station(600, 0), [10.0, 20.0, 5.0], QUARTER), (station(600, 1), [1.0, 2.0, 3.0], QUARTER)
+    path = e57(tmp_path / "a.e57", *stations)
+    scan = sf.read_scan(path, points=100)
+    np.testing.assert_array_equal(scan.viewpoints, [[10.0, 20.0, 5.0], [1.0, 2.0, 3.0]])
+    np.testing.assert_array_equal(scan.attributes["scan"], scan.rows >= 600)
+
+
 def test_colours_and_intensity_are_kept_and_invalid_points_are_not(tmp_path):
     random = np.random.default_rng(3)
     colors = random.integers(0, 256, (40, 3)).astype(np.uint8)

@@ -34,6 +34,50 @@ def test_chunks_and_columns_one_by_one(tmp_path, monkeypatch):
     np.testing.assert_allclose(scan.normals, POINTS / np.linalg.norm(POINTS, axis=1, keepdims=True), rtol=1e-15)
 
 
+def test_reflectance_and_emission_are_those_of_surfels(tmp_path):
+    """(n, 3), or (n,) for grey, as columns reflectance_r, _g and _b are; NaN is not known: the colour's, or nothing."""
+    rho, exitance = np.random.default_rng(2).random((2, 25, 3)) * 0.9
+    np.savez(tmp_path / "a.npz", points=POINTS, reflectance=rho, emission=exitance)
+    found = sf.read(tmp_path / "a.npz")
+    np.testing.assert_allclose(found.reflectance, rho)
+    np.testing.assert_allclose(found.emission, exitance)
+    rho[3], exitance[4] = np.nan, np.nan
+    colors = np.full((25, 3), 255, np.uint8)  # white is .98
+    np.savez(tmp_path / "a.npz", points=POINTS, reflectance=rho[:, 0], emission=exitance[:, 0], colors=colors)
+    found = sf.read_scan(tmp_path / "a.npz").surfels()
+    grey = np.where(np.arange(25) == 3, 0.98, rho[:, 0])
+    np.testing.assert_allclose(found.reflectance, np.stack([grey] * 3, axis=1))
+    np.testing.assert_allclose(found.emission[:, 2], np.nan_to_num(exitance[:, 0]))
+    assert np.all(sf.read(tmp_path / "a.npz", reflectance=0.25).reflectance == 0.25)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "reason"),
+    [
+        (
+            {"reflectance": np.linspace(-20, 3, 25)},
+            "reflectance is not used: wanted values from 0 to below 1, got -20 to 3",
+        ),
+        (
+            {"reflectance": np.full((25, 3), 1.0)},
+            "reflectance is not used: wanted values from 0 to below 1, got 1 to 1",
+        ),
+        (
+            {"reflectance": np.zeros((25, 4))},
+            r"reflectance is not used: wanted shape \(n,\) or \(n, 3\), got \(25, 4\)",
+        ),
+        ({"emission": np.full(25, -2)}, "emission is not used: wanted values from 0, finite, got -2 to -2"),
+        ({"emission": np.full(25, np.inf)}, "emission is not used: wanted values from 0, finite, got inf to inf"),
+    ],
+)
+def test_arrays_that_are_no_reflectance_or_emission_are_told(tmp_path, arrays, reason):
+    np.savez(tmp_path / "a.npz", points=POINTS, **arrays)
+    with pytest.warns(UserWarning, match=rf"a\.npz: its column {reason}"):
+        found = sf.read(tmp_path / "a.npz")
+    assert np.all(found.reflectance == 0.5)
+    assert not found.emission.any()
+
+
 @pytest.mark.parametrize(
     ("arrays", "reason"),
     [

@@ -1,6 +1,7 @@
 """Points as they are written: every format comes back, by our readers and by those of others."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -137,6 +138,50 @@ def test_what_does_not_fit_is_refused(here, scan):
     assert not list(here.glob(".*part*"))
 
 
+@pytest.mark.parametrize(
+    ("suffix", "names", "said"),
+    [
+        (".ply", {"x": "x_2", "nx": "nx_2", "red": "red_2"}, "x as x_2, nx as nx_2, red as red_2"),
+        (".csv", {"x": "x_2", "a b": "a_b", "a;b": "a_b_2"}, "x as x_2, a b as a_b, a;b as a_b_2"),
+        (".las", {"x": "x_2", "Y": "Y_2", "u" * 40: "u" * 32}, f"x as x_2, Y as Y_2, {'u' * 40} as {'u' * 32}"),
+        (".vtp", {"RGB": "RGB_2"}, "RGB as RGB_2"),
+        (".gltf", {"kwh": "_KWH", "KWH": "_KWH_2"}, "KWH as KWH_2"),
+        (".npz", {"x": "x", "red": "red", "a b": "a b"}, None),
+    ],
+)
+def test_columns_that_have_other_names_in_the_file_are_told(here, scan, suffix, names, said):
+    path = f"out{suffix}"
+    columns = {name: np.arange(N) + float(k) for k, name in enumerate(names)}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scan.save(path, columns)
+    told = [] if said is None else [f"{path}: columns have other names there: {said}"]
+    assert [str(warning.message) for warning in caught] == told
+    if suffix == ".vtp":
+        import pyvista
+
+        there = pyvista.read(path).point_data
+        assert np.array_equal(there["RGB"], scan.display_colors())
+    elif suffix == ".gltf":
+        there = json.loads((here / path).read_text())["meshes"][0]["primitives"][0]["attributes"]
+        assert set(names.values()) <= set(there)
+        return
+    else:
+        again = sf.read_scan(path)
+        there = again.attributes
+        assert np.abs(again.points - scan.points).max() <= 5e-5  # coordinates stay themselves
+    for name, other in names.items():
+        assert np.array_equal(there[other], columns[name]), name
+
+
+@pytest.mark.parametrize("name", ["points", "normals", "colors"])
+def test_columns_take_no_name_of_what_a_file_has_for_its_own(here, scan, name):
+    with pytest.raises(ValueError, match=rf"^columns: {name} are what a file has for its own; wanted another name"):
+        scan.save("out.npz", {name: np.ones(N)})
+    with pytest.raises(ValueError, match=rf"^attributes: {name} are what a file has"):
+        sf.Scan(scan.points, attributes={name: np.ones(N)}).save("out.ply")
+
+
 def test_rows_that_reading_left_out_are_told(here):
     with open("holes.csv", "w") as file:
         file.write("x,y,z\n0,0,0\nnan,0,0\n1,0,0\n")
@@ -170,7 +215,10 @@ def test_no_column_takes_the_place_of_another(here, scan):
     more = {"x": 1.0, "red": 2.0, "Height above ground": 3.0, f"{long} 1": 4.0, f"{long} 2": 5.0, "k_r": 6.0}
     more = {name: np.full(N, value) for name, value in more.items()} | {"k": np.full((N, 3), 7.0)}
     for suffix in (".ply", ".csv", ".las"):
-        again = sf.read_scan(scan.save(f"out{suffix}", more))
+        with pytest.warns(
+            UserWarning, match=r": columns have other names there: x as x_2, red as red_2, .*k_r as k_2_r"
+        ):
+            again = sf.read_scan(scan.save(f"out{suffix}", more))
         assert np.abs(again.points - scan.points).max() < 1e-4
         found = [float(values[0]) for values in again.attributes.values() if np.ptp(values) == 0 and values[0] != 0]
         assert sorted(found) == [1, 2, 3, 4, 5, 6, 7, 7, 7]
@@ -209,6 +257,18 @@ def test_rows_that_are_sorted_anew_are_told(here):
     assert "row" not in sf.read_scan(scan.save("same.ply")).attributes
     back = sf.read_scan(scan[::-1].save("back.ply"))
     assert back.attributes["row"].tolist() == list(range(49, -1, -1))
+
+
+@pytest.mark.parametrize("suffix", [s for s in WRITTEN if s not in (".glb", ".gltf", ".vtp")])
+def test_rows_stand_beside_those_of_the_file(here, suffix):
+    scan = sf.Scan(np.eye(3), attributes={"row": np.array([7, 8, 9])}, rows=np.array([0, 2, 5]))
+    with pytest.warns(UserWarning, match=r"columns have other names there: row as row_2$"):
+        found = sf.read_scan(scan.save("some" + suffix)).attributes
+    assert (found["row"].tolist(), found["row_2"].tolist()) == ([7, 8, 9], [0, 2, 5])
+    scan = sf.Scan(np.eye(3), rows=np.array([0, 2, 5]))
+    with pytest.warns(UserWarning, match=r"columns have other names there: row as row_2$"):
+        found = sf.read_scan(scan.save("given" + suffix, {"row": [1.0, 2.0, 3.0]})).attributes
+    assert (found["row"].tolist(), found["row_2"].tolist()) == ([1, 2, 3], [0, 2, 5])
 
 
 @pytest.mark.parametrize("suffix", WRITTEN)

@@ -12,7 +12,7 @@ from surflux.scenes.studio import daylight, ground
 def test_the_sun_stands_over_the_left_shoulder(eye):
     """40 degrees high, 60 to the left of the way back: what is level has 800 sin 40 + 100 W/m2."""
     camera = sf.Camera(eye, [0, 0, 0])
-    sky = daylight(camera)
+    (sky,) = daylight(camera)
     floor = sf.Surfels.from_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]), 0.1, reflectance=0.0)
     found = sf.solve(sf.Scene([floor], [sky])).irradiance
     assert found == pytest.approx(800.0 * np.sin(np.radians(40.0)) + 100.0, rel=0.01)
@@ -25,6 +25,22 @@ def test_the_sun_stands_over_the_left_shoulder(eye):
     assert towards[2] == pytest.approx(np.sin(np.radians(40.0)))
     assert flat @ back[:2] == pytest.approx(0.5)
     assert flat @ left[:2] == pytest.approx(np.sqrt(0.75))
+
+
+@pytest.mark.parametrize("up", [(0, 1, 0), (0, 0, -2), (0.6, 0, 0.8), (-3, 0, 0)])
+def test_a_day_stands_upright_as_up_says(up):
+    """It stood along z, whatever --up said: a floor with y up had a sixth of the light that one with z up has."""
+    axis = np.asarray(up) / np.linalg.norm(up)
+    u = np.cross(axis, [0.36, 0.48, 0.8])
+    u /= np.linalg.norm(u)
+    v = np.cross(axis, u)
+    lights = daylight(sf.Camera(5 * u + 3 * axis, [0, 0, 0], up=up), up)
+    floor = sf.Surfels.from_mesh(([0 * u, u, u + v, v], [[0, 1, 2, 3]]), 0.1, reflectance=0.0)
+    found = sf.solve(sf.Scene([floor], lights)).irradiance
+    assert found == pytest.approx(800.0 * np.sin(np.radians(40.0)) + 100.0, rel=0.01)
+    (sun,) = (light for light in lights if isinstance(light, sf.DirectionalLight))
+    assert -np.asarray(sun.direction) @ axis == pytest.approx(np.sin(np.radians(40.0)))
+    assert -np.asarray(sun.direction) @ u == pytest.approx(0.5 * np.cos(np.radians(40.0)))
 
 
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, 1, 0), (0.6, 0, 0.8), (0, 0, -2)])

@@ -106,7 +106,7 @@ def test_constant_environment():
 def test_environment_as_an_image():
     """H of a sky that depends on the elevation alone, on a level surfel: 2 pi times the integral of L(c) c dc, c 0..1.
 
-    Half of what is drawn follows the image, half the cosine; 1 % is what 2 x 1024 such rays are good for.
+    In closed form, but for cells that the horizon crosses: some 1e-3 of what the sky brings (here 8e-4).
     """
     for of_elevation, wanted in (
         (lambda c: np.ones_like(c), np.pi),  # all around
@@ -115,7 +115,7 @@ def test_environment_as_an_image():
         (lambda c: np.maximum(c, 0), 2 * np.pi / 3),
         (lambda c: 1 + 2 * np.maximum(c, 0), np.pi + 4 * np.pi / 3),  # the CIE overcast sky, times 3
     ):
-        assert received(sf.Environment(sky(of_elevation)), rays=1024)[0] == pytest.approx(wanted, rel=0.01, abs=1e-12)
+        assert received(sf.Environment(sky(of_elevation)), rays=1024)[0] == pytest.approx(wanted, abs=6e-3)
 
 
 @pytest.mark.slow

@@ -134,6 +134,18 @@ def test_points_of_a_file_stand_up_and_face_their_viewpoint(load, tmp_path):
         assert np.array_equal(load(f"{entry}up = [{up}]").objects[0].points, np.transpose(turned))
 
 
+def test_points_of_a_file_are_cleaned_before_they_are_thinned(load, tmp_path):
+    """A ball, a point beyond it, and ten points of it again."""
+    ball = shapes.sphere(2000).points
+    np.savetxt(tmp_path / "a.xyz", np.concatenate([ball, [[0, 0, 9]], ball[:10]]))
+    entry = '[[object]]\nfile = "a.xyz"\n'
+    assert len(load(entry).objects[0]) == 2011
+    found = load(entry + "clean = true").objects[0]
+    assert np.array_equal(found.points, sf.read(tmp_path / "a.xyz", clean=True).points)
+    assert len(found) == 2000
+    assert load(entry + "clean = true\nthin = 1999").objects[0].points[:, 2].max() <= 1.0
+
+
 @pytest.mark.scans
 @pytest.mark.slow
 def test_the_gallery(scans):

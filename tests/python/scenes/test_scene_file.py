@@ -201,6 +201,7 @@ WRONG = [
     (FLOOR + "up = [0, 1, 0]", r"\(object 1, up\): is for a file; a shape is turned by its key rotate"),
     (FLOOR + "up = [0, 0, 0]", r"\(object 1, up\): wanted vectors of non-zero length"),
     (FLOOR + "viewpoint = [0, 0, 1]", r"\(object 1, viewpoint\): is for a file of points, whose estimated normals"),
+    (FLOOR + "clean = false", r"\(object 1, clean\): is for a file of points, of which isolated and repeated ones"),
     (FLOOR + "thin = 0", r"\(object 1, thin\): wanted a whole number from 2"),
     (FLOOR + "thin = 17", r"\(object 1, thin\): wanted at most 16, for there are only 16 surfels; got 17"),
     (FLOOR + 'reflectance = {pattern = "plaid"}', r'\(object 1, reflectance, pattern\): wanted one of "marble"'),

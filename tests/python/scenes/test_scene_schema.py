@@ -52,6 +52,7 @@ VALUES = {
     "translate": [V, [1, 2], 90],
     "up": [[0, 1, 0], [0, 1], "z"],
     "viewpoint": [V, [1, 2], 3],
+    "clean": [True, False, 1, "yes"],
     "reflectance": [
         0.3,
         [0.1, 0.2, 0.3],

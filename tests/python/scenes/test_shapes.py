@@ -189,3 +189,11 @@ def test_transformed_surfels():
     assert moved.normals[:, 0] == pytest.approx(mesh.normals[:, 2])  # z turns to x
     assert moved.points[:, 0] == pytest.approx(5 + 2 * mesh.points[:, 2])
     assert moved.triangles.reshape(-1, 3)[:, 1] == pytest.approx(2 * mesh.triangles.reshape(-1, 3)[:, 1])
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-9, 1e-7, 1e-5])
+def test_up_just_beside_down_turns_lengths_into_the_same(off):
+    """Of -z with the noise of floats, 1 + z cancels: at 1e-7 lengths became 1.05 times what they are."""
+    rotation = make_transform(up=[off, 0.0, -1.0]).rotation
+    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert rotation @ [off, 0.0, -1.0] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)

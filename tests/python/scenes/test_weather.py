@@ -29,6 +29,14 @@ def test_the_sun_of_the_almanac():
     assert east.sun_direction[0] > 0.5  # +x is east
 
 
+@pytest.mark.filterwarnings("error")
+def test_pvlib_s_own_calls_of_pandas_warn_nobody(epw):
+    weather.read_weather(epw)
+    times = weather.hours_of_year(2025, 8.5)[:48]
+    assert weather.clear_sky(times, 47.4, 8.5, 400.0, None)[0].max() > 0.0
+    assert weather.sun_angles(times, 47.4, 8.5, 400.0)[0].max() > 0.0
+
+
 @pytest.mark.parametrize(
     "time",
     [

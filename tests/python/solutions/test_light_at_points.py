@@ -91,7 +91,7 @@ def test_light_of_disks_that_shine_is_interpolated():
     scene = sf.Scene([patch([-3, -3, 0], [6, 0, 0], [0, 6, 0], 0.0, 0.0, 0.1), lamp])
     points, facing = np.array([[0, 0, 0], [1, 0, 0], [2, 1, 0], [2.9, 2.9, 0.0]]), np.tile([0.0, 0.0, 1.0], (4, 1))
     away = np.linalg.norm(points - [0, 0, 2], axis=1)
-    for solution in (sf.solve(scene), sf.solve_meshless(scene)):
+    for solution in (sf.solve(scene, rays=4096, insert=False), sf.solve_meshless(scene, rays=4096)):
         found = solution.irradiance_at(points, facing)[:, 0]
         np.testing.assert_allclose(found, 10.0 * (0.5 / away) ** 2 * 2.0 / away, rtol=0.05)
         np.testing.assert_allclose(found, solution.irradiance_at(points, facing, direct="interpolated")[:, 0])

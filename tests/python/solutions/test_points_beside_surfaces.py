@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import surflux as sf
-from scenes import patch, rms, up
+from cases.builders import cube_inside
+from scenes import patch, rms, room_with_a_window, up
 from surflux.scenes import shapes
 
 
@@ -84,6 +85,30 @@ def test_gathered_light_is_right_between_things_and_in_mid_air():
     assert np.array_equal(one, two)
 
 
+def test_a_room_turned_inside_out_is_told_of_where_light_is_gathered():
+    """Under a sky through its window it has no reflected light, and its faces outside hide that in all figures."""
+    room, _ = room_with_a_window(0.1, 0.5)
+    desk = np.column_stack([np.full(5, 3.0), np.linspace(0.5, 4.5, 5), np.full(5, 0.8)])
+    found = {}
+    for turned in (False, True):
+        solution = sf.solve(sf.Scene([room.flipped() if turned else room], [sf.Environment(1.0)]))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            found[turned] = solution.irradiance_at(desk, up(desk), indirect="gathered", rays=256)
+        assert [str(w.message)[:33] for w in told] == (["points: 5 of 5 points have mostly"] if turned else [])
+    assert (found[True] < 0.9 * found[False]).all()
+
+
+def test_wide_patches_are_told_of_where_their_light_is_gathered():
+    """A wall of one patch has a basis of its own in solve_meshless; gathered light has one value of it."""
+    room = sf.Surfels.from_mesh(shapes.box((6, 4, 3), 1, inward=True)[:2], reflectance=0.5)
+    solution = sf.solve_meshless(sf.Scene([room], [sf.PointLight([1, 1, 2.5], 500.0)]), levels=2)
+    with pytest.warns(
+        UserWarning, match=r"^indirect: surfaces send what is interpolated between 6 surfels, of which .*"
+    ):
+        solution.irradiance_at([[3, 2, 1]], [[0, 0, 1]], indirect="gathered", rays=64)
+
+
 def test_gathering_needs_a_scene_and_traced_light(tmp_path):
     at = on_the_floor(2)
     solved = sf.solve(sf.Scene([patch([-1, -1, 0], [2, 0, 0], [0, 2, 0], 0.5, 0.0, 0.1)], [sf.Environment(1.0)]))
@@ -94,3 +119,28 @@ def test_gathering_needs_a_scene_and_traced_light(tmp_path):
     solved.save(tmp_path / "room.ply")
     with pytest.raises(ValueError, match=r'^indirect: wanted "interpolated", for a solution from a file'):
         sf.load_solution(tmp_path / "room.ply").irradiance_at(at, up(at), indirect="gathered")
+
+
+def test_light_of_a_number_of_bounces_is_not_gathered():
+    """It was, with one bounce more than the rest has."""
+    room = cube_inside(4, 0.5)
+    lamp, at = [sf.PointLight([0.5, 0.5, 0.5], 1.0)], [[0.3, 0.4, 0.0]]
+    transfer = sf.precompute_transfer(sf.Scene([room]), levels=2, rays=64)
+    for one in (
+        sf.solve_meshless(sf.Scene([room], lamp), bounces=1, levels=2, rays=64),
+        transfer.relight(lamp, bounces=1),
+        sf.precompute_transfer(sf.Scene([room]), bounces=1, levels=2, rays=64).relight(lamp),
+    ):
+        with pytest.raises(ValueError, match=r'^indirect: wanted "interpolated", for light gathered from 1 bounce'):
+            one.irradiance_at(at, up(at), indirect="gathered")
+
+
+def test_light_gathered_is_reflected_by_what_the_room_was_relit_with():
+    """It was reflected by what the room had when its transfer was computed: half of it was missing."""
+    room = cube_inside(6, 0.2)
+    dim = sf.precompute_transfer(sf.Scene([room]), levels=3, rays=256)
+    solution = dim.relight([sf.PointLight([0.5, 0.5, 0.5], 1.0)], reflectance=0.8)
+    at = [[0.3, 0.4, 0.0], [0.6, 0.2, 0.0]]
+    flat, found = (solution.irradiance_at(at, up(at), indirect=how) for how in ("interpolated", "gathered"))
+    assert found == pytest.approx(flat, rel=0.02)
+    np.testing.assert_array_equal(solution._scene.surfels.reflectance, solution.surfels.reflectance)

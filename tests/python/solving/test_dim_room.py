@@ -45,16 +45,23 @@ def test_estimates_of_a_dim_room():
 
 
 @pytest.mark.slow
-def test_a_dim_room_has_its_light_by_solve_meshless(dark):
-    """By the RMS of both rooms, 2 to 5 % of the wall beside the door were black."""
-    scene, seed, reference, noise = dark
-    solution = sf.solve_meshless(scene, seed=seed)
-    assert abs(reference.of(solution).sum() / reference.mean.sum() - 1.0) < 0.06 + 2 * noise
+def test_a_dim_room_has_its_light_by_solve_meshless():
+    """By the RMS of both rooms, 2 to 5 % of the wall beside the door were black.
+
+    Some 300 rays of all in the dim room go through the gap: its mean scatters by 4 % from seed to seed.
+    """
+    scene, off = door_ajar(1.0), []
+    reference = Reference(scene, drawn_in_the_dark(scene, 160, 0), 16384)
     s = scene.surfels
     beside = (s.normals[:, 0] > 0.99) & (np.abs(s.points[:, 0] - WALL) < 1e-6) & (np.abs(s.points[:, 1] - 3) < 0.55)
     assert beside.sum() > 1000
-    found = solution.irradiance.sum(axis=1)
-    assert found[beside].min() > 0.5 * np.median(found[in_the_dark(scene)])
+    for seed in range(3):
+        solution = sf.solve_meshless(scene, seed=seed)
+        off.append(reference.of(solution).sum() / reference.mean.sum() - 1.0)
+        found = solution.irradiance.sum(axis=1)
+        assert found[beside].min() > 0.5 * np.median(found[in_the_dark(scene)])
+    assert abs(np.mean(off)) < 0.06 + 2 * reference.noise, off
+    assert np.abs(off).max() < 0.14, off
 
 
 @pytest.mark.slow

@@ -64,6 +64,20 @@ def test_thin_walls_hold_the_light_of_rays(room, wall, insert):
     assert leak(solution) <= 1e-3
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_closed_box_of_two_sided_sheets_holds_the_light_of_all_pairs(seed):
+    """Patches of the room straddle planes of the box's: what lies behind these sends nothing to them."""
+    room = sf.Surfels.from_mesh(shapes.box((4, 4, 4), 10, inward=True)[:2], reflectance=0.7)
+    vertices, faces, _ = shapes.box((0.8, 0.8, 0.8), 4)
+    box = sf.Surfels.from_mesh((np.add(vertices, [1.6, 1.71, 1.52]), faces), reflectance=0.7, two_sided=True)
+    scene = sf.Scene([room, box], [sf.PointLight([2.03, 2.1, 1.9], 10.0)])
+    solution = solve_own(scene, seed=seed)
+    inward = np.einsum("ik,ik->i", box.normals, [2.0, 2.11, 1.92] - box.points) > 0
+    assert solution.irradiance[len(room) :][inward].min() > 0
+    assert not solution.irradiance[: len(room)].any()
+    assert not solution.irradiance[len(room) :][~inward].any()
+
+
 @pytest.mark.parametrize("at_once", [False, True])
 @pytest.mark.slow
 def test_two_rooms_wall_to_wall(at_once):

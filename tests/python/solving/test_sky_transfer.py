@@ -1,11 +1,14 @@
 """Daylight coefficients: what each patch of the sky brings, bounces included."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 import surflux as sf
 from cases.builders import cube_inside
 from scenes import room_with_a_window
+from surflux.scenes import shapes
 
 SKY = np.random.default_rng(1).uniform(0.2, 3.0, (146, 3))
 
@@ -254,3 +257,17 @@ def test_a_patch_of_very_many_functions_has_its_light(tilt):
     assert len(transfer.receivers[0]) > 300
     found = transfer.relight(np.ones(146)).irradiance  # even, the ground as the sky
     np.testing.assert_allclose(found, np.pi, rtol=0.02)
+
+
+def test_ground_that_is_not_even_is_told():
+    """Patches have one radiance for all of it: a ball had its light evened out there, by 41 %, without a word."""
+    image = np.ones((32, 64, 3))
+    image[16:, :32] = [8.0, 4.0, 1.0]
+    image[16:, 32:] = 0.1
+    transfer = sf.precompute_transfer(sf.Scene([shapes.sphere(200)]), "sky", levels=2, rays=64)
+    with pytest.warns(UserWarning, match="33% of this environment's light would come from other parts"):
+        transfer.relight(sf.Environment(image))
+    image[16:] = image[16:].mean(axis=(0, 1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        transfer.relight(sf.Environment(image))

@@ -183,3 +183,35 @@ def test_both_sides_of_a_wall_in_one_mesh_share_no_light(sides, seed):
     assert on_dim_side.sum() > 300
     assert indirect.max() < 2.0 * np.median(indirect)  # it was 15 to 20 times that
     assert abs(solution.history[-1]["power_lost"]) < 1e-3 * solution.history[-1]["power_in"]
+
+
+def two_colored_rooms(patch_area, thickness=0.02):
+    """Two rooms on one floor and under one ceiling, a red lamp and a green one of the same luminance."""
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    red, green = np.array([1.0, 0.02, 0.02]), np.array([0.02, 1.0, 0.02])
+    green *= (red @ weights) / (green @ weights)
+
+    def square(corner, u, v):
+        corner, u, v = (np.array(vector, float) for vector in (corner, u, v))
+        return sf.Surfels.from_mesh(
+            (np.array([corner, corner + u, corner + u + v, corner + v]), [[0, 1, 2, 3]]), patch_area, reflectance=0.7
+        )
+
+    x, y, z = np.eye(3)
+    shell = [([-1, 0, 0], 2 * x, y), ([-1, 0, 1], y, 2 * x), ([-1, 0, 0], z, 2 * x), ([-1, 1, 0], 2 * x, z)]
+    ends = [([-1, 0, 0], y, z), ([1, 0, 0], z, y)]
+    wall = [([-thickness / 2, 0, 0], z, y), ([thickness / 2, 0, 0], y, z)]
+    objects = sf.divide_patches([square(*sides) for sides in shell + ends + wall])
+    return sf.Scene(objects, [sf.PointLight([-0.5, 0.5, 0.6], red), sf.PointLight([0.5, 0.5, 0.6], green)])
+
+
+@pytest.mark.parametrize("solve", [sf.solve, sf.solve_meshless])
+@pytest.mark.parametrize("patch_area", [0.05, 0.01])
+def test_colors_of_one_luminance_do_not_mix_through_a_wall(solve, patch_area):
+    """Light was told apart by its luminance alone: beside the wall either room had fifteen times its share of red."""
+    scene = two_colored_rooms(patch_area)
+    at = np.array([[x, y, 0.0] for x in (-0.3, -0.1, -0.05, -0.02, 0.02, 0.05, 0.1, 0.3) for y in (0.3, 0.5, 0.7)])
+    up = np.tile([0.0, 0.0, 1.0], (len(at), 1))
+    true, _ = sf.reference_irradiance(scene, at, up, samples=4096)
+    for seed in range(3):
+        assert solve(scene, seed=seed).irradiance_at(at, up) == pytest.approx(true, rel=0.1)

@@ -66,12 +66,17 @@ def test_direct_light_of_walls_comes_by_many_rays(truth, solve, options, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 4, 5])
-def test_walls_have_the_mean_of_the_field_on_them(truth, seed):
-    solution = sf.solve_meshless(room(), seed=seed)
-    found = solution.irradiance[:6, 0] - solution.direct[:6, 0]
-    np.testing.assert_allclose(found, truth[1], rtol=0.02)
-    assert abs(solution.history[-1]["power_lost"]) < 0.005 * 4 * np.pi * 20.0
+def test_walls_have_the_mean_of_the_field_on_them(truth):
+    """What walls that see all of the room have by a few hundred rays scatters by .6 %, their power by .4 %."""
+    off, lost = [], []
+    for seed in range(3, 11):
+        solution = sf.solve_meshless(room(), seed=seed)
+        off.append((solution.irradiance[:6, 0] - solution.direct[:6, 0]) / truth[1] - 1.0)
+        lost.append(solution.history[-1]["power_lost"] / (4 * np.pi * 20.0))
+    assert np.abs(np.mean(off, axis=0)).max() < 0.012, off
+    assert np.abs(off).max() < 0.035, off
+    assert abs(np.mean(lost)) < 0.005, lost
+    assert np.abs(lost).max() < 0.015, lost
 
 
 @pytest.mark.slow
