@@ -146,7 +146,8 @@ def test_the_scene_is_whole(transfer, saved):
     np.testing.assert_array_equal(before.uncovered, after.uncovered)
     assert before.covers == after.covers
     assert before.covers
-    solved = [sf.solve(s, zeta=0.2, seed=3).irradiance for s in (own, scene, sf.Scene(scene.objects, scene.lights))]
+    anew = sf.Scene(scene.objects, scene.lights, solve_options=scene.solve_options)
+    solved = [sf.solve(s, zeta=0.2, seed=3).irradiance for s in (own, scene, anew)]
     np.testing.assert_array_equal(solved[0], solved[1])
     np.testing.assert_array_equal(solved[0], solved[2])
     faces = [t.relight(LAMPS[0]).per_face("irradiance", 2) for t in (transfer, sf.load_transfer(saved))]
