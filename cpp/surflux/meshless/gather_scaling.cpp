@@ -42,15 +42,18 @@ void HemisphereGather::scale(Gathered& of) const {
     };
     Factor all, linked, lit, emitted, reflected;
     const bool keeps_power = !sender_power_.radiosity.empty();
-    const auto add = [&](std::uint32_t i) {
-        const double factor = sender_scale_[i];
-        all.add(1.0, factor);
-        emitted.add(emission(i), keeps_power ? factor * sender_power_.emitted[i] : factor);
-        if (keeps_power) reflected.add(factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
+    double units = 0.0;
+    const auto add = [&](const Sender& sender) {
+        const std::uint32_t i = sender.surfel;
+        const double factor = sender_scale_[i], times = sender.units();
+        units += times;
+        all.add(times, factor);
+        emitted.add(times * emission(i), keeps_power ? factor * sender_power_.emitted[i] : factor);
+        if (keeps_power) reflected.add(times * factor * sender_power_.radiosity[i], sender_power_.reflected[i]);
         return factor;
     };
-    for (const std::uint32_t i : of.senders) add(i);
-    for (const std::uint32_t i : of.linked) linked.add(1.0, add(i));
+    for (const Sender& sender : of.senders) add(sender);
+    for (const Sender& sender : of.linked) linked.add(sender.units(), add(sender));
     for (const Lit& of_surfel : of.lit) {
         const std::uint32_t i = of_surfel.surfel;
         lit.add(static_cast<double>(of_surfel.luminance),
@@ -58,7 +61,7 @@ void HemisphereGather::scale(Gathered& of) const {
     }
     Row& row = of.row;
     // Rays that met nothing which sends make a row complete, as in scale_by_reciprocity.
-    all.add(std::max(0.0, 1.0 / row.share - static_cast<double>(of.senders.size() + of.linked.size())), 1.0);
+    all.add(std::max(0.0, 1.0 / row.share - units), 1.0);
     row.scale = 1.0 / all.value();
     row.linked_scale = row.scale * linked.value();
     row.first_scale = row.scale * lit.value();

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "surflux/lights/hemisphere_row.h"
+#include "surflux/lights/aimed_row.h"
 #include "surflux/lights/light_rays.h"
 #include "surflux/meshless/hemisphere_gather.h"
 
@@ -36,8 +36,15 @@ public:
         touched_.clear();
     }
 
+    // Rays of the hemisphere of a place, over all of it, were it as dense as it is in this direction.
+    double density(const Vec3& direction) const {
+        return aimed.density.empty() ? static_cast<double>(aimed.found.rays.size())
+                                     : aimed.density_towards(frame, direction);
+    }
+
     std::vector<BasisWeight> weights;
-    HemisphereRow row;
+    AimedRow aimed;  // evenly spread rays are `found` alone
+    Frame frame;
     std::vector<Hit> hits;  // of rays that are not over the hemisphere of the place
     // Of light that a surfel reflects, if it arrives there.
     struct Gain {
@@ -53,7 +60,7 @@ public:
     // A sample of a lit patch, and the share of what it reflects that it brings.
     struct LitSample {
         LitPatches::Target at;
-        double distance;
+        double distance, density;
         Rgb gain;
         bool second_half;
     };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "surflux/core/parallel.h"
@@ -12,7 +13,7 @@ namespace surflux {
 
 namespace {
 
-constexpr std::uint64_t gather_stream = 0x6a71e4, light_stream = 0x11647;
+constexpr std::uint64_t light_stream = 0x11647, aimed_stream = 0xa13ed;
 
 // What surfels send of light that is not in the basis.
 std::vector<double> exitances(const Surfels& surfels, const SurfaceLight& light) {
@@ -69,7 +70,7 @@ double HemisphereGather::mis_weight(const Ray& ray, const Hit& hit, int light_sa
     if (!(by_light > 0.0)) return 1.0;
     const double cosines =
         dot(ray.direction, ray.from.normal) * -dot(ray.direction, scene_.surfels.normals[hit.surfel]);
-    const double over = static_cast<double>(sums.row.rays.size()) * std::max(cosines, 1e-30);
+    const double over = sums.density(ray.direction) * std::max(cosines, 1e-30);
     return 1.0 / (1.0 + by_light * pi * hit.distance * hit.distance / over);
 }
 
@@ -80,28 +81,28 @@ void HemisphereGather::sample_lit_patches(const Place& place, int count, Random&
     for (int k = 0; k < count; ++k) {
         const double choice = (k + random.uniform()) / count, u = random.uniform(), v = random.uniform();
         const LitPatches::Target to = lit_.sample(sums.aim, choice, u, v);
-        const Departure& from = sums.row.rays[static_cast<std::size_t>(k)].from;
+        const Departure& from = sums.aimed.found.rays[static_cast<std::size_t>(k)].from;
         const Vec3 d = to.point - from.position;
         const double distance = length(d), here = dot(d, place.normal),
                      there = -dot(d, scene_.surfels.normals[to.surfel]);
         if (!(here > 0.0 && there > 0.0)) continue;
         const double squared = distance * distance, irradiance = here * there / (pi * squared * squared);
-        const double densities =
-            static_cast<double>(sums.row.rays.size()) * irradiance + count * lit_.density(sums.aim, to.surfel);
+        const double density = sums.density(d / distance);
+        const double densities = density * irradiance + count * lit_.density(sums.aim, to.surfel);
         sums.lit_samples.push_back(
-            {to, distance, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
+            {to, distance, density, irradiance / densities * scene_.surfels.reflectance[to.surfel], k % 2 != 0});
         sums.lit_rays.push_back({from, d / distance});  // what it meets first decides, not how far it was meant to go
     }
 }
 
 // The first bounce of light beside the basis, of a point of a surfel: from a patch that is near by a ray from that
 // point.
-void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance, const Rgb& gain, bool second_half,
-                               Random& random, Sums& sums) const {
+void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance, double density, const Rgb& gain,
+                               bool second_half, Random& random, Sums& sums) const {
     const Surfels& s = scene_.surfels;
     const double radius = s.radii[i];
-    if (!light_.points().is_patch(i) || radius * radius * static_cast<double>(sums.row.rays.size()) <=
-                                            options_.tuning.rays_on_a_patch * distance * distance) {
+    if (!light_.points().is_patch(i) ||
+        radius * radius * density <= options_.tuning.rays_on_a_patch * distance * distance) {
         sums.add_first(i, gain * light_.beside_basis(i), second_half);
         return;
     }
@@ -120,25 +121,58 @@ void HemisphereGather::reflect(const Vec3& at, std::uint32_t i, double distance,
     }
 }
 
-void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered& out) const {
+// By surfel, each once, or as often as its units are more than two bytes can count.
+void HemisphereGather::merge(std::vector<Sender>& senders) {
+    constexpr std::uint32_t most = std::numeric_limits<std::uint16_t>::max();
+    std::sort(senders.begin(), senders.end(), [](const Sender& a, const Sender& b) { return a.surfel < b.surfel; });
+    std::size_t kept = 0;
+    for (const Sender& of : senders) {
+        Sender* same = kept > 0 ? &senders[kept - 1] : nullptr;
+        if (same && same->surfel == of.surfel && std::uint32_t{same->first} + of.first <= most &&
+            std::uint32_t{same->second} + of.second <= most) {
+            same->first = static_cast<std::uint16_t>(same->first + of.first);
+            same->second = static_cast<std::uint16_t>(same->second + of.second);
+        } else {
+            senders[kept++] = of;
+        }
+    }
+    senders.resize(kept);
+    senders.shrink_to_fit();
+}
+
+void HemisphereGather::shoot(const Place& place, int count, const std::vector<Aim>* aims, Sums& sums,
+                             Gathered& out) const {
     const Surfels& s = scene_.surfels;
     int over = count, light_samples = 0;
     if (lit_.aim(place.position, place.normal, sums.aim)) {
         over -= static_cast<int>((1.0 - options_.tuning.over_hemisphere) * lit_.share() * count);
         light_samples = std::min(over, static_cast<int>(options_.tuning.light_samples_for_each * lit_.share() * count));
     }
-    const double each = 1.0 / over;
-    gather_row(light_.points(), tracer_, place, over, options_.seed + gather_stream, sums.row);
+    const HemisphereRow& shot = sums.aimed.found;
+    if (aims) {
+        gather_aimed_row(light_.points(), tracer_, place, over, *aims, options_.seed + aimed_stream, sums.aimed);
+        sums.frame = frame_around(place.normal);
+    } else {
+        gather_row(light_.points(), tracer_, place, over, options_.seed + ray_stream, sums.aimed.found);
+        sums.aimed.density.clear();
+        sums.aimed.unit = static_cast<std::uint32_t>(over);
+    }
     sums.towards.clear(), sums.gain.clear();
     sums.ahead.clear(), sums.ahead_gain.clear();
     sums.lit.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
-    out.row.share = each;
+    out.row.rays = static_cast<std::uint32_t>(shot.rays.size());
+    out.row.share = 1.0 / sums.aimed.unit;
     Random random(options_.seed + light_stream, stream_of(place));
-    for (std::size_t k = 0; k < sums.row.rays.size(); ++k) {
-        const Ray& ray = sums.row.rays[k];
-        const Hit& hit = sums.row.hits[k];
-        const bool second_half = 2 * k >= sums.row.rays.size();
+    for (std::size_t k = 0; k < shot.rays.size(); ++k) {
+        const Ray& ray = shot.rays[k];
+        const Hit& hit = shot.hits[k];
+        const std::uint16_t units = aims ? sums.aimed.units[k] : 1;
+        const double each = units * out.row.share;
+        const bool second_half = aims ? sums.aimed.first[k] == 0 : 2 * k >= shot.rays.size();
+        const auto sends_from = [&](std::uint32_t i) -> Sender {
+            return {i, second_half ? std::uint16_t{0} : units, second_half ? units : std::uint16_t{0}};
+        };
         const auto take = [&](Rgb& to, const Rgb& light) {
             to += light;
             sums.halves[second_half] += light;
@@ -155,17 +189,18 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         if (finds_emission(i)) take(out.row.emitted, each * s.emission[i]);
         const Rgb rho = each * s.reflectance[i];
         if (rho == Rgb{}) {
-            if (sends(i)) out.senders.push_back(i);
+            if (sends(i)) out.senders.push_back(sends_from(i));
             continue;
         }
         const Vec3 at = ray.from.position + hit.distance * ray.direction;
         if (!light_.is_dark())
-            reflect(at, i, hit.distance, mis_weight(ray, hit, light_samples, sums) * rho, second_half, random, sums);
+            reflect(at, i, hit.distance, sums.density(ray.direction), mis_weight(ray, hit, light_samples, sums) * rho,
+                    second_half, random, sums);
         if (sends_by_mean(i, hit.distance)) {
-            out.senders.push_back(i);
+            out.senders.push_back(sends_from(i));
             continue;
         }
-        out.linked.push_back(i);
+        out.linked.push_back(sends_from(i));
         OpenEnd end{at, i, static_cast<float>(hit.distance), {}};
         for (int c = 0; c < 3; ++c) end.share[c] = static_cast<float>(rho[c]);
         if (link(0, end, sums)) out.open.push_back(end);
@@ -176,7 +211,7 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         const Sums::LitSample& to = sums.lit_samples[k];
         const Hit& hit = sums.hits[k];
         if (hit.front && hit.surfel == to.at.surfel)
-            reflect(to.at.point, to.at.surfel, to.distance, to.gain, to.second_half, random, sums);
+            reflect(to.at.point, to.at.surfel, to.distance, to.density, to.gain, to.second_half, random, sums);
     }
     const std::vector<char>& arrives = sums.towards.trace(tracer_);
     for (std::size_t k = 0; k < arrives.size(); ++k) {
@@ -190,11 +225,9 @@ void HemisphereGather::shoot(const Place& place, int count, Sums& sums, Gathered
         sums.add_first(gain.surfel, gain.of * found, gain.second_half);
     }
     out.row.first_bounce = sums.first;
-    out.row.standard_error = color_norm(sums.halves[0] - sums.halves[1]);
-    for (std::vector<std::uint32_t>* met : {&out.senders, &out.linked}) {
-        std::sort(met->begin(), met->end());
-        met->shrink_to_fit();
-    }
+    out.row.halves = sums.halves[0] - sums.halves[1];
+    merge(out.senders);
+    merge(out.linked);
     sums.take(out.links);
     sums.take_lit(out.lit);
     if (has_factors(place)) scale(out);
@@ -214,7 +247,7 @@ void HemisphereGather::pack(const Gathered& row, std::size_t first_link, Packed&
 
 void HemisphereGather::unpack(Unpacking& from, std::size_t first_link, Gathered& row) {
     row.row = from.take<Row>();
-    for (std::vector<std::uint32_t>* met : {&row.senders, &row.linked}) {
+    for (std::vector<Sender>* met : {&row.senders, &row.linked}) {
         met->clear();
         from.append_to(*met);
     }
@@ -226,28 +259,47 @@ void HemisphereGather::unpack(Unpacking& from, std::size_t first_link, Gathered&
     from.append_to(row.open);
 }
 
-void HemisphereGather::add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress) {
-    const std::size_t before = rows_.size();
-    rows_.resize(before + places.size());
+void HemisphereGather::shoot_all(const char* name, const std::vector<Shot>& rows, const Aims* aims,
+                                 const Progress& progress) {
     levels_ = basis_.levels();
     Scratch<Sums> scratch;
+    const auto digest = [&] {
+        std::vector<Place> places;
+        std::vector<int> counts;
+        for (const Shot& of : rows) places.push_back(of.place), counts.push_back(of.count);
+        return digest_of_rays(options_.seed, places, counts);
+    };
     shared_blocks(
-        team_, "rays", [&] { return digest_of_rays(options_.seed, places, counts); }, places.size(), 8,
+        team_, name, digest, rows.size(), 8,
         [&](std::size_t begin, std::size_t end) {
             const Scratch<Sums>::Lent lent(scratch);
             Sums& sums = *lent;
             sums.make_room(basis_.size());
-            for (std::size_t k = begin; k < end; ++k) shoot(places[k], counts[k], sums, rows_[before + k]);
+            std::vector<Aim> at;
+            for (std::size_t k = begin; k < end; ++k) {
+                at.clear();
+                if (aims) (*aims)(k, at);
+                Gathered& row = rows_[rows[k].row];
+                row = {};
+                shoot(rows[k].place, rows[k].count, aims ? &at : nullptr, sums, row);
+            }
         },
         [&](std::size_t begin, std::size_t end, Packed& to) {
-            for (std::size_t k = before + begin; k < before + end; ++k) pack(rows_[k], 0, to);
+            for (std::size_t k = begin; k < end; ++k) pack(rows_[rows[k].row], 0, to);
         },
         [&](std::size_t begin, std::size_t end, Unpacking& from) {
-            for (std::size_t k = before + begin; k < before + end; ++k) unpack(from, 0, rows_[k]);
+            for (std::size_t k = begin; k < end; ++k) unpack(from, 0, rows_[rows[k].row]);
         },
         progress);
     count_links();
-    for (const int count : counts) rays_ += static_cast<std::size_t>(count);
+    for (const Shot& of : rows) rays_ += rows_[of.row].row.rays;
+}
+
+void HemisphereGather::add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress) {
+    std::vector<Shot> rows;
+    for (std::size_t k = 0; k < places.size(); ++k) rows.push_back({rows_.size() + k, places[k], counts[k]});
+    rows_.resize(rows_.size() + rows.size());
+    shoot_all("rays", rows, nullptr, progress);
 }
 
 void HemisphereGather::extend(const Progress& progress) {
@@ -294,7 +346,7 @@ std::vector<HemisphereGather::Once> HemisphereGather::once(const std::vector<Pla
             sums.make_room(basis_.size());
             for (std::size_t k = begin; k < end; ++k) {
                 Gathered row;
-                shoot(places[k], counts[k], sums, row);
+                shoot(places[k], counts[k], nullptr, sums, row);
                 out[k] = {row.row, has_factors(places[k]) ? row.row.power_scale * gather(row, coefficients, sent)
                                                           : gather_unscaled(row, coefficients, sent)};
             }
@@ -327,14 +379,17 @@ Rgb HemisphereGather::gather_linked(const Gathered& of, const std::vector<Rgb>& 
 
 Rgb HemisphereGather::gather(const Gathered& of, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent) {
     Rgb sum;
-    for (const std::uint32_t i : of.senders) sum += sent[i];
+    for (const Sender& sender : of.senders) sum += sender.units() * sent[sender.surfel];
     return (of.row.share * of.row.scale) * sum + of.row.linked_scale * gather_linked(of, coefficients);
 }
 
 Rgb HemisphereGather::gather_unscaled(const Gathered& of, const std::vector<Rgb>& coefficients,
                                       const std::vector<Rgb>& sent) const {
     Rgb sum;
-    for (const std::uint32_t i : of.senders) sum += sender_scale_.empty() ? sent[i] : sent[i] / sender_scale_[i];
+    for (const Sender& sender : of.senders) {
+        const double scale = sender_scale_.empty() ? 1.0 : sender_scale_[sender.surfel];
+        sum += (sender.units() / scale) * sent[sender.surfel];
+    }
     return of.row.share * sum + gather_linked(of, coefficients);
 }
 

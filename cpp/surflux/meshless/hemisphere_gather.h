@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surflux/core/progress.h"
 #include "surflux/core/random.h"
 #include "surflux/core/team.h"
+#include "surflux/lights/aimed_row.h"
 #include "surflux/lights/lit_patches.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/surface_light.h"
@@ -35,11 +37,12 @@ public:
         float share[3];  // of its coefficient: of the hemisphere, times reflectance
     };
     struct Row {
-        double share = 0.0;                     // of the cosine-weighted hemisphere, that one ray stands for
+        double share = 0.0;                     // of the cosine-weighted hemisphere, that one unit stands for
+        std::uint32_t rays = 0;                 // over it; of usual ones each is one unit
         Rgb sky;                                // that rays which left the scene found
         Rgb emitted;                            // from emissive surfels, as far as rays find it
         Rgb first_bounce;                       // of light beside the basis: light and hemisphere samples together
-        double standard_error = 0.0;            // of the luminance of these three, from two halves of the samples
+        Rgb halves;                             // of these three: one half of the samples less the other
         double escape = 0.0, into_backs = 0.0;  // shares of the hemisphere
         // Factors that follow from those of the columns, 1 before (gather_scaling.cpp). gather() applies `scale` to
         // senders' means and `linked_scale` to links; its callers apply `first_scale` to first_bounce, `emitted_scale`
@@ -56,17 +59,32 @@ public:
 
     // Appends a row for each place, with as many rays as `counts` says.
     void add(const std::vector<Place>& places, const std::vector<int>& counts, const Progress& progress);
+    // Some that are there, anew: with rays that are aimed at what is known to send (lights/aimed_row.h), about `count`
+    // of each. `aims` gives what the k-th is to be aimed at.
+    struct Shot {
+        std::size_t row;
+        Place place;
+        int count;
+    };
+    using Aims = std::function<void(std::size_t k, std::vector<Aim>& out)>;
+    void aim(const std::vector<Shot>& rows, const Aims& aims, const Progress& progress);
+    // Where a place's rays end, those of add(), and the luminance that comes from there.
+    struct End {
+        Vec3 at;  // or the direction, of skies
+        double light;
+        bool is_sky;
+    };
+    void ends(const Place& place, int count, const std::vector<Rgb>& sent, std::vector<End>& out) const;
     // Where rays would have gone on to a level that was not there yet, the links to it, now that it is.
     void extend(const Progress& progress);
 
     const Row& operator[](std::size_t row) const { return rows_[row].row; }
     std::size_t size() const { return rows_.size(); }
-    std::size_t rays_of(std::size_t row) const { return rows_[row].senders.size() + rows_[row].linked.size(); }
-    // Calls visit(surfel) for each ray of a row that met something which sends, visit(function) for its links.
+    // Calls visit(surfel, units) for what rays of a row met that sends, visit(function) for its links.
     template <class Visit>
     void for_senders(std::size_t row, const Visit& visit) const {
-        for (const std::uint32_t i : rows_[row].senders) visit(i);
-        for (const std::uint32_t i : rows_[row].linked) visit(i);
+        for (const Sender& sender : rows_[row].senders) visit(sender.surfel, sender.units());
+        for (const Sender& sender : rows_[row].linked) visit(sender.surfel, sender.units());
     }
     template <class Visit>
     void for_links(std::size_t row, const Visit& visit) const {
@@ -113,6 +131,9 @@ public:
         return gather(rows_[row], coefficients, sent);
     }
 
+    // Of what a row has and gathers, by halves of its rays: of a colour's norm.
+    double standard_error(std::size_t row, const std::vector<Rgb>& sent) const;
+
     struct Once {
         Row row;
         Rgb gathered;
@@ -125,6 +146,8 @@ public:
     void clear();
 
 private:
+    static constexpr std::uint64_t ray_stream = 0x6a71e4;
+
     // A ray's end at which the finest level so far was too coarse: to be linked to the next.
     struct OpenEnd {
         Vec3 position;
@@ -138,14 +161,20 @@ private:
         std::uint32_t surfel;
         float luminance;
     };
+    // A surfel that rays met, and their units in each half of them.
+    struct Sender {
+        std::uint32_t surfel;
+        std::uint16_t first, second;
+        double units() const { return first + second; }
+    };
     struct Gathered {
         Row row;
-        std::vector<std::uint32_t> senders;  // surfels that rays met, once for each ray
-        std::vector<std::uint32_t> linked;   // those that send by functions
-        std::vector<Lit> lit;                // by surfel
+        std::vector<Sender> senders, linked;  // those that send by their mean, and by functions; by surfel
+        std::vector<Lit> lit;                 // by surfel
         std::vector<Link> links;
         std::vector<OpenEnd> open;
     };
+    void shoot_all(const char* name, const std::vector<Shot>& rows, const Aims* aims, const Progress& progress);
     void scale_all();
     static void pack(const Gathered& row, std::size_t first_link, Packed& to);
     static void unpack(Unpacking& from, std::size_t first_link, Gathered& row);
@@ -156,11 +185,13 @@ private:
     static Rgb gather_linked(const Gathered& row, const std::vector<Rgb>& coefficients);
     static Rgb gather(const Gathered& row, const std::vector<Rgb>& coefficients, const std::vector<Rgb>& sent);
     class Sums;
-    void shoot(const Place& place, int count, Sums& sums, Gathered& out) const;
+    // aims: nullptr for evenly spread rays.
+    void shoot(const Place& place, int count, const std::vector<Aim>* aims, Sums& sums, Gathered& out) const;
     void sample_lit_patches(const Place& place, int count, Random& random, Sums& sums) const;
     double mis_weight(const Ray& ray, const Hit& hit, int light_samples, const Sums& sums) const;
-    void reflect(const Vec3& at, std::uint32_t surfel, double distance, const Rgb& gain, bool second_half,
-                 Random& random, Sums& sums) const;
+    void reflect(const Vec3& at, std::uint32_t surfel, double distance, double density, const Rgb& gain,
+                 bool second_half, Random& random, Sums& sums) const;
+    static void merge(std::vector<Sender>& senders);
     bool link(std::size_t first_level, const OpenEnd& end, Sums& sums) const;
     bool sends_by_mean(std::uint32_t surfel, double distance) const;
     void count_links();

@@ -43,7 +43,7 @@ void MeshlessExchange::find_parts(const Progress& progress) {
     DisjointSets sets(rows + surfels);
     for (std::uint32_t k = 0; k < rows; ++k) {
         report_some(progress, k, rows, 1024);
-        gather_.for_senders(k, [&](std::uint32_t i) { sets.join(k, rows + i); });
+        gather_.for_senders(k, [&](std::uint32_t i, double) { sets.join(k, rows + i); });
         gather_.for_links(k, [&](std::uint32_t j) {
             if (receivers_.has(j)) sets.join(k, receivers_.row(j));
         });
@@ -89,7 +89,7 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     double excess = 0.0;
     for_finest_rows(surfel, [&](std::uint32_t row, double weight) {
         const double met = gather_[row].met(), off = met - out.met();
-        const double variance = variance_of_share(met, 1.0 / gather_[row].share);
+        const double variance = variance_of_share(met, gather_[row].rays);
         excess += weight * (off * off - (1.0 - weight) * variance);
         out.variance += weight * std::max(0.0, areas_[row]) * variance;
     });
@@ -118,8 +118,10 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
     const std::size_t rows = gather_.size();
     exchange.bias.assign(rows, 0.0);
     for (std::size_t k = 0; k < rows; ++k) {
-        exchange.met.push_back(gather_[k].share * static_cast<double>(gather_.rays_of(k)));
-        exchange.rays.push_back(static_cast<std::uint32_t>(std::lround(1.0 / gather_[k].share)));
+        double units = 0.0;
+        gather_.for_senders(k, [&](std::uint32_t, double more) { units += more; });
+        exchange.met.push_back(gather_[k].share * units);
+        exchange.rays.push_back(gather_[k].rays);
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const double outside = means_.outside(i), carried = carried_by(i);
@@ -142,7 +144,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         out.resize(rows);
         parallel_for(rows, 64, [&](std::size_t k) {
             double sum = 0.0;
-            gather_.for_senders(k, [&](std::uint32_t i) { sum += from[i]; });
+            gather_.for_senders(k, [&](std::uint32_t i, double units) { sum += units * from[i]; });
             out[k] = gather_[k].share * sum;
         });
     };
@@ -150,7 +152,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         out.resize(s.size());
         parallel_scatter(rows, out, [&](std::size_t k, std::vector<double>& sums) {
             const double each = weight[k] * gather_[k].share;
-            gather_.for_senders(k, [&](std::uint32_t i) { sums[i] += each; });
+            gather_.for_senders(k, [&](std::uint32_t i, double units) { sums[i] += units * each; });
         });
     };
     return surflux::scale_by_reciprocity(exchange, progress);
@@ -169,10 +171,11 @@ std::vector<double> MeshlessExchange::received(const ReciprocalScaling& scaling,
     std::vector<double> out(scaling.groups, 0.0);
     for (std::size_t k = 0; k < gather_.size(); ++k) {
         double all = 0.0;
-        gather_.for_senders(k, [&](std::uint32_t i) { all += scaling.senders[i] * sends[i]; });
+        const auto of = [&](std::uint32_t i, double units) { return units * scaling.senders[i] * sends[i]; };
+        gather_.for_senders(k, [&](std::uint32_t i, double units) { all += of(i, units); });
         if (!(all > 0.0)) continue;
         const double each = areas_[k] * gathered[k] / all;
-        gather_.for_senders(k, [&](std::uint32_t i) { out[scaling.group[i]] += each * scaling.senders[i] * sends[i]; });
+        gather_.for_senders(k, [&](std::uint32_t i, double units) { out[scaling.group[i]] += each * of(i, units); });
     }
     return out;
 }

@@ -12,6 +12,7 @@
 #include "surflux/meshless/receiver_system.h"
 #include "surflux/meshless/receivers.h"
 #include "surflux/meshless/refined_region.h"
+#include "surflux/meshless/row_noise.h"
 #include "surflux/meshless/surface_light.h"
 #include "surflux/meshless/surfel_refinement.h"
 #include "surflux/solution/self_check.h"
@@ -45,7 +46,8 @@ public:
           gather_(scene_, tracer_, light_, field_->basis, means_, {options.epsilon_omega, options.seed, tuning_},
                   options.team),
           receivers_(field_->basis, placed_.sight()),
-          system_(receivers_, gather_, options.bounces) {
+          system_(receivers_, gather_, options.bounces),
+          noise_(gather_) {
         watch_.lap("direct");
         out.field = field_;
     }
@@ -55,6 +57,7 @@ public:
         placed();
         gather(all_functions());
         solve(tuning_.rough_tolerance, 0);
+        reduce_noise();
         for (int level = 1; level < options_.levels; ++level) {
             const std::vector<std::uint32_t> refined =
                 oracle().refined(static_cast<std::size_t>(level - 1), options_.epsilon_e);
@@ -65,6 +68,7 @@ public:
             if (children.empty()) break;
             gather(children);
             solve(tuning_.rough_tolerance, refined.size());
+            reduce_noise();
         }
         for (int k = 0; k < tuning_.repeats; ++k) repeat();
         finish();
@@ -74,8 +78,37 @@ private:
     Progress stage(const char* name) const { return progress_ ? progress_(name) : Progress{}; }
 
     Oracle oracle() const {
-        return {field_->basis,           receivers_,     gather_, placed_.first_radius(),
-                placed_.evenly_placed(), system_.rows(), *field_, tuning_};
+        return {field_->basis,
+                receivers_,
+                noise_.standard_error(),
+                placed_.first_radius(),
+                placed_.evenly_placed(),
+                system_.rows(),
+                *field_,
+                tuning_};
+    }
+
+    // Where rows have more noise than light may be off by, as in a room that is lit through a gap, they are shot anew.
+    void reduce_noise() {
+        std::vector<double> allowed = find_noise();
+        const std::vector<HemisphereGather::Shot> rows =
+            noise_.wanted(allowed, static_cast<int>(tuning_.most_aimed * options_.rays));
+        if (rows.empty()) return;
+        const Progress progress = stage("gathering");
+        system_.aim(rows, noise_.aims(rows, system_.sent(), progress), progress);
+        watch_.lap("gathering");
+        solve(tuning_.rough_tolerance, 0);
+        find_noise();
+    }
+
+    // Returns what each row may be off by for want of rays.
+    std::vector<double> find_noise() {
+        const Oracle::Wanted wanted = oracle().wanted(options_.epsilon_e);
+        std::vector<double> allowed;
+        for (const Rgb& value : system_.rows().values)
+            allowed.push_back(std::max(1e-300, tuning_.allowed_noise * wanted.where_dim(color_norm(value))));
+        noise_.find(system_.sent(), allowed);
+        return allowed;
     }
 
     // The basis has got a level.
@@ -99,13 +132,16 @@ private:
         const MultilevelBasis& basis = field_->basis;
         const std::vector<std::uint32_t> fresh = receivers_.add(functions, stage("gathering"));
         std::vector<Place> places;
+        std::vector<std::uint32_t> objects;
         std::vector<int> counts;
         for (const std::uint32_t j : fresh) {
             places.push_back({basis.position(j), basis.normal(j), placed_.sight().surfel(j), Place::point});
+            objects.push_back(basis.object(j));
             const int least = std::min(options_.rays, static_cast<int>(tuning_.least_rays));
             counts.push_back(placed_.is_in_nook(j) ? least : std::max(least, options_.rays >> (basis.level_of(j) / 2)));
         }
         gather_.add(places, counts, stage("gathering"));
+        noise_.add(places, objects, counts, stage("gathering"));
         watch_.lap("gathering");
         std::vector<Rgb> lit;
         if (!options_.indirect_only) lit = light_.direct_at(places, stage("direct"));
@@ -188,6 +224,7 @@ private:
     HemisphereGather gather_;
     Receivers receivers_;
     ReceiverSystem system_;
+    RowNoise noise_;
     double imbalance_ = 0.0;  // of what surfels send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     Figures power_;

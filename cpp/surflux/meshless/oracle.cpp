@@ -40,7 +40,7 @@ Oracle::Wanted Oracle::wanted(double epsilon_e) const {
 }
 
 Oracle::Wanted Oracle::Wanted::at(double light) const {
-    const double here = local * std::max(light, dimmest);
+    const double here = where_dim(light);
     return {std::min(of_all, here), std::min(of_sent, here), local, dimmest};
 }
 
@@ -69,8 +69,7 @@ std::vector<std::uint32_t> Oracle::refined(std::size_t level, double epsilon_e) 
                     off_sent = std::max(off_sent, color_norm(sent(other) - sent(row)));
                 }
             }
-            const double uncertain = tuning.significance * gather[row].standard_error,
-                         own = tuning.own_share * epsilon_e * allowed;
+            const double uncertain = tuning.significance * noise[row], own = tuning.own_share * epsilon_e * allowed;
             const Wanted here = most.at(all(row));
             chosen[k] = off > std::max(here.of_all, own * all(row)) + uncertain ||
                         off_sent > std::max(here.of_sent, own * color_norm(sent(row))) + uncertain;

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
-#include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/meshless_field.h"
 #include "surflux/meshless/multilevel_basis.h"
 #include "surflux/meshless/receivers.h"
@@ -26,7 +26,7 @@ struct Received {
 struct Oracle {
     const MultilevelBasis& basis;
     const Receivers& receivers;
-    const HemisphereGather& gather;
+    const std::vector<double>& noise;         // standard error of each row
     const std::vector<double>& first_radius;  // of each object's points on the coarsest level
     std::uint32_t evenly_placed;              // so many of them are as dense all over an object; others are of nooks
     const Received& rows;
@@ -45,6 +45,7 @@ struct Oracle {
         double local, dimmest;
 
         Wanted at(double light) const;
+        double where_dim(double light) const { return local * std::max(light, dimmest); }
         Wanted times(double more) const { return {more * of_all, more * of_sent, more * local, dimmest}; }
     };
     Wanted wanted(double epsilon_e) const;

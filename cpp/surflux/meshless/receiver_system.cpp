@@ -22,6 +22,21 @@ void ReceiverSystem::add(std::size_t rows, const std::vector<Rgb>& direct) {
     }
 }
 
+void ReceiverSystem::aim(const std::vector<HemisphereGather::Shot>& rows, const HemisphereGather::Aims& aims,
+                         const Progress& progress) {
+    const auto add = [&](double sign) {
+        for (const HemisphereGather::Shot& of : rows) {
+            const HemisphereGather::Row& row = gather_[of.row];
+            rows_.direct[of.row] += sign * row.sky;
+            rows_.unbounced[of.row] += sign * (row.sky + row.emitted);
+            rows_.first_bounce[of.row] = row.first_bounce;
+        }
+    };
+    add(-1.0);
+    gather_.aim(rows, aims, progress);
+    add(1.0);
+}
+
 // T x, and so one bounce of x.
 std::vector<Rgb> ReceiverSystem::bounce(const std::vector<Rgb>& x, MeshlessField& field) {
     receivers_.coefficients(x, field.coefficients);
@@ -61,6 +76,7 @@ LinearReport ReceiverSystem::solve(double tolerance, MeshlessField& field, const
     }
     receivers_.coefficients(rows_.values, field.coefficients);
     receivers_.coefficients(rows_.direct, field.direct);
+    gather_.sent(field.coefficients, sent_);
     return linear;
 }
 

@@ -25,6 +25,10 @@ public:
     // Takes the gather's next rows, `direct` being what lights bring to each; empty where that is beside the basis.
     void add(std::size_t rows, const std::vector<Rgb>& direct);
 
+    // Rows anew, by rays that are aimed (HemisphereGather::aim).
+    void aim(const std::vector<HemisphereGather::Shot>& rows, const HemisphereGather::Aims& aims,
+             const Progress& progress);
+
     // From the values of before; the field has the coefficients of the result, and of its direct light.
     LinearReport solve(double tolerance, MeshlessField& field, const Progress& progress);
 
@@ -39,6 +43,8 @@ public:
     const Received& rows() const { return rows_; }
     // Values before their last bounce, which surfaces send.
     const std::vector<Rgb>& before() const { return before_; }
+    // What each surfel sends of the field as the last solve() has left it, of light in the basis.
+    const std::vector<Rgb>& sent() const { return sent_; }
 
 private:
     template <class Set>

@@ -48,7 +48,10 @@ struct MeshlessTuning {
     // brighter.
     double local_weight = 5.0, dimmest = 1e-3;
     // Standard errors that a difference must be beyond.
-    double significance = 2.0;
+    double significance = 1.0;
+    // Standard error that a row may have, of what light may be off by in dim parts; and the rays of one that is shot
+    // anew for that, at most, over the user's.
+    double allowed_noise = 0.5, most_aimed = 4.0;
     // GMRES's tolerance while levels are added, and when energy is balanced: the final one is the user's.
     double rough_tolerance = 3e-2, balanced_tolerance = 1e-3;
 
@@ -93,6 +96,8 @@ struct MeshlessTuning {
         visit("local_weight", local_weight);
         visit("dimmest", dimmest);
         visit("significance", significance);
+        visit("allowed_noise", allowed_noise);
+        visit("most_aimed", most_aimed);
         visit("rough_tolerance", rough_tolerance);
         visit("balanced_tolerance", balanced_tolerance);
         visit("own_in_a_row", own_in_a_row);

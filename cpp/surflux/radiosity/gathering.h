@@ -8,9 +8,9 @@
 #include "surflux/core/progress.h"
 #include "surflux/core/span.h"
 #include "surflux/core/team.h"
+#include "surflux/lights/aimed_row.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/sample_points.h"
-#include "surflux/radiosity/aimed_row.h"
 #include "surflux/radiosity/surfel_tree.h"
 #include "surflux/radiosity/tuning.h"
 #include "surflux/scene/scene.h"
@@ -33,10 +33,11 @@ public:
     };
     struct Row {
         std::uint32_t block, begin, end;  // links
-        std::uint32_t rays, units;  // a ray is one unit; of aimed ones (aimed_row.h) each is as many as it stands for
-        float escape, absorbed;     // shares
-        float closeness;            // mean of 1 / distance of what the rays met
-        float u, v;                 // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
+        std::uint32_t rays,
+            units;  // a ray is one unit; of aimed ones (lights/aimed_row.h) each is as many as it stands for
+        float escape, absorbed;  // shares
+        float closeness;         // mean of 1 / distance of what the rays met
+        float u, v;              // sum of the slopes of all rays: not quite 0, which is taken off (gather_tilted)
         double met() const { return 1.0 - static_cast<double>(escape) - static_cast<double>(absorbed); }
         bool is_aimed() const { return units != rays; }
         // Covered by something: it sees nothing but backs.
@@ -49,7 +50,7 @@ public:
     // More receivers, with as many rays each as `counts` has; evenest by powers of 2.
     void add(const std::vector<Place>& receivers, const std::vector<int>& counts, const Progress& progress = {});
 
-    // Receivers whose rays are aimed at what is known to send (aimed_row.h): `aims` gives that of each.
+    // Receivers whose rays are aimed at what is known to send (lights/aimed_row.h): `aims` gives that of each.
     using Aims = std::function<void(std::size_t receiver, std::vector<Aim>& out)>;
     void add_aimed(const std::vector<Place>& receivers, const std::vector<int>& counts, const Aims& aims,
                    const Progress& progress = {});

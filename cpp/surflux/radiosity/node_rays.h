@@ -11,7 +11,7 @@ namespace surflux {
 
 // The rows of a Gathering that nodes of a cut have: each is shot once, from the surfel that stands for the node, and
 // kept while the cut changes, also for surfels that stand for a group and then for themselves. Nodes that want more
-// rays (Cut::rays) get a new row, aimed at what rows around it know to be bright (aimed_row.h).
+// rays (Cut::rays) get a new row, aimed at what rows around it know to be bright (lights/aimed_row.h).
 class NodeRays {
 public:
     // `rays`: of a node of `usual_area` or more; smaller ones have fewer.

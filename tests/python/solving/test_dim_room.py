@@ -48,7 +48,7 @@ def test_estimates_of_a_dim_room():
 def test_a_dim_room_has_its_light_by_solve_meshless():
     """By the RMS of both rooms, 2 to 5 % of the wall beside the door were black.
 
-    Some 300 rays of all in the dim room go through the gap: its mean scatters by 4 % from seed to seed.
+    Where 300 rays of all in the dim room go through the gap, its mean scatters by 5 % from seed to seed.
     """
     scene, off = door_ajar(1.0), []
     reference = Reference(scene, drawn_in_the_dark(scene, 160, 0), 16384)
@@ -60,8 +60,8 @@ def test_a_dim_room_has_its_light_by_solve_meshless():
         off.append(reference.of(solution).sum() / reference.mean.sum() - 1.0)
         found = solution.irradiance.sum(axis=1)
         assert found[beside].min() > 0.5 * np.median(found[in_the_dark(scene)])
-    assert abs(np.mean(off)) < 0.06 + 2 * reference.noise, off
-    assert np.abs(off).max() < 0.14, off
+    assert abs(np.mean(off)) < 0.035 + 2 * reference.noise, off
+    assert np.abs(off).max() < 0.06, off
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surflux/core/sampling.h"
 #include "surflux/lights/hemisphere_row.h"
 
 namespace surflux {
@@ -21,6 +22,10 @@ struct AimedRow {
     std::vector<std::uint16_t> units;  // that each ray counts for, of `unit` in all
     std::vector<char> first;           // of the first half of a cell's rays
     std::uint32_t unit = 0;
+    std::vector<std::uint32_t> density;  // by cell: of rays, over the whole hemisphere
+
+    // Rays of the whole hemisphere, were all of it as dense as it is in this direction.
+    double density_towards(const Frame& frame, const Vec3& direction) const;
 };
 
 // `count` rays, about; no fewer than two for each cell.

@@ -1,4 +1,4 @@
-#include "surflux/radiosity/aimed_row.h"
+#include "surflux/lights/aimed_row.h"
 
 #include <algorithm>
 #include <array>
@@ -17,16 +17,23 @@ constexpr int spread = 4;              // that part of the rays is for all cells
 
 using OfCell = std::array<double, cells>;
 
+struct Cell {
+    int ring, sector;
+};
+
+Cell cell_of(const Frame& frame, const Vec3& direction) {
+    const double x = dot(direction, frame.u), y = dot(direction, frame.v), turn = std::atan2(y, x) / (2.0 * pi);
+    return {std::min(rings - 1, static_cast<int>(rings * (x * x + y * y))),
+            static_cast<int>(sectors * (turn < 0.0 ? turn + 1.0 : turn)) % sectors};
+}
+
 // Second moments by cell. What is seen from elsewhere stands a little aside: neighbours have a part of it.
 OfCell moments(const Frame& frame, const std::vector<Aim>& aims) {
     constexpr double beside[3] = {0.5, 1.0, 0.5};
     OfCell out{};
     for (const Aim& aim : aims) {
-        const double x = dot(aim.direction, frame.u), y = dot(aim.direction, frame.v);
         if (!(dot(aim.direction, frame.n) > 0.0) || !(aim.weight > 0.0)) continue;
-        const double turn = std::atan2(y, x) / (2.0 * pi);
-        const int ring = std::min(rings - 1, static_cast<int>(rings * (x * x + y * y)));
-        const int sector = static_cast<int>(sectors * (turn < 0.0 ? turn + 1.0 : turn)) % sectors;
+        const auto [ring, sector] = cell_of(frame, aim.direction);
         for (int i = -1; i <= 1; ++i)
             for (int j = -1; j <= 1; ++j) {
                 const int r = ring + i, s = (sector + j + sectors) % sectors;
@@ -39,6 +46,11 @@ OfCell moments(const Frame& frame, const std::vector<Aim>& aims) {
 
 }  // namespace
 
+double AimedRow::density_towards(const Frame& frame, const Vec3& direction) const {
+    const auto [ring, sector] = cell_of(frame, direction);
+    return density[static_cast<std::size_t>(ring * sectors + sector)];
+}
+
 void gather_aimed_row(const SurfelPoints& points, const Tracer& tracer, const Place& place, int count,
                       const std::vector<Aim>& aims, std::uint64_t seed, AimedRow& out) {
     const Frame frame = frame_around(place.normal);
@@ -48,6 +60,7 @@ void gather_aimed_row(const SurfelPoints& points, const Tracer& tracer, const Pl
     out.found.rays.clear();
     out.units.clear();
     out.first.clear();
+    out.density.clear();
     out.unit = cells * most;
     int least = fewest;
     while (2 * least <= most && 2 * least * cells * spread <= count) least *= 2;
@@ -57,6 +70,7 @@ void gather_aimed_row(const SurfelPoints& points, const Tracer& tracer, const Pl
         int rays = least;
         // To the nearest power of 2.
         while (rays < most && rays * std::sqrt(2.0) < share * count) rays *= 2;
+        out.density.push_back(static_cast<std::uint32_t>(rays * cells));
         EvenPoints even(dimensions, seed, stream_of(place) * cells + static_cast<std::uint64_t>(cell));
         for (int k = 0; k < rays; ++k) {
             const double* u = even.next();
