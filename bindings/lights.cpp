@@ -4,8 +4,10 @@
 #include "convert.h"
 #include "rooms.h"
 
+#include "surflux/core/parallel.h"
 #include "surflux/lights/direct_at.h"
 #include "surflux/lights/free_directions.h"
+#include "surflux/lights/hemisphere_row.h"
 #include "surflux/lights/light_sampler.h"
 #include "surflux/lights/patch_rays.h"
 #include "surflux/lights/sky_patches.h"
@@ -71,6 +73,51 @@ py::array onto_surface_of(const CompiledScene& scene, const Doubles& points, con
         without_gil([&] { return onto_surface(scene.scene().surfels, scene.tracer(), at.points, at.normals); }));
 }
 
+// Cosine-distributed rays from places, where they end on the fronts of surfels that reflect: the positions (k, 3), the
+// surfels and the places (k,) by number; and of each place what its rays see of emission that is not sampled as a
+// light (m, 3), and the share of them that backs end (m,).
+py::tuple ray_ends(const CompiledScene& compiled, const Doubles& points, const Doubles& normals, int rays,
+                   std::uint64_t seed, const py::object& progress) {
+    const PointsAndNormals at = to_points_and_normals(points, normals);
+    const std::vector<Vec3>&places = at.points, &facing = at.normals;
+    const Progress report = to_progress(progress);
+    std::vector<std::vector<Vec3>> ends(places.size());
+    std::vector<std::vector<std::uint32_t>> on(places.size());
+    std::vector<Rgb> emitted(places.size());
+    std::vector<float> on_backs(places.size());
+    without_gil([&] {
+        const Surfels& s = compiled.scene().surfels;
+        const Tracer& tracer = compiled.tracer(report);
+        tracer.require_near(places);
+        const LightSampler emitters = LightSampler::of_surfels(compiled.scene());
+        const SurfelPoints shapes(s);
+        const auto shoot = [&](std::size_t k) {
+            const Departure from = tracer.departure(places[k], facing[k]);
+            HemisphereRow row;
+            gather_row(shapes, tracer, {from.position, from.normal, from.surfel, Place::point}, rays, seed, row);
+            for (std::size_t r = 0; r < row.rays.size(); ++r) {
+                const Hit& hit = row.hits[r];
+                if (hit && !hit.front) on_backs[k] += 1.0f / static_cast<float>(rays);
+                if (!hit.front) continue;
+                if (!emitters.samples(hit.surfel)) emitted[k] += s.emission[hit.surfel] / rays;
+                if (s.reflectance[hit.surfel] == Rgb{}) continue;
+                ends[k].push_back(row.rays[r].from.position + hit.distance * row.rays[r].direction);
+                on[k].push_back(hit.surfel);
+            }
+        };
+        parallel_for(places.size(), 8, shoot, report);
+        return 0;
+    });
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> surfels, of;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        positions.insert(positions.end(), ends[k].begin(), ends[k].end());
+        surfels.insert(surfels.end(), on[k].begin(), on[k].end());
+        of.insert(of.end(), on[k].size(), static_cast<std::uint32_t>(k));
+    }
+    return py::make_tuple(to_array(positions), to_array(surfels), to_array(of), to_array(emitted), to_array(on_backs));
+}
+
 }  // namespace
 
 void bind_lights(py::module_& module) {
@@ -107,6 +154,8 @@ void bind_lights(py::module_& module) {
                py::arg("progress") = py::none(), py::arg("surfels") = py::none());
     module.def("direct_at", &traced<direct_at>, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("rays"), py::arg("seed"), py::arg("progress"));
+    module.def("ray_ends", &ray_ends, py::arg("scene"), py::arg("points"), py::arg("normals"), py::arg("rays"),
+               py::arg("seed"), py::arg("progress"));
     module.def("emitted_at", &traced<emitted_at>, py::arg("scene"), py::arg("points"), py::arg("normals"),
                py::arg("rays"), py::arg("seed"), py::arg("progress"));
     // Whether all emissive surfels that are sampled as lights are patches: of disks, which overlap, rays tell less than

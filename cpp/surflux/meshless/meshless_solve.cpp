@@ -1,6 +1,7 @@
 #include "surflux/meshless/meshless_solve.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "surflux/core/error.h"
@@ -48,6 +49,7 @@ public:
           receivers_(field_->basis, placed_.sight()),
           system_(receivers_, gather_, options.bounces),
           noise_(gather_) {
+        beside_ = beside_basis();
         watch_.lap("direct");
         out.field = field_;
     }
@@ -85,7 +87,20 @@ private:
                 placed_.evenly_placed(),
                 system_.rows(),
                 *field_,
-                tuning_};
+                tuning_,
+                beside_};
+    }
+
+    // RMS over the surface.
+    double beside_basis() const {
+        const Surfels& s = scene_.surfels;
+        double sum = 0.0, area = 0.0;
+        for (std::size_t i = 0; i < s.size(); ++i) {
+            const double light = color_norm(light_.beside_basis(i));
+            sum += s.areas[i] * light * light;
+            area += s.areas[i];
+        }
+        return area > 0.0 ? std::sqrt(sum / area) : 0.0;
     }
 
     // Where rows have more noise than light may be off by, as in a room that is lit through a gap, they are shot anew.
@@ -225,6 +240,7 @@ private:
     Receivers receivers_;
     ReceiverSystem system_;
     RowNoise noise_;
+    double beside_ = 0.0;     // as the oracle has it
     double imbalance_ = 0.0;  // of what surfels send and what is received of it, before it was scaled
     double imbalance_left_ = 0.0;
     Figures power_;

@@ -9,6 +9,8 @@ namespace surflux {
 
 namespace {
 
+constexpr double faintest = 1e-6;
+
 // RMS over the surface of a colour's norm by row.
 template <class Value>
 double rms(const Oracle& of, const Value& of_row) {
@@ -34,8 +36,9 @@ Oracle::Wanted Oracle::wanted(double epsilon_e) const {
     const auto sent_first = [&](std::uint32_t row) {
         return color_norm(rows.unbounced[row] + rows.first_bounce[row] - rows.direct[row]);
     };
-    const double of_all = std::min(rms(*this, all), tuning.many_bounces * rms(*this, all_first));
-    const double of_sent = std::min(rms(*this, sent), tuning.many_bounces * rms(*this, sent_first));
+    const double least = faintest * beside;
+    const double of_all = std::max(least, std::min(rms(*this, all), tuning.many_bounces * rms(*this, all_first)));
+    const double of_sent = std::max(least, std::min(rms(*this, sent), tuning.many_bounces * rms(*this, sent_first)));
     return {epsilon_e * of_all, epsilon_e * of_sent, epsilon_e * tuning.local_weight, tuning.dimmest * of_all};
 }
 

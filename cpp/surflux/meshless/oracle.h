@@ -32,6 +32,7 @@ struct Oracle {
     const Received& rows;
     const MeshlessField& field;  // coefficients of the solution and of its direct light
     const MeshlessTuning& tuning;
+    double beside;  // RMS over the surface of light that is not in the basis: beside it rounding is no light
 
     // The functions of a level whose difference or coefficient, of all light or of what surfaces send, exceeds by
     // tuning.significance standard errors the larger of wanted() and tuning.own_share times epsilon_e of their own

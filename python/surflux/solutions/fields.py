@@ -1,5 +1,6 @@
 """Irradiance of a solution anywhere on surfaces, from what its solver knows."""
 
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,8 @@ from surflux._base.warn import warn
 
 FUNCTIONS = 16  # of a basis, for each surfel: where there are more, surfels say too little of the light
 MOSTLY = 0.5  # of the rays of a point: where so many end on backs it is said
+ENDS = 1 << 18  # of rays at once
+END_RAYS = 8  # that sample direct light where one ends: one to each light, about
 RAYS = 1024  # of irradiance_at; 256 have four times as much noise through windows
 
 
@@ -178,15 +181,32 @@ class BasisField:
         gathered = functions["gathered"] > 0
         return functions["positions"][gathered], functions["normals"][gathered]
 
-    def _warn_of_wide_patches(self):
-        count = len(self._at[0])
+    def _are_patches_wide(self):
+        """Tells the basis more of the light of surfels than their means?"""
         if self._functions is None:
             self._functions = len(self.basis.functions()["gathered"])
-        if self._functions > FUNCTIONS * count:
-            warn(
-                f"indirect: surfaces send what is interpolated between {count} surfels, of which the basis of the "
-                f"solution tells more, by {self._functions} functions: finer patches help (patch_area)"
+        return self._functions > FUNCTIONS * len(self._at[0])
+
+    def _gathered(self, points, normals, how, callback):
+        """What rays find, each where it ends."""
+        surfels = self._at[0]
+        sent = copy(how)
+        sent.is_gathered, sent.rays = False, END_RAYS
+        found = np.empty((len(points), 3))
+        on_backs = np.empty(len(points))
+        step = max(1, ENDS // how.rays)
+        for k in range(0, len(points), step):
+            part = slice(k, k + step)
+            places, on, of, emitted, on_backs[part] = _core.ray_ends(
+                self.scene, points[part], normals[part], how.rays, how.seed, callback
             )
+            reflected = surfels.reflectance[on] * self.irradiance(places, surfels.normals[on], sent, callback)
+            for c in range(3):
+                emitted[:, c] += np.bincount(of, reflected[:, c], len(emitted)) / how.rays
+            found[part] = emitted
+        _warn_of_backs_around(on_backs)
+        at = (self.scene, points, normals, how, callback)
+        return found + traced_emitted(*at) + traced_direct(*at)
 
     def at_surfels(self, points, normals, callback=None):
         """From values at surfels, for places that see no function: (all but direct light, direct light)."""
@@ -195,8 +215,9 @@ class BasisField:
 
     def irradiance(self, points, normals, how, callback):
         if how.is_gathered:
+            if self._are_patches_wide():
+                return self._gathered(points, normals, how, callback)
             self._surfels = self._surfels or self._make_surfels(callback)
-            self._warn_of_wide_patches()
             return self._surfels.irradiance(points, normals, how, callback)
         in_basis, direct_in_basis, hidden = self.basis.at(points, normals, callback)
         hidden = hidden != 0

@@ -99,14 +99,21 @@ def test_a_room_turned_inside_out_is_told_of_where_light_is_gathered():
     assert (found[True] < 0.9 * found[False]).all()
 
 
-def test_wide_patches_are_told_of_where_their_light_is_gathered():
-    """A wall of one patch has a basis of its own in solve_meshless; gathered light has one value of it."""
+@pytest.mark.parametrize("indirect_only", [True, False])
+def test_wide_patches_send_what_the_basis_has_where_rays_end(indirect_only):
+    """Walls of one patch each: by their means places in mid-air were off by a fifth."""
     room = sf.Surfels.from_mesh(shapes.box((6, 4, 3), 1, inward=True)[:2], reflectance=0.5)
-    solution = sf.solve_meshless(sf.Scene([room], [sf.PointLight([1, 1, 2.5], 500.0)]), levels=2)
-    with pytest.warns(
-        UserWarning, match=r"^indirect: surfaces send what is interpolated between 6 surfels, of which .*"
-    ):
-        solution.irradiance_at([[3, 2, 1]], [[0, 0, 1]], indirect="gathered", rays=64)
+    scene = sf.Scene([room], [sf.PointLight([1, 1, 2.5], 500.0)])
+    places = np.random.default_rng(0).uniform([0.5, 0.5, 0.5], [5.5, 3.5, 2.0], (24, 3))
+    facing = np.random.default_rng(1).normal(size=(24, 3))
+    off = []
+    for seed in range(3):
+        solution = sf.solve_meshless(scene, levels=3, indirect_only=indirect_only, seed=seed)
+        found = solution.irradiance_at(places, facing, indirect="gathered", rays=256, seed=seed)
+        path_traced, noise = sf.reference_irradiance(scene, places, facing, samples=16384, seed=seed)
+        off.append(np.sqrt(np.mean((found / path_traced - 1.0) ** 2)))
+        assert np.sqrt(np.mean((noise / path_traced) ** 2)) < 0.02
+    assert np.median(off) < 0.03, off
 
 
 def test_gathering_needs_a_scene_and_traced_light(tmp_path):

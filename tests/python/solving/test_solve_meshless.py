@@ -63,6 +63,14 @@ def test_bounces_that_were_not_asked_for_are_not_called_lost():
         sf.solve_meshless(sf.Scene([room]), bounces=bounces, **SMALL)
 
 
+def test_rounding_is_no_light():
+    """A tilted floor alone reflects nothing to itself but 1e-34 of its light, of which a quarter million points told."""
+    corners = np.array([[-0.955, -1, 0.296], [0.955, -1, -0.296], [0.955, 1, -0.296], [-0.955, 1, 0.296]])
+    floor = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), patch_area=0.02, reflectance=0.5)
+    found = sf.solve_meshless(sf.Scene([floor], [sf.PointLight([0, 0, 3], 10.0)]), levels=4)
+    assert found.history[-1]["points"] < 1000
+
+
 @pytest.mark.parametrize("indirect_only", [True, False])
 @pytest.mark.slow
 def test_bounces_in_a_sphere_with_a_light(indirect_only):
