@@ -182,7 +182,7 @@ class Solution:
 
         What is interpolated knows nothing of mid-air, nor of where nothing faces the way of the normal: a warning tells
         of points farther from every surfel than its corners, or twice its radius along it, or its radius off its plane.
-        Gathered light is right there if surfels are small beside their distance, or wider than a basis; warnings tell of backs.
+        Gathered light is right there if surfels are small beside their distance; a warning tells of backs.
 
         Args:
             points: (m, 3).

@@ -64,7 +64,7 @@ def test_bounces_that_were_not_asked_for_are_not_called_lost():
 
 
 def test_rounding_is_no_light():
-    """A tilted floor alone reflects nothing to itself but 1e-34 of its light, of which a quarter million points told."""
+    """A tilted floor alone sends itself 1e-34 of its light, of which a quarter million points told."""
     corners = np.array([[-0.955, -1, 0.296], [0.955, -1, -0.296], [0.955, 1, -0.296], [-0.955, 1, 0.296]])
     floor = sf.Surfels.from_mesh((corners, [[0, 1, 2, 3]]), patch_area=0.02, reflectance=0.5)
     found = sf.solve_meshless(sf.Scene([floor], [sf.PointLight([0, 0, 3], 10.0)]), levels=4)
