@@ -154,6 +154,24 @@ def test_gloss_agrees_with_path_tracing(stair, exponent):
     assert np.sqrt(((solution.radiance_towards(towards)[picked] - true) ** 2).mean()) < 0.05 * rms
 
 
+def test_lobes_take_no_light_away():
+    """Beside a small bright part of the sky five bands are below 0: a floor sent less than what is diffuse of it."""
+    floor = sf.Surfels.from_mesh(
+        ([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2, 3]]), 0.1, 0.1, specular=0.8, exponent=15
+    )
+    sky = np.full((32, 64, 3), 0.01)
+    sky[4:6, 10:13] = [500.0, 300.0, 100.0]
+    solution = sf.precompute_transfer(sf.Scene([floor]), "distant").relight(sf.Environment(sky))
+    camera = sf.Camera([1, -2, 2], [1, 1, 0])
+    diffuse = solution.radiosity / np.pi
+    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    found = np.array([solution.radiance_towards([np.cos(t), np.sin(t), 0.8]) for t in turns])
+    assert (found >= diffuse).all()
+    assert (found == diffuse).any()  # where it was less
+    assert (found > 1.5 * diffuse).any()
+    assert (solution.render(camera, (60, 40)) >= 0.0).all()
+
+
 def test_pictures_are_glossy(transfer):
     dull, glossy = (transfer.relight(LIGHT, specular=k) for k in (0.0, 0.35))
     camera = sf.Camera([0.2, -1.2, 1.6], [0.5, 0.5, 0.3])
