@@ -9,7 +9,10 @@ times 2^stops.
 import numpy as np
 
 from surflux import _core
+from surflux._base.warn import warn
 
+_WHITES = 255.0, 65535.0
+_SLIGHTLY = 1.0 + 1e-6
 WHITE = 0.98
 """The reflectance of display white, 255: a surface that gave back all light would never let go of it."""
 
@@ -34,15 +37,25 @@ def reflectance_of_colors(colors, full):
     return WHITE * srgb_to_linear(np.clip(np.asarray(colors, dtype=np.float64) / full, 0.0, 1.0))
 
 
-def white_of_colors(colors, type_name):
-    """What a file calls white by its colours and their type: 1 for fractions, else 255, or 65535 for 16 bits.
+def white_of_colors(colors, type_name, name=None):
+    """What a file calls white by its colours (n, 3) and their type: 1 for fractions, else 255, or 65535 for 16 bits.
 
-    None where they are larger than all of these.
+    By 99 % of those that are not black: a few may be brighter, as filters and interpolation leave them, of which a
+    warning tells, under `name`. None where one is larger than all of these.
     """
-    largest = np.max(colors, initial=0.0)
-    if type_name in ("float", "double") and largest <= 1.0 + 1e-6:
-        return 1.0
-    return next((white for white in (255.0, 65535.0) if largest <= white), None)
+    brightest = np.max(colors, axis=1, initial=0.0)
+    if np.max(brightest, initial=0.0) > _WHITES[-1]:
+        return None
+    lit = brightest[brightest > 0]
+    most = np.percentile(lit, 99) if len(lit) else 0.0
+    fractions = type_name in ("float", "double") and (
+        most <= _SLIGHTLY or (most <= 2.0 and not np.array_equal(colors, np.rint(colors)))
+    )
+    white = 1.0 if fractions else next(white for white in _WHITES if most <= white)
+    above = np.count_nonzero(lit > _SLIGHTLY * white)
+    if above and name is not None:
+        warn(f"{name}: {above} of {len(colors)} colours are brighter than white, which is {white:g}: they are cut off")
+    return white
 
 
 def display_bytes(linear):

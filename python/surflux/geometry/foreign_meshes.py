@@ -77,7 +77,7 @@ def reflectance_of(colors):
     colors = np.asarray(colors)[:, :3]
     white = {"uint8": 255.0, "uint16": 65535.0}.get(colors.dtype.name)  # also where all of them are dark
     if white is None:
-        white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else colors.dtype.name)
+        white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else colors.dtype.name, "mesh")
     if white is None or not np.all(np.isfinite(colors)):
         raise ValueError("colours: wanted finite numbers, at most 1, 255 or 65535")
     return reflectance_of_colors(colors, white)

@@ -131,7 +131,7 @@ def _reflectance(path, colors, type_name, element="vertex"):
         row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
         warn(f"{path}: {element} {row} has a colour that is not finite; the colours are ignored")
         return None
-    white = white_of_colors(colors, type_name)
+    white = white_of_colors(colors, type_name, path)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))
         raise _core.FileError(f"{path}: {element} {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")

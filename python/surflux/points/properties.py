@@ -125,7 +125,7 @@ def take_colors(path, columns, types):
             continue
         colors = take(path, columns, names)
         check_rows(path, "colour", colors, 0.0)
-        white = white_of_colors(colors, types[names[0]])
+        white = white_of_colors(colors, types[names[0]], path)
         if white is None:
             row = int(np.argmax(colors.max(axis=1)))
             raise file_error(path, f"vertex {row}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")

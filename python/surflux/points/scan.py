@@ -290,7 +290,7 @@ def _reflectance(path, colors, rows):
         raise file_error(path, f"point {rows[row]}: colour is {value:g}; wanted a finite number not below 0")
     if not np.any(colors):
         return None  # a record with room for colours that nobody filled in
-    white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else "uchar")
+    white = white_of_colors(colors, "float" if colors.dtype.kind == "f" else "uchar", path)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))
         raise file_error(path, f"point {rows[row]}: colour is {colors.max():g}; wanted at most 1, 255 or 65535")
