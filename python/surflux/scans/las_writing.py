@@ -26,6 +26,7 @@ _FIELDS = {
     "nir": (None, 65535),
 }
 _FINE = 1e-4  # of the spacing of points: steps of coordinates of what was no LAS file
+_COARSE = 0.05  # of the spacing: steps coarser than that are said
 _NAME = 32  # bytes of an extra dimension's
 
 
@@ -41,7 +42,7 @@ def write_las(path, columns, frame=None):
         import laspy
 
         points = columns["points"]
-        frame = _frame_of(points) if frame is None else frame
+        frame = _frame_of(points, path) if frame is None else frame
         kind = 3 if frame["point_format"] < 6 else 8 if "nir" in columns else 7
         header = laspy.LasHeader(version=max(frame["version"], "1.2") if kind == 3 else "1.4", point_format=kind)
         header.offsets, header.scales = frame["offsets"], frame["scales"]
@@ -117,15 +118,26 @@ def frame_of(header):
     }
 
 
-def _frame_of(points):
-    """The same of points that come from elsewhere: coordinates in powers of ten that 32 bits hold."""
+def _frame_of(points, path):
+    """The same of points that come from elsewhere: coordinates in a power of ten that says all of their spacing.
+
+    Of 98 % of them: strays far off do not make it coarser, as long as 32 bits hold all, else 1, 2 or 5 times as coarse
+    as a power of ten.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.max(high - low)) or 1.0
-    wanted = _FINE * size / np.sqrt(len(points))
-    scale = 10.0 ** np.floor(np.log10(max(wanted, size / 2.0**31)))
-    if size / scale > 2.0**31 - 1:
-        scale *= 10.0
-    found = {"offsets": scale * np.floor(low / scale), "scales": np.full(3, scale), "point_format": 7, "version": "1.4"}
+    most = float(np.max(np.ptp(np.percentile(points, [1, 99], axis=0), axis=0))) or size
+    spacing = most / np.sqrt(len(points))
+    scale, least = 10.0 ** np.floor(np.log10(_FINE * spacing)), size / (2.0**32 - 4)
+    if scale < least:
+        power = 10.0 ** np.floor(np.log10(least))
+        scale = next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)
+    if scale > _COARSE * spacing:
+        warn(
+            f"{path}: coordinates are rounded to {scale:g}, for they reach over {size:.3g} and LAS has 32 bits for each"
+        )
+    offsets = scale * np.floor(0.5 * (low + high) / scale)
+    found = {"offsets": offsets, "scales": np.full(3, scale), "point_format": 7, "version": "1.4"}
     return found | {"reference": [], "wkt": True, "gps_time_type": 0}
 
 

@@ -145,7 +145,7 @@ def _write_vtp(path, columns):
 def _write_gltf(path, columns, up):
     """Points of glTF 2.0, turned to y up; colours linear, as glTF has them, attributes as _NAME."""
     points = columns["points"]
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    middle = np.median(points, axis=0)  # where floats are finest
     arrays = {"POSITION": points - middle}
     if "normals" in columns:  # which glTF wants of length 1: up, where none is known
         known = np.isfinite(columns["normals"]).all(axis=1, keepdims=True)

@@ -289,3 +289,31 @@ def test_normals_of_gltf_have_a_length(here, scan):
     header = Container(path)
     accessor = header.header["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]
     assert np.linalg.norm(header.array(accessor, "VEC3"), axis=1) == pytest.approx(np.ones(N), abs=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["las", "glb"])
+def test_a_stray_does_not_round_all_others(tmp_path, suffix):
+    """Of a survey whose scanner wrote 0 0 0 for one point: coordinates became whole metres."""
+    points = np.random.default_rng(0).uniform([453000, 5234000, 400], [453100, 5234100, 410], (20000, 3))
+    points[0] = 0
+    path = tmp_path / f"survey.{suffix}"
+    if suffix == "las":
+        sf.Scan(points).save(path)
+        found = sf.read_scan(path).points
+    else:
+        sf.Scan(points).save(path, up=[0, 0, 1])
+        trimesh = pytest.importorskip("trimesh")
+        scene = trimesh.load(path)
+        (name,) = scene.graph.nodes_geometry
+        matrix, geometry = scene.graph[name]
+        turned = scene.geometry[geometry].vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        found = turned @ [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
+    assert np.abs(found - points)[1:].max() < 1.01e-3
+
+
+def test_coordinates_that_32_bits_do_not_hold_are_told_of(tmp_path):
+    points = np.random.default_rng(0).uniform(0, 0.1, (20000, 3))
+    points[0] = 1e6
+    with pytest.warns(UserWarning, match=r"far\.las: coordinates are rounded to 0\.0005, for they reach over 1e\+06"):
+        sf.Scan(points).save(tmp_path / "far.las")
+    assert np.abs(sf.read_scan(tmp_path / "far.las").points - points).max() < 2.51e-4
