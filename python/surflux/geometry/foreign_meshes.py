@@ -7,6 +7,7 @@ import numpy as np
 
 from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
+from surflux.geometry.gltf_materials import factor_of, is_gltf, linear_reflectance
 from surflux.geometry.texel_means import mean_texels
 from surflux.geometry.textures import texture_of
 
@@ -60,7 +61,9 @@ def convert(mesh):
     if hasattr(mesh, "to_legacy"):  # open3d.t.geometry
         return _from_open3d(mesh.to_legacy())
     if hasattr(mesh, "dump") and hasattr(mesh, "geometry"):  # trimesh.Scene
-        return _from_parts([_from_trimesh(part) for part in mesh.dump() if hasattr(part, "faces")])
+        return _from_parts(
+            [_from_trimesh(part, _colors_in(mesh, part)) for part in mesh.dump() if hasattr(part, "faces")]
+        )
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):
         return _from_meshio(mesh)
     return None
@@ -83,15 +86,24 @@ def reflectance_of(colors):
     return reflectance_of_colors(colors, white)
 
 
-def _from_trimesh(mesh):
+def _colors_in(scene, part):
+    """COLOR_0 of a part of a trimesh.Scene beside its material, which dump() forgets; or None."""
+    visual = getattr(scene.geometry.get(part.metadata.get("name")), "visual", None)
+    colors = getattr(visual, "vertex_attributes", {}).get("color")
+    return colors if colors is not None and len(colors) == len(part.vertices) else None
+
+
+def _from_trimesh(mesh, colors=None):
+    """colors: of vertices, linear, beside a material of glTF."""
     visual = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
-        return _triangles(mesh.vertices, mesh.faces, reflectance=reflectance_of(visual.vertex_colors))
+        of_colors = linear_reflectance if is_gltf(mesh) else reflectance_of
+        return _triangles(mesh.vertices, mesh.faces, reflectance=of_colors(visual.vertex_colors))
     if kind == "face":
         return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
     if kind == "texture":
-        return _triangles(mesh.vertices, mesh.faces, of_faces=_textured(visual, np.asarray(mesh.faces)))
+        return _triangles(mesh.vertices, mesh.faces, of_faces=_textured(visual, np.asarray(mesh.faces), colors))
     return _triangles(mesh.vertices, mesh.faces)
 
 
@@ -108,22 +120,26 @@ def _from_parts(parts):
     return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), of_faces=of_faces)
 
 
-def _textured(visual, faces):
+def _textured(visual, faces, colors):
     """(f, 3): the mean of the texture over each face, times the colour of the material; None where it has neither."""
+    if colors is None:
+        colors = visual.vertex_attributes.get("color")
     material = visual.material
-    factor = getattr(material, "baseColorFactor", None)  # of glTF: linear
+    factor = factor_of(material)  # of glTF: linear
+    if factor is not None and colors is not None:
+        factor = factor * linear_reflectance(colors)[faces].mean(axis=1) / WHITE
     diffuse = None if factor is not None else _diffuse(material)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     if image is not None and visual.uv is not None:
         tint = np.ones(3)
         if factor is not None:
-            tint = np.asarray(factor, np.float64)[:3] / 255.0
+            tint = factor
         elif diffuse is not None and diffuse.any():  # as paint has it for files
             tint = diffuse
         means = mean_texels(texture_of(image), np.asarray(visual.uv, np.float64)[faces])
         return np.clip(WHITE * tint * means, 0.0, WHITE)
     if factor is not None:
-        return np.tile(WHITE * np.asarray(factor, np.float64)[:3] / 255.0, (len(faces), 1))
+        return np.clip(WHITE * np.broadcast_to(factor, (len(faces), 3)), 0.0, WHITE)
     return None if diffuse is None else np.tile(np.clip(diffuse, 0.0, WHITE), (len(faces), 1))
 
 

@@ -12,6 +12,7 @@ from surflux._base.color import reflectance_of_colors, white_of_colors
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
+from surflux.geometry.gltf_materials import warn_of_left_out
 from surflux.geometry.obj_materials import looks_of_faces
 from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
@@ -89,6 +90,8 @@ def _read_file(path):
         if suffix == ".stl":
             require_whole_stl(path)
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
+        if suffix in (".gltf", ".glb"):
+            warn_of_left_out(path)
     else:
         supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")

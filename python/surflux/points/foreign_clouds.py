@@ -5,6 +5,7 @@ import sys
 import numpy as np
 
 from surflux.geometry.foreign_meshes import colors_among, reflectance_of
+from surflux.geometry.gltf_materials import is_gltf, linear_reflectance
 
 
 def unpacked(points, normals, reflectance):
@@ -28,7 +29,8 @@ def unpacked(points, normals, reflectance):
         points = np.asarray(points.points)
     elif all(hasattr(points, name) for name in ("vertices", "colors")) and not hasattr(points, "faces"):
         colors = np.asarray(points.colors)
-        colors = reflectance_of(colors) if len(colors) else None
+        of_colors = linear_reflectance if is_gltf(points) else reflectance_of
+        colors = of_colors(colors) if len(colors) else None
         points = np.asarray(points.vertices)
     if normals is None and own is not None and len(own):
         normals = own

@@ -1,0 +1,54 @@
+"""Base colours of glTF 2.0 as trimesh has them: factor times texture times COLOR_0, all linear (glTF 2.0, 3.9.2)."""
+
+import json
+
+import numpy as np
+
+from surflux._base.color import WHITE
+from surflux._base.warn import warn
+
+_TRANSFORM = "KHR_texture_transform"
+
+
+def is_gltf(mesh):
+    """Is a mesh or a cloud of trimesh from a glTF file? Its colours are linear then."""
+    return "from_gltf_primitive" in (getattr(mesh, "metadata", None) or {})
+
+
+def linear_reflectance(colors):
+    """(n, 3) of COLOR_0 (n, 3 or 4), fractions or normalized integers: white is .98."""
+    colors = np.asarray(colors)[:, :3]
+    full = 1.0 if colors.dtype.kind == "f" else float(np.iinfo(colors.dtype).max)
+    return WHITE * np.clip(colors / full, 0.0, 1.0)
+
+
+def factor_of(material):
+    """(3,): baseColorFactor of a material, which is white where nobody has said anything; None of other materials."""
+    if not hasattr(material, "baseColorFactor"):
+        return None
+    factor = material.baseColorFactor
+    return np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
+
+
+def warn_of_left_out(path):
+    """What trimesh leaves out of a file's base colours: other texture coordinates than the first, and transforms."""
+    header = _header(path)
+    left_out = set()
+    for material in header.get("materials", ()):
+        texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
+        transform = texture.get("extensions", {}).get(_TRANSFORM)
+        if transform is not None:
+            left_out.add(_TRANSFORM)
+        if (transform or {}).get("texCoord", texture.get("texCoord", 0)) != 0:
+            left_out.add("texCoord")
+    if left_out:
+        what = " and ".join(sorted(left_out)) + (" is" if len(left_out) == 1 else " are")
+        warn(f"{path}: {what} not read of base colour textures: pictures lie on faces as TEXCOORD_0 has them")
+
+
+def _header(path):
+    with open(path, "rb") as file:
+        start = file.read(20)
+        if start[:4] == b"glTF":
+            return json.loads(file.read(int.from_bytes(start[12:16], "little")))
+        return json.loads(start + file.read())

@@ -1,0 +1,113 @@
+"""Base colours of glTF 2.0: factor times texture times COLOR_0, all linear."""
+
+import io
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from gltf_samples import glb
+
+trimesh = pytest.importorskip("trimesh")
+PIL = pytest.importorskip("PIL.Image")
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
+
+
+def written(path, material=None, colors=None, texture=None):
+    """A square; material: of glTF, or None. colors: of all corners, of any type. texture: (h, w, 3) bytes."""
+    arrays = {"POSITION": CORNERS, "indices": np.array([0, 1, 2, 0, 2, 3], "<u2")[:, None]}
+    arrays["TEXCOORD_0"] = np.array([[0.05, 0.05], [0.45, 0.05], [0.45, 0.45], [0.05, 0.45]], "<f4")
+    if colors is not None:
+        arrays["COLOR_0"] = np.tile(colors, (4, 1))
+    kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+    components = {"f4": 5126, "u1": 5121, "u2": 5123}
+    data, views, accessors, at = b"", [], [], {}
+    for name, array in arrays.items():
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
+        data += array.tobytes() + b"\0" * (-array.nbytes % 4)
+        accessor = {"bufferView": len(accessors), "count": len(array), "type": kinds[array.shape[1]]}
+        accessor["componentType"] = components[array.dtype.str[1:]]
+        if name == "COLOR_0" and array.dtype.kind == "u":
+            accessor["normalized"] = True
+        if name == "POSITION":
+            accessor |= {"min": [0, 0, 0], "max": [1, 1, 0]}
+        at[name] = len(accessors)
+        accessors.append(accessor)
+    indices = at.pop("indices")
+    primitive = {"attributes": at, "indices": indices}
+    header = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}
+    header |= {"meshes": [{"primitives": [primitive]}], "accessors": accessors, "bufferViews": views}
+    if material is not None:
+        primitive["material"] = 0
+        header["materials"] = [{"pbrMetallicRoughness": material}]
+    if texture is not None:
+        png = io.BytesIO()
+        PIL.fromarray(texture).save(png, "PNG")
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": len(png.getvalue())})
+        data += png.getvalue()
+        header |= {"textures": [{"source": 0}], "images": [{"bufferView": len(views) - 1, "mimeType": "image/png"}]}
+    header["buffers"] = [{"byteLength": len(data)}]
+    path.write_bytes(glb(header, data))
+    return path
+
+
+def reflectance(path):
+    of_file = sf.Surfels.from_mesh(path).reflectance[0]
+    np.testing.assert_array_equal(sf.Surfels.from_mesh(trimesh.load(path)).reflectance[0], of_file)
+    return of_file / 0.98
+
+
+FLOATS = np.array([0.5, 0.2, 0.1], "<f4")
+FACTOR = {"baseColorFactor": [0.8, 0.4, 0.2, 1]}
+
+
+@pytest.mark.parametrize(
+    ("material", "colors", "wanted"),
+    [
+        (None, FLOATS, [0.5, 0.2, 0.1]),
+        (None, np.rint(255 * FLOATS).astype("u1"), [0.5, 0.2, 0.1]),
+        ({}, None, [1, 1, 1]),
+        ({}, FLOATS, [0.5, 0.2, 0.1]),
+        ({}, np.rint(65535 * FLOATS).astype("<u2"), [0.5, 0.2, 0.1]),
+        (FACTOR, None, [0.8, 0.4, 0.2]),
+        (FACTOR, np.array([0.5, 0.5, 0.5], "<f4"), [0.4, 0.2, 0.1]),
+    ],
+)
+def test_colours_are_linear_and_multiply(tmp_path, material, colors, wanted):
+    """COLOR_0 was decoded as sRGB, or dropped beside a material; a white material said nothing (.5)."""
+    found = reflectance(written(tmp_path / "square.glb", material, colors))
+    np.testing.assert_allclose(found, wanted, atol=0.006)  # trimesh has 8 bits
+
+
+def test_colours_multiply_textures(tmp_path):
+    quarters = np.zeros((8, 8, 3), np.uint8)
+    quarters[:4, :4] = [255, 0, 255]
+    material = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.8, 0.8, 0.8, 1]}
+    found = reflectance(written(tmp_path / "square.glb", material, FLOATS, quarters))
+    np.testing.assert_allclose(found, [0.4, 0.0, 0.08], atol=0.004)
+
+
+@pytest.mark.parametrize(
+    ("texture", "said"),
+    [
+        ({"texCoord": 1}, "texCoord is not read of base colour textures"),
+        ({"extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}}, "KHR_texture_transform is not read"),
+    ],
+)
+def test_what_trimesh_leaves_out_is_told(tmp_path, texture, said):
+    picture = np.full((8, 8, 3), 200, np.uint8)
+    path = written(tmp_path / "square.glb", {"baseColorTexture": {"index": 0, **texture}}, None, picture)
+    with pytest.warns(UserWarning, match=rf"square\.glb: {said}"):
+        sf.Surfels.from_mesh(path)
+
+
+def test_points_of_our_own_come_back_by_trimesh(tmp_path):
+    points = np.random.default_rng(0).normal(size=(300, 3))
+    normals = points / np.linalg.norm(points, axis=1)[:, None]
+    columns = np.c_[points, normals, np.tile([180, 100, 50], (300, 1))]
+    np.savetxt(tmp_path / "ball.csv", columns, delimiter=",", header="x,y,z,nx,ny,nz,red,green,blue", comments="")
+    sf.read_scan(tmp_path / "ball.csv").save(tmp_path / "ball.glb", up=[0, 0, 1])
+    (cloud,) = trimesh.load(tmp_path / "ball.glb").geometry.values()
+    wanted = sf.read(tmp_path / "ball.csv").reflectance[0]
+    np.testing.assert_allclose(sf.Surfels(cloud.vertices, cloud.vertices).reflectance[0], 0.5)
+    np.testing.assert_allclose(sf.Surfels(cloud, normals).reflectance[0], wanted, atol=0.003)
