@@ -11,6 +11,8 @@ import numpy as np
 from surflux import _core
 from surflux._base.warn import warn
 
+COLOR_CHOICES = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+"""What files call the colours of points and faces, the first that is there."""
 _WHITES = 255.0, 65535.0
 _SLIGHTLY = 1.0 + 1e-6
 WHITE = 0.98

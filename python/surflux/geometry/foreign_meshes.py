@@ -207,10 +207,18 @@ def _from_pyvista(mesh):
     return Mesh(np.array(mesh.points, dtype=np.float64), offsets, indices, reflectance, of_faces)
 
 
+def _are_fractions(colors):
+    return colors.dtype.kind == "f" and len(colors) and colors.min() >= 0.0 and colors.max() <= 1.0
+
+
 def colors_among(data):
     """Linear reflectance of the colours among arrays of pyvista; None where there are none."""
     for name in ("RGB", "RGBA"):
         colors = data.get(name)
-        if colors is not None and colors.ndim == 2 and colors.dtype in (np.uint8, np.uint16):
+        if (
+            colors is not None
+            and colors.ndim == 2
+            and (colors.dtype in (np.uint8, np.uint16) or _are_fractions(colors))
+        ):
             return reflectance_of(colors)
     return None

@@ -8,7 +8,7 @@ import numpy as np
 
 from surflux import _core
 from surflux._base import check
-from surflux._base.color import reflectance_of_colors, white_of_colors
+from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_colors
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
@@ -116,15 +116,39 @@ def _read_ply(path):
         )
     points = np.stack([vertex[axis] for axis in "xyz"], axis=-1)
     rho, of_faces = (_ply_reflectance(path, ply, element) for element in ("vertex", "face"))
-    return Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
+    mesh = Mesh(points, ply["face_offsets"], ply["face_indices"].astype(np.int64), rho, of_faces)
+    exitance = _ply_linear(path, ply, "face", "emission")
+    if exitance is None and (of_vertices := _ply_linear(path, ply, "vertex", "emission")) is not None:
+        exitance = mesh.mean_of_corners(of_vertices)
+    return mesh._replace(exitance=exitance)
 
 
 def _ply_reflectance(path, ply, element):
+    linear = _ply_linear(path, ply, element, "reflectance")
+    if linear is not None:
+        return linear
     columns = ply["columns"].get(element, {})
-    if not all(name in columns for name in ("red", "green", "blue")):
+    for names in COLOR_CHOICES:
+        if all(name in columns for name in names):
+            colors = np.stack([columns[name] for name in names], axis=-1)
+            return _reflectance(path, colors, ply["types"][element].get(names[0]), element)
+    return None
+
+
+def _ply_linear(path, ply, element, name):
+    """RGB (n, 3) of name_r, name_g and name_b, as surflux writes them; None where there are none."""
+    columns = ply["columns"].get(element, {})
+    if not all(f"{name}_{channel}" in columns for channel in "rgb"):
         return None
-    colors = np.stack([columns[name] for name in ("red", "green", "blue")], axis=-1)
-    return _reflectance(path, colors, ply["types"][element].get("red"), element)
+    values = np.stack([columns[f"{name}_{channel}"] for channel in "rgb"], axis=-1).astype(np.float64)
+    below = 1.0 if name == "reflectance" else np.inf
+    bad = ~((values >= 0.0) & (values < below)).all(axis=1)
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        value = values[row][~((values[row] >= 0.0) & (values[row] < below))][0]
+        wanted = "from 0 to below 1" if below == 1.0 else "from 0, finite"
+        raise _core.FileError(f"{path}: {element} {row}: {name} is {value:g}; wanted {wanted}")
+    return values
 
 
 def _reflectance(path, colors, type_name, element="vertex"):

@@ -4,13 +4,11 @@ import os
 
 import numpy as np
 
-from surflux._base.color import reflectance_of_colors, rgb_of_grey, white_of_colors
+from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, rgb_of_grey, white_of_colors
 from surflux._base.files import file_error
 from surflux._base.warn import warn
 from surflux.geometry.gloss import USUAL_EXPONENT
-from surflux.points.writing import COLOR_NAMES
 
-COLOR_CHOICES = (COLOR_NAMES, ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 LINEAR = ("reflectance", "emission")  # RGB that surfels have, property by property with _r, _g and _b
 
 

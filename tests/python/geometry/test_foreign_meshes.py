@@ -137,3 +137,15 @@ def test_clouds_of_pyvista_and_trimesh():
     assert np.array_equal(found.points, points)
     assert found.reflectance[0] == pytest.approx([0.98 * 0.503, 0.0, 0.98], abs=1e-3)
     assert sf.Surfels(trimesh.PointCloud(points), normals=normals).reflectance[0, 0] == 0.5
+
+
+def test_colours_of_pyvista_may_be_fractions():
+    """As add_mesh(rgb=True) shows them."""
+    pyvista = pytest.importorskip("pyvista")
+    plane = pyvista.Plane(i_resolution=2, j_resolution=2)
+    colors = np.tile([0.8, 0.4, 0.2], (plane.n_cells, 1))
+    plane.cell_data["RGB"] = np.rint(255 * colors).astype(np.uint8)
+    wanted = sf.Surfels.from_mesh(plane).reflectance
+    plane.cell_data["RGB"] = colors
+    np.testing.assert_allclose(sf.Surfels.from_mesh(plane).reflectance, wanted, rtol=1e-6)
+    assert wanted[0, 0] > 0.55

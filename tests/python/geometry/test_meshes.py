@@ -332,3 +332,46 @@ def test_the_cornell_box_keeps_its_quads_and_its_measures():
     x, z = corners[:, 0], corners[:, 2]
     area = 0.5 * abs(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))
     assert area == pytest.approx(0.5 * (552.8 + 549.6) * 559.2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "kind"),
+    [
+        (["red", "green", "blue"], [200, 100, 50], "uchar"),
+        (["diffuse_red", "diffuse_green", "diffuse_blue"], [200, 100, 50], "uchar"),
+        (["r", "g", "b"], [200, 100, 50], "uchar"),
+        (["reflectance_r", "reflectance_g", "reflectance_b"], [0.3, 0.2, 0.1], "float"),
+        (["reflectance_r", "reflectance_g", "reflectance_b", "emission_r", "emission_g", "emission_b"],
+         [0.3, 0.2, 0.1, 5, 4, 3], "float"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("element", ["vertex", "face"])
+def test_meshes_have_the_colours_that_points_of_the_same_file_have(tmp_path, names, values, kind, element):
+    """All but red, green and blue were grey, and a lamp of emission_r was dark."""
+    properties = "".join(f"property {kind} {name}\n" for name in names)
+    said = " " + " ".join(map(str, values))
+    of_vertices, of_faces = (said, "") if element == "vertex" else ("", said)
+    corners = "".join(f"{x} {y} 0{of_vertices}\n" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    path = tmp_path / "square.ply"
+    path.write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 4\n{axes}{properties if of_vertices else ''}element face 1\n"
+        f"property list uchar int vertex_indices\n{properties if of_faces else ''}end_header\n"
+        f"{corners}4 0 1 2 3{of_faces}\n"
+    )
+    mesh = sf.Surfels.from_mesh(path)
+    encoded = np.array(values[:3]) / 255
+    wanted = values[:3] if kind == "float" else 0.98 * ((encoded + 0.055) / 1.055) ** 2.4
+    np.testing.assert_allclose(mesh.reflectance[0], wanted, rtol=1e-5)
+    np.testing.assert_allclose(mesh.emission[0], values[3:] or 0.0)
+
+
+def test_linear_values_of_meshes_are_checked(tmp_path):
+    path = tmp_path / "white.ply"
+    names = "".join(f"property float {name}\n" for name in ("x", "y", "z", "emission_r", "emission_g", "emission_b"))
+    path.write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 3\n{names}element face 1\nproperty list uchar int vertex_indices\n"
+        "end_header\n0 0 0 1 1 1\n1 0 0 1 -2 1\n0 1 0 1 1 1\n3 0 1 2\n"
+    )
+    with pytest.raises(sf.FileError, match=r"white\.ply: vertex 1: emission is -2; wanted from 0, finite"):
+        sf.Surfels.from_mesh(path)
