@@ -6,12 +6,13 @@ class GifWriter:
 
     Args:
         path: of the file.
-        fps: frames in a second; the format counts hundredths of a second, at least one.
+        fps: frames in a second, 50 at most: the format counts hundredths of a second, and viewers take less than two
+            for ten. Frames last one more or less so that the film keeps its time.
     """
 
     def __init__(self, path, fps):
-        self._milliseconds = 10 * max(1, round(100.0 / fps))
-        self._begun = False
+        self._hundredths = max(2.0, 100.0 / fps)  # of a frame
+        self._frames = 0
         self._file = open(path, "wb")  # noqa: SIM115 - open as long as the writer
 
     def append_data(self, frame):
@@ -19,11 +20,12 @@ class GifWriter:
         from PIL import GifImagePlugin, Image
 
         image = Image.fromarray(frame).quantize(256)
-        if not self._begun:
-            self._begun = True
+        if self._frames == 0:
             header, _ = GifImagePlugin.getheader(image, info={"loop": 0})
             self._file.write(b"".join(header))
-        data = GifImagePlugin.getdata(image, duration=self._milliseconds, include_color_table=True)
+        begin, end = (round(self._hundredths * k) for k in (self._frames, self._frames + 1))
+        self._frames += 1
+        data = GifImagePlugin.getdata(image, duration=10 * (end - begin), include_color_table=True)
         self._file.write(b"".join(data))
 
     def close(self):

@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 
 from surflux._base.files import file_error
+from surflux._base.warn import warn
 from surflux.scans.columns import PointFile, require_xyz, sorted_out
 from surflux.scans.tables import delimiter_of, is_number, split, text_lines, text_rows
 
@@ -131,9 +132,19 @@ def _guessed(path, form, lines, width, delimiter):
         rest = _NORMAL if normal else _RGB
     elif width == 7:
         rest = (*_RGB, "intensity") if form != "pts" and _are_bytes(more[:3]) else ("intensity", *_RGB)
+        if form != "pts" and _are_bytes(more):
+            _warn(path, f"{' '.join(rest)} for columns 4 to 7, which may be intensity red green blue as well")
     elif width == 9:
         rest = (*_NORMAL, *_RGB) if _are_normals(more[:3]) else (*_RGB, *_NORMAL)
+    elif width > 3:
+        _warn(path, f"x y z for the first of {width}, and nothing for the others, which are column_4 and so on")
     return (*_XYZ, *rest)
+
+
+def _warn(path, taken):
+    warn(
+        f"{path}: no line names its columns: taken are {taken}; a first line like '# x y z intensity r g b' names them"
+    )
 
 
 def _are_normals(columns):

@@ -10,6 +10,7 @@ import pytest
 import surflux as sf
 from quick import quick
 from surflux.pictures import animation
+from surflux.pictures.gif import GifWriter
 
 
 @pytest.fixture(scope="module")
@@ -209,3 +210,19 @@ def test_refusals(solution, tmp_path):
     above = [sf.Camera([0, 0, 1], [1, 0, 1]), sf.Camera([1, 0, 1], [0, 0, 1])]
     with pytest.raises(ValueError, match=r"^cameras: on the way between them one looks nowhere"):
         sf.camera_path(above, 3)
+
+
+@pytest.mark.parametrize("fps", [24, 30, 50])
+def test_gifs_keep_their_time(tmp_path, fps):
+    """Frames of 30 in a second, in hundredths: 3, 4 and 3; of 3 all, a second took .9."""
+    image = pytest.importorskip("PIL.Image")
+    writer = GifWriter(tmp_path / "film.gif", fps)
+    for k in range(fps):
+        writer.append_data(np.full((4, 4, 3), k, np.uint8))
+    writer.close()
+    with image.open(tmp_path / "film.gif") as shown:
+        total = 0
+        for k in range(fps):
+            shown.seek(k)
+            total += shown.info["duration"]
+    assert total == 1000

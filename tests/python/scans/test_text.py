@@ -89,8 +89,21 @@ def test_decimal_commas_between_semicolons(tmp_path, head):
     np.testing.assert_array_equal(scan.attributes["intensity"], [7.5, 8.0])
 
 
+def test_intensity_that_may_be_a_colour_is_told_of(tmp_path):
+    """Of four columns of bytes none says which is the intensity."""
+    with pytest.warns(
+        UserWarning, match=r"a\.xyz: .* taken are red green blue intensity for columns 4 to 7, which may"
+    ):
+        scan = scan_of(tmp_path, "1 2 3 235 200 100 50\n4 5 6 20 200 100 50\n")
+    assert scan.attributes["intensity"].tolist() == [50, 50]
+    named = scan_of(tmp_path, "# x y z intensity r g b\n1 2 3 235 200 100 50\n4 5 6 20 200 100 50\n", "b.xyz")
+    assert named.attributes["intensity"].tolist() == [235, 20]
+    np.testing.assert_allclose(named.reflectance, reflectance_of_colors([[200, 100, 50]] * 2, 255.0))
+
+
 def test_further_columns_are_numbered(tmp_path):
-    scan = scan_of(tmp_path, "1 2 3 4 5\n")
+    with pytest.warns(UserWarning, match=r"a\.xyz: .* x y z for the first of 5, and nothing for the others"):
+        scan = scan_of(tmp_path, "1 2 3 4 5\n")
     assert {name: values.tolist() for name, values in scan.attributes.items()} == {"column_4": [4.0], "column_5": [5.0]}
 
 
