@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -206,17 +207,39 @@ void check_chunk_claim(const std::string& path, double width, double height, dou
 
 void check_exr(const std::string& path) { ExrHeaders(path).check(); }
 
-void check_hdr(const std::string& path) {
+HdrHeader check_hdr(const std::string& path) {
+    HdrHeader out;
     std::ifstream in(path, std::ios::binary);
     std::string line;
     while (std::getline(in, line) && !line.empty()) {
+        const std::size_t equals = line.find('=');
+        const std::string name = line.substr(0, equals);
+        if (equals == std::string::npos || (name != "EXPOSURE" && name != "COLORCORR")) continue;
+        std::istringstream values(line.substr(equals + 1));
+        double of[3] = {1.0, 1.0, 1.0};
+        bool whole = static_cast<bool>(values >> of[0]);
+        if (name == "EXPOSURE")
+            of[1] = of[2] = of[0];
+        else
+            whole = whole && values >> of[1] >> of[2];
+        for (int c = 0; c < 3; ++c) {
+            if (!whole || !(of[c] > 0.0 && std::isfinite(of[c])))
+                throw FileError(path, "", message("its ", name, " is '", line.substr(equals + 1), "'; wanted above 0"));
+            out.exposure[c] *= of[c];
+        }
     }
     std::string axes[2];
     std::int32_t sizes[2];  // what is larger fails to be read
-    if (!(in >> axes[0] >> sizes[0] >> axes[1] >> sizes[1])) return;
+    if (!(in >> axes[0] >> sizes[0] >> axes[1] >> sizes[1])) return out;
     const std::size_t across = axes[1].find('X') == std::string::npos ? 0 : 1;
     check_pixel_claim(path, sizes[across], sizes[1 - across], 3);
     check_chunk_claim(path, sizes[across], lines_at_once, 3);
+    if (across == 0)
+        throw FileError(path, "",
+                        message("its lines run up or down ('", axes[0], " n ", axes[1], " m'); wanted Y first"));
+    out.from_bottom = axes[0] == "+Y";
+    out.from_right = axes[1] == "-X";
+    return out;
 }
 
 void check_png(const std::string& path) {

@@ -18,9 +18,15 @@ void check_chunk_claim(const std::string& path, double width, double height, dou
 // Walks the attributes of an EXR file's headers: each whole, the picture no larger than the file can hold.
 void check_exr(const std::string& path);
 
-// The size in an HDR file's header, before OpenImageIO sees it, whose newer versions refuse large ones in words of
+// What an HDR file's header says and OpenImageIO does not tell: pixels are radiance times `exposure` (all EXPOSURE and
+// COLORCORR of it), and lines may run from the bottom up, or from right to left.
+struct HdrHeader {
+    double exposure[3] = {1.0, 1.0, 1.0};
+    bool from_bottom = false, from_right = false;
+};
+// The size in the header is checked before OpenImageIO sees it, whose newer versions refuse large ones in words of
 // their own. A header that cannot be told is left to OpenImageIO.
-void check_hdr(const std::string& path);
+HdrHeader check_hdr(const std::string& path);
 
 // Walks a PNG file's chunks: each whole, the last one IEND. OpenImageIO leaks memory where a file ends early.
 void check_png(const std::string& path);

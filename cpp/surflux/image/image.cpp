@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <filesystem>
 #include <new>
 #include <set>
+#include <utility>
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -50,6 +52,8 @@ void check_claim(const std::string& path, const OIIO::ImageSpec& spec) {
     if (spec.depth > 1) throw FileError(path, "", "a volume; only flat images are supported");
     check_pixel_claim(path, spec.width, spec.height, spec.nchannels);
     check_chunk_claim(path, spec.width, lines_at_once, spec.nchannels);
+    if (spec.full_width < 1 || spec.full_height < 1) throw FileError(path, "", "a display window without pixels");
+    check_chunk_claim(path, spec.full_width, spec.full_height, spec.nchannels);
 }
 
 void each_color(Image& image, double (*curve)(double)) {
@@ -59,6 +63,43 @@ void each_color(Image& image, double (*curve)(double)) {
             image.pixels[i] = static_cast<float>(curve(static_cast<double>(image.pixels[i])));
         }
     }
+}
+
+// Radiance, and lines from the top, from left to right.
+void undo(const HdrHeader& header, Image& image) {
+    const std::size_t channels = image.channels.size(), line = image.width * channels;
+    if (header.from_bottom)
+        for (std::size_t y = 0; y < image.height / 2; ++y)
+            std::swap_ranges(image.pixels.begin() + static_cast<std::ptrdiff_t>(y * line),
+                             image.pixels.begin() + static_cast<std::ptrdiff_t>((y + 1) * line),
+                             image.pixels.begin() + static_cast<std::ptrdiff_t>((image.height - 1 - y) * line));
+    for (std::size_t y = 0; header.from_right && y < image.height; ++y)
+        for (std::size_t x = 0; x < image.width / 2; ++x)
+            for (std::size_t c = 0; c < channels; ++c)
+                std::swap(image.pixels[y * line + x * channels + c],
+                          image.pixels[y * line + (image.width - 1 - x) * channels + c]);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] = static_cast<float>(static_cast<double>(image.pixels[i]) / header.exposure[i % channels]);
+}
+
+// The display window of an EXR picture, of which the file holds the data window: black where that is not, and without
+// what of it lies outside.
+Image displayed(Image image, const OIIO::ImageSpec& spec) {
+    const std::int64_t left = std::int64_t{spec.x} - spec.full_x, top = std::int64_t{spec.y} - spec.full_y;
+    if (left == 0 && top == 0 && spec.width == spec.full_width && spec.height == spec.full_height) return image;
+    Image out;
+    out.width = static_cast<std::size_t>(spec.full_width);
+    out.height = static_cast<std::size_t>(spec.full_height);
+    out.channels = image.channels;
+    const auto channels = static_cast<std::int64_t>(image.channels.size());
+    out.pixels.assign(out.width * out.height * image.channels.size(), 0.0f);
+    const std::int64_t begin = std::max<std::int64_t>(0, left);
+    const std::int64_t end = std::min<std::int64_t>(spec.full_width, left + spec.width);
+    const std::int64_t bottom = std::min<std::int64_t>(spec.full_height, top + spec.height);
+    for (std::int64_t y = std::max<std::int64_t>(0, top); begin < end && y < bottom; ++y)
+        std::copy_n(image.pixels.begin() + ((y - top) * spec.width + begin - left) * channels, (end - begin) * channels,
+                    out.pixels.begin() + (y * spec.full_width + begin) * channels);
+    return out;
 }
 
 void check_channels(const Image& image, Format format) {
@@ -91,7 +132,7 @@ Image read_image(const std::string& path) try {
     if (fs::is_directory(path)) throw FileError(path, "", "is a folder, not a file");
     if (!fs::is_regular_file(path)) throw FileError(path, "", "not a plain file");
     if (format == Format::exr) check_exr(path);
-    if (format == Format::hdr) check_hdr(path);
+    const HdrHeader hdr = format == Format::hdr ? check_hdr(path) : HdrHeader{};
     if (format == Format::png) check_png(path);
     const auto input = OIIO::ImageInput::create(library_name(format));
     if (!input) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
@@ -99,6 +140,9 @@ Image read_image(const std::string& path) try {
     options.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha, before the sRGB curve
     if (!input->open(path, spec, options)) throw FileError(path, "", reason_or(input->geterror(), "cannot be read"));
     check_claim(path, spec);
+    for (const std::string& name : spec.channelnames)
+        if (name == "RY" || name == "BY")
+            throw FileError(path, "", "luminance and chroma (Y, RY, BY) are not supported; wanted R, G and B");
     Image image;
     image.width = static_cast<std::size_t>(spec.width);
     image.height = static_cast<std::size_t>(spec.height);
@@ -108,7 +152,8 @@ Image read_image(const std::string& path) try {
         throw FileError(path, "", reason_or(input->geterror(), "broken or incomplete"));
     }
     if (format == Format::png) each_color(image, srgb_decode);
-    return image;
+    if (format == Format::hdr) undo(hdr, image);
+    return format == Format::exr ? displayed(std::move(image), spec) : image;
 } catch (const fs::filesystem_error& error) {
     throw FileError(path, "", error.code().message());
 } catch (const std::bad_alloc&) {

@@ -1,0 +1,82 @@
+"""Pictures as other programs write them: windows of EXR, exposure and lines of Radiance's HDR."""
+
+import numpy as np
+import pytest
+
+import surflux as sf
+from picture_files import write_exr, write_hdr
+
+PIXELS = np.random.default_rng(0).random((8, 16, 3)).astype(np.float32)
+
+
+def by_name(pixels, names="RGB"):
+    return {name: pixels[..., c] for c, name in enumerate(names)}
+
+
+@pytest.mark.parametrize("shown", [(0, 0, 15, 7), (10, 20, 25, 27)])
+def test_what_an_exr_leaves_out_is_black(tmp_path, shown):
+    """The data window of a crop inside the display window: it was stretched over all of it."""
+    left, top = shown[:2]
+    inside = (left + 4, top + 2, left + 11, top + 5)
+    path = write_exr(tmp_path / "crop.exr", by_name(PIXELS[2:6, 4:12]), inside, shown)
+    wanted = np.zeros_like(PIXELS)
+    wanted[2:6, 4:12] = PIXELS[2:6, 4:12]
+    np.testing.assert_array_equal(sf.read_image(path), wanted)
+
+
+@pytest.mark.parametrize("shown", [(2, 1, 13, 6), (-3, 4, 9, 11), (20, 0, 23, 3)])
+def test_what_lies_beyond_the_display_window_is_cut_off(tmp_path, shown):
+    path = write_exr(tmp_path / "overscan.exr", by_name(PIXELS), (0, 0, 15, 7), shown)
+    left, top, right, bottom = shown
+    wanted = np.zeros((bottom - top + 1, right - left + 1, 3), np.float32)
+    for y in range(len(wanted)):
+        for x in range(len(wanted[0])):
+            if 0 <= y + top < 8 and 0 <= x + left < 16:
+                wanted[y, x] = PIXELS[y + top, x + left]
+    np.testing.assert_array_equal(sf.read_image(path), wanted)
+
+
+def test_a_display_window_that_no_file_fills_is_refused(tmp_path):
+    path = write_exr(tmp_path / "huge.exr", by_name(PIXELS), (0, 0, 15, 7), (0, 0, 99_999, 99_999))
+    with pytest.raises(sf.FileError, match=r"huge\.exr: claims 100000 x 100000 pixels"):
+        sf.read_image(path)
+
+
+def test_luminance_and_chroma_are_refused(tmp_path):
+    path = write_exr(tmp_path / "chroma.exr", by_name(PIXELS, ["Y", "RY", "BY"]))
+    with pytest.raises(sf.FileError, match=r"chroma\.exr: luminance and chroma \(Y, RY, BY\) are not supported"):
+        sf.read_image(path)
+
+
+@pytest.mark.parametrize(
+    ("said", "times"),
+    [
+        ("EXPOSURE=4\n", [4, 4, 4]),
+        ("EXPOSURE= 0.25 \nEXPOSURE=2\n", [0.5, 0.5, 0.5]),
+        ("COLORCORR=1 2 4\n", [1, 2, 4]),
+        ("SOFTWARE=of EXPOSURE=3\n", [1, 1, 1]),
+    ],
+)
+def test_pixels_of_hdr_are_radiance_times_exposure(tmp_path, said, times):
+    """Files of one radiance, exposed otherwise, are one picture."""
+    pixels = np.full((4, 7, 3), 0.5)
+    found = sf.read_image(write_hdr(tmp_path / "exposed.hdr", pixels * times, said))
+    np.testing.assert_allclose(found, pixels, rtol=0.01)
+
+
+@pytest.mark.parametrize("said", ["EXPOSURE=0\n", "EXPOSURE=bright\n", "COLORCORR=1 2\n"])
+def test_exposures_that_are_none(tmp_path, said):
+    path = write_hdr(tmp_path / "exposed.hdr", np.full((4, 7, 3), 0.5), said)
+    with pytest.raises(sf.FileError, match=r"exposed\.hdr: its (EXPOSURE|COLORCORR) is '.*'; wanted above 0"):
+        sf.read_image(path)
+
+
+def test_lines_of_hdr_run_as_it_says(tmp_path):
+    pixels = np.exp2(np.arange(28 * 3).reshape(4, 7, 3) // 3 - 14.0)
+    wanted = sf.read_image(write_hdr(tmp_path / "down.hdr", pixels))
+    np.testing.assert_allclose(wanted, pixels, rtol=0.01)
+    for axes, stored in (("+Y {h} +X {w}", pixels[::-1]), ("-Y {h} -X {w}", pixels[:, ::-1])):
+        found = sf.read_image(write_hdr(tmp_path / "turned.hdr", stored, axes=axes))
+        np.testing.assert_array_equal(found, wanted)
+    with pytest.raises(sf.FileError, match=r"turned\.hdr: its lines run up or down .*wanted Y first"):
+        sf.read_image(write_hdr(tmp_path / "turned.hdr", pixels, axes="+X {w} -Y {h}"))
