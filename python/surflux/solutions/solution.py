@@ -129,8 +129,7 @@ class Solution:
         self.camera = camera
         self._lamps, self._environments = list(lamps), list(environments)  # what is seen of the lights
         self._scene = scene
-        self._known_field = self._on_surface = None
-        self._walls = rendering.Walls()
+        self._known_field, self._on_surface, self._walls = None, None, rendering.Walls()
         self._bounces = None  # how often light is reflected; None: until nothing is left of it
         self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
 
@@ -155,7 +154,7 @@ class Solution:
     def __getstate__(self) -> dict[str, Any]:
         """All that cannot be made again; a basis of solve_meshless as its functions."""
         basis = self._known_field.pickled() if isinstance(self._known_field, BasisField) else self._known_field
-        again = {"_on_surface": None, "_walls": rendering.Walls()}
+        again = {"_on_surface": None, "_walls": rendering.Walls()} | towards.without_lobes(self, "pickle")
         return self.__dict__ | {"_known_field": basis if isinstance(basis, dict) else None} | again
 
     __repr__, __str__, _repr_html_ = summaries.as_text, summaries.as_lines, summaries.as_table
@@ -364,9 +363,9 @@ class Solution:
         """Writes surfels, light, camera, Environments and figures as one binary PLY file; see load_solution.
 
         Positions, radii, areas and the corners of triangles come back bit by bit; normals, reflectance, emission,
-        light and images of Environments to the precision of float32, about 7 digits. The basis of a meshless solution
-        is left out; pickles and copies keep it. For other programs `red green blue` show the radiosity, the brightest
-        percent of the surfels as white.
+        light and images of Environments to the precision of float32, about 7 digits. Left out are the basis of a
+        meshless solution, which pickles and copies keep, and what is glossy, which copies keep: a warning says so. For
+        other programs `red green blue` show the radiosity, the brightest percent of the surfels as white.
 
         Args:
             path: str or path, ending in .ply. A file that is there is replaced, whole or not at all.
@@ -378,6 +377,7 @@ class Solution:
             ValueError: a path with another suffix.
             FileError: the file cannot be written.
         """
+        towards.without_lobes(self, path)
         return save_surfels(
             ply_path(path),
             self.surfels._core,

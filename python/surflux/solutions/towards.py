@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from surflux._base import check
 from surflux._base.passes import thread_limit
 from surflux._base.types import Floats
+from surflux._base.warn import warn
 
 
 def radiance_towards(self: Any, directions: ArrayLike, *, threads: int | None = None) -> Floats:
@@ -47,6 +49,16 @@ def towards_eye(points, camera):
     """(n, 3) from each of points (n, 3) to where a Camera stands, of any length; of an orthographic one all alike."""
     towards = np.subtract(camera.eye, points if camera.height is None else camera.target)
     return np.broadcast_to(towards, points.shape)
+
+
+def without_lobes(solution, where):
+    """What a file or a pickle has of the light that is glossy, of which a warning says that it is none."""
+    if solution._mirrored is not None:
+        warn(
+            f"{os.fsdecode(where)}: what surfels reflect as mirrors do is left out, they are matt there; "
+            "a transfer that is saved has it (DistantTransfer.save)"
+        )
+    return {"_mirrored": None}
 
 
 def glossy(solution, towards):

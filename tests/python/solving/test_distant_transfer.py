@@ -1,5 +1,8 @@
 """Light transport of a scene, found once, for environments that turn and change."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -244,3 +247,16 @@ def test_directions_are_checked(transfer):
         solution.radiance_towards([0, 0, 0])
     with pytest.raises(ValueError, match="directions: "):
         solution.radiance_towards([[0, 0, 1], [0, 1, 0]])
+
+
+def test_what_is_glossy_is_not_lost_without_a_word(tmp_path):
+    """Files and pickles have the diffuse part; a pickle was refused."""
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [2, 0, 0], [2, 2, 0]], [[0, 1, 2]]), 0.1, 0.1, specular=0.8)
+    solution = sf.precompute_transfer(sf.Scene([floor]), "distant").relight(sf.Environment(1.0))
+    with pytest.warns(UserWarning, match=r"floor\.ply: what surfels reflect as mirrors do is left out"):
+        solution.save(tmp_path / "floor.ply")
+    with pytest.warns(UserWarning, match="pickle: what surfels reflect as mirrors do is left out"):
+        data = pickle.dumps(solution)
+    for kept in (sf.load_solution(tmp_path / "floor.ply"), pickle.loads(data)):
+        np.testing.assert_allclose(kept.radiance_towards([0, 0, 1]), solution.radiosity / np.pi, rtol=1e-6)
+    assert (copy.deepcopy(solution).radiance_towards([0, 0, 1]) > 2.0 * solution.radiosity / np.pi).all()
