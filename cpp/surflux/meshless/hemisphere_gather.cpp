@@ -152,6 +152,7 @@ void HemisphereGather::shoot(const Place& place, int count, const std::vector<Ai
     if (aims) {
         gather_aimed_row(light_.points(), tracer_, place, over, *aims, options_.seed + aimed_stream, sums.aimed);
         sums.frame = frame_around(place.normal);
+        light_samples = std::min(light_samples, static_cast<int>(shot.rays.size()));  // they leave from where rays do
     } else {
         gather_row(light_.points(), tracer_, place, over, options_.seed + ray_stream, sums.aimed.found);
         sums.aimed.density.clear();
@@ -161,7 +162,7 @@ void HemisphereGather::shoot(const Place& place, int count, const std::vector<Ai
     sums.ahead.clear(), sums.ahead_gain.clear();
     sums.lit.clear();
     sums.first = sums.halves[0] = sums.halves[1] = {};
-    out.row.rays = static_cast<std::uint32_t>(shot.rays.size());
+    out.row.rays = shot.rays.size();
     out.row.share = 1.0 / sums.aimed.unit;
     Random random(options_.seed + light_stream, stream_of(place));
     for (std::size_t k = 0; k < shot.rays.size(); ++k) {

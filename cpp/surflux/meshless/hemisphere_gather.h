@@ -38,7 +38,7 @@ public:
     };
     struct Row {
         double share = 0.0;                     // of the cosine-weighted hemisphere, that one unit stands for
-        std::uint32_t rays = 0;                 // over it; of usual ones each is one unit
+        std::uint64_t rays = 0;                 // over it; of usual ones each is one unit
         Rgb sky;                                // that rays which left the scene found
         Rgb emitted;                            // from emissive surfels, as far as rays find it
         Rgb first_bounce;                       // of light beside the basis: light and hemisphere samples together
@@ -68,7 +68,7 @@ public:
     };
     using Aims = std::function<void(std::size_t k, std::vector<Aim>& out)>;
     void aim(const std::vector<Shot>& rows, const Aims& aims, const Progress& progress);
-    // Where a place's rays end, those of add(), and the luminance that comes from there.
+    // Where a place's rays end, as those of add(), and the luminance that comes from there.
     struct End {
         Vec3 at;  // or the direction, of skies
         double light;

@@ -89,7 +89,7 @@ HemisphereLoss MeshlessExchange::loss(std::uint32_t surfel) const {
     double excess = 0.0;
     for_finest_rows(surfel, [&](std::uint32_t row, double weight) {
         const double met = gather_[row].met(), off = met - out.met();
-        const double variance = variance_of_share(met, gather_[row].rays);
+        const double variance = variance_of_share(met, static_cast<double>(gather_[row].rays));
         excess += weight * (off * off - (1.0 - weight) * variance);
         out.variance += weight * std::max(0.0, areas_[row]) * variance;
     });
@@ -121,7 +121,7 @@ ReciprocalScaling MeshlessExchange::scale_by_reciprocity(const std::vector<Rgb>&
         double units = 0.0;
         gather_.for_senders(k, [&](std::uint32_t, double more) { units += more; });
         exchange.met.push_back(gather_[k].share * units);
-        exchange.rays.push_back(gather_[k].rays);
+        exchange.rays.push_back(static_cast<std::uint32_t>(gather_[k].rays));
     }
     for (std::uint32_t i = 0; i < s.size(); ++i) {
         const double outside = means_.outside(i), carried = carried_by(i);
