@@ -121,6 +121,8 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
 
     names, pixels = _image.read_image(path)
     own = CHANNELS.get(layer, ())
+    if layer is None and not set("RGB") <= set(names) and set("XYZ") <= set(names):
+        raise _core.FileError(f"{path}: CIE X Y Z are not supported; wanted R, G and B")
     single = own[0] if len(own) == 1 else "Y" if layer is None else layer
     for triple in (own, [c if layer is None else f"{layer}.{c}" for c in "RGB"]):
         if len(triple) == 3 and all(name in names for name in triple):

@@ -48,6 +48,16 @@ def test_luminance_and_chroma_are_refused(tmp_path):
         sf.read_image(path)
 
 
+def test_tristimulus_values_are_refused(tmp_path):
+    path = write_exr(tmp_path / "cie.exr", by_name(PIXELS, "XYZ"))
+    with pytest.raises(sf.FileError, match=r"cie\.exr: CIE X Y Z are not supported; wanted R, G and B"):
+        sf.read_image(path)
+    channels = by_name(PIXELS, "XYZ")
+    np.testing.assert_array_equal(sf.read_image(write_exr(path, by_name(PIXELS) | channels)), PIXELS)
+    del channels["X"]  # grey, and depth
+    np.testing.assert_array_equal(sf.read_image(write_exr(path, channels))[..., 0], PIXELS[..., 1])
+
+
 @pytest.mark.parametrize(
     ("said", "times"),
     [
