@@ -98,6 +98,9 @@ def write_image(
 def read_image(path: FilePath, layer: str | None = None) -> Image:
     """Reads a picture from .exr, .hdr or .png (sRGB made linear).
 
+    Of an .exr file its display window, black where it holds no pixels; of an .hdr file radiance: pixels over EXPOSURE
+    and COLORCORR. Luminance with chroma (Y RY BY), CIE X Y Z, and .hdr files stored by columns (X first) are refused.
+
     Args:
         path: str or path.
         layer: of an .exr file, by the name that write_image took; None for the picture itself.
