@@ -43,5 +43,5 @@ def write_hdr(path, pixels, said="", axes="-Y {h} +X {w}"):
     rgbe = np.concatenate([pixels * scale[..., None], np.where(largest > 0, exponent + 128, 0)[..., None]], axis=2)
     size = axes.format(h=len(pixels), w=len(pixels[0]))
     head = f"#?RADIANCE\n{said}FORMAT=32-bit_rle_rgbe\n\n{size}\n"
-    path.write_bytes(head.encode() + rgbe.astype(np.uint8).tobytes())
+    path.write_bytes(head.encode("latin-1") + rgbe.astype(np.uint8).tobytes())
     return path

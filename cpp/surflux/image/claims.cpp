@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -17,6 +16,13 @@
 namespace surflux {
 
 namespace {
+
+// What a file says, for a message: Python wants UTF-8.
+std::string printable(std::string text) {
+    for (char& c : text)
+        if (c < 0x20 || c > 0x7e) c = '?';
+    return text.substr(0, 40);
+}
 
 namespace fs = std::filesystem;
 
@@ -181,12 +187,6 @@ private:
         if (file_.at() != end) file_.fail("a list of texts does not end where its attribute does");
     }
 
-    static std::string printable(std::string text) {
-        for (char& c : text)
-            if (c < 0x20 || c > 0x7e) c = '?';
-        return text.substr(0, 40);
-    }
-
     const std::string& path_;
     Pieces file_;
 };
@@ -208,6 +208,7 @@ void check_chunk_claim(const std::string& path, double width, double height, dou
 void check_exr(const std::string& path) { ExrHeaders(path).check(); }
 
 HdrHeader check_hdr(const std::string& path) {
+    constexpr double exposures[2] = {1e-30, 1e30};  // beyond, pixels would be infinite or black
     HdrHeader out;
     std::ifstream in(path, std::ios::binary);
     std::string line;
@@ -223,9 +224,11 @@ HdrHeader check_hdr(const std::string& path) {
         else
             whole = whole && values >> of[1] >> of[2];
         for (int c = 0; c < 3; ++c) {
-            if (!whole || !(of[c] > 0.0 && std::isfinite(of[c])))
-                throw FileError(path, "", message("its ", name, " is '", line.substr(equals + 1), "'; wanted above 0"));
             out.exposure[c] *= of[c];
+            if (!whole || !(of[c] > 0.0) || !(out.exposure[c] >= exposures[0] && out.exposure[c] <= exposures[1]))
+                throw FileError(path, "",
+                                message("its ", name, " is '", printable(line.substr(equals + 1)),
+                                        "'; wanted above 0, and all of them together 1e-30 to 1e30"));
         }
     }
     std::string axes[2];
@@ -236,7 +239,8 @@ HdrHeader check_hdr(const std::string& path) {
     check_chunk_claim(path, sizes[across], lines_at_once, 3);
     if (across == 0)
         throw FileError(path, "",
-                        message("its lines run up or down ('", axes[0], " n ", axes[1], " m'); wanted Y first"));
+                        message("its lines run up or down ('", printable(axes[0]), " n ", printable(axes[1]),
+                                " m'); wanted Y first"));
     out.from_bottom = axes[0] == "+Y";
     out.from_right = axes[1] == "-X";
     return out;

@@ -98,6 +98,9 @@ def write_image(
 def read_image(path: FilePath, layer: str | None = None) -> Image:
     """Reads a picture from .exr, .hdr or .png (sRGB made linear).
 
+    Of an .exr file its display window, black where it holds no pixels; of an .hdr file radiance: pixels over EXPOSURE
+    and COLORCORR. Luminance with chroma (Y RY BY), CIE X Y Z, and .hdr files stored by columns (X first) are refused.
+
     Args:
         path: str or path.
         layer: of an .exr file, by the name that write_image took; None for the picture itself.
@@ -121,6 +124,8 @@ def read_image(path: FilePath, layer: str | None = None) -> Image:
 
     names, pixels = _image.read_image(path)
     own = CHANNELS.get(layer, ())
+    if layer is None and not set("RGB") <= set(names) and set("XYZ") <= set(names):
+        raise _core.FileError(f"{path}: CIE X Y Z are not supported; wanted R, G and B")
     single = own[0] if len(own) == 1 else "Y" if layer is None else layer
     for triple in (own, [c if layer is None else f"{layer}.{c}" for c in "RGB"]):
         if len(triple) == 3 and all(name in names for name in triple):

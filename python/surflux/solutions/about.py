@@ -3,6 +3,7 @@
 import numpy as np
 
 from surflux.scenes.lights import Environment
+from surflux.solutions.towards import lobes_lost
 
 # Element of a PLY file: the pixels of Environments, row by row, one image after another.
 PIXELS, CHANNELS = "environment", ("r", "g", "b")
@@ -28,6 +29,7 @@ def about_solution(solution):
         "camera": None if solution.camera is None else solution.camera.to_dict(),
         "lamps": lamps,
         "environments": environments,
+        "lobes_lost": lobes_lost(solution),
     }
 
 

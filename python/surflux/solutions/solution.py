@@ -127,11 +127,11 @@ class Solution:
         self.history = list(history)
         self.attempts = list(attempts)
         self.camera = camera
-        self._lamps, self._environments = list(lamps), list(environments)  # what is seen of the lights
-        self._scene = scene
+        self._lamps, self._environments, self._scene = list(lamps), list(environments), scene  # what is seen of lights
         self._known_field, self._on_surface, self._walls = None, None, rendering.Walls()
         self._bounces = None  # how often light is reflected; None: until nothing is left of it
-        self._mirrored = None  # of glossy surfels: the light that comes to them, specular (n, 3) and exponents (n,)
+        # Of glossy surfels the light that comes to them, specular (n, 3) and exponents (n,); is it left out? Told so?
+        self._mirrored, self._lobes_lost, self._lobes_told = None, False, False
 
     @property
     def _field(self):

@@ -28,6 +28,8 @@ NO_SOLUTION = "holds points but no solution"
 def load_solution(path: FilePath) -> Solution:
     """The Solution that Solution.save wrote.
 
+    Files have no lobes: of surfels that are glossy the diffuse part is shown, and `radiance_towards` and pictures warn.
+
     Raises:
         ValueError: path is none.
         FileError: with the path and the reason; a file of points that holds no solution is none.
@@ -76,7 +78,7 @@ def load_solution(path: FilePath) -> Solution:
     n = len(arrays["points"])  # each surfel and each object of the scene has at least one of them
     if about.get("points") == 1:  # of a cloud, by the rows of its file
         columns = {"parent": np.arange(n), "object": np.zeros(n)}  # others of these names are the cloud's
-    return Solution(
+    solution = Solution(
         Surfels._from_core(core),
         parents=_indices(path, columns, "parent", "a surfel", n),
         objects=_indices(path, columns, "object", "an object", n),
@@ -93,6 +95,8 @@ def load_solution(path: FilePath) -> Solution:
         environments=environments,
         camera=camera,
     )
+    solution._lobes_lost = about.get("lobes_lost") is True or core.has_specular
+    return solution
 
 
 def _number(figure):

@@ -18,7 +18,7 @@ def radiance_towards(self: Any, directions: ArrayLike, *, threads: int | None = 
     """Radiance that leaves each surfel in a direction, emission included.
 
     Of diffuse surfels B / pi. Those of `DistantTransfer.relight` that are glossy also send what their lobes have
-    (see Surfels.specular), which depends on the direction.
+    (see Surfels.specular), which depends on the direction; files and pickles leave lobes out, and a warning says so.
 
     Args:
         directions: (3,) for all, or (n, 3), away from the surfels, of any length but 0.
@@ -51,14 +51,33 @@ def towards_eye(points, camera):
     return np.broadcast_to(towards, points.shape)
 
 
+def has_lobes(solution):
+    return solution._mirrored is not None and bool(solution._mirrored[1].any())
+
+
 def without_lobes(solution, where):
     """What a file or a pickle has of the light that is glossy, of which a warning says that it is none."""
-    if solution._mirrored is not None:
+    if has_lobes(solution):
         warn(
             f"{os.fsdecode(where)}: what surfels reflect as mirrors do is left out, they are matt there; "
             "a transfer that is saved has it (DistantTransfer.save)"
         )
-    return {"_mirrored": None}
+    return {"_mirrored": None, "_lobes_lost": lobes_lost(solution)}
+
+
+def lobes_lost(solution):
+    """Whether what is kept of a solution is matt where that one is glossy, or was before it was kept itself."""
+    return solution._lobes_lost or has_lobes(solution)
+
+
+def warn_of_lost_lobes(solution):
+    """Says, once of each solution, that a file or a pickle left out what surfels reflect as mirrors do."""
+    if solution._lobes_lost and not solution._lobes_told:
+        solution._lobes_told = True
+        warn(
+            "specular is left out: files and pickles of solutions have no lobes, surfels are matt here; "
+            "relight a transfer (load_transfer) for what is glossy"
+        )
 
 
 def glossy(solution, towards):
@@ -67,6 +86,7 @@ def glossy(solution, towards):
     Of a sum of spherical harmonics that rings below 0 around a small and bright part of the sky nothing is taken away.
     """
     if solution._mirrored is None:
+        warn_of_lost_lobes(solution)
         return 0.0
     incident, specular, exponent = solution._mirrored
     length = np.linalg.norm(towards, axis=1, keepdims=True)

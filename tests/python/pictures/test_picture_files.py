@@ -48,6 +48,16 @@ def test_luminance_and_chroma_are_refused(tmp_path):
         sf.read_image(path)
 
 
+def test_tristimulus_values_are_refused(tmp_path):
+    path = write_exr(tmp_path / "cie.exr", by_name(PIXELS, "XYZ"))
+    with pytest.raises(sf.FileError, match=r"cie\.exr: CIE X Y Z are not supported; wanted R, G and B"):
+        sf.read_image(path)
+    channels = by_name(PIXELS, "XYZ")
+    np.testing.assert_array_equal(sf.read_image(write_exr(path, by_name(PIXELS) | channels)), PIXELS)
+    del channels["X"]  # grey, and depth
+    np.testing.assert_array_equal(sf.read_image(write_exr(path, channels))[..., 0], PIXELS[..., 1])
+
+
 @pytest.mark.parametrize(
     ("said", "times"),
     [
@@ -64,7 +74,17 @@ def test_pixels_of_hdr_are_radiance_times_exposure(tmp_path, said, times):
     np.testing.assert_allclose(found, pixels, rtol=0.01)
 
 
-@pytest.mark.parametrize("said", ["EXPOSURE=0\n", "EXPOSURE=bright\n", "COLORCORR=1 2\n"])
+@pytest.mark.parametrize(
+    "said",
+    [
+        "EXPOSURE=0\n",
+        "EXPOSURE=bright\n",
+        "COLORCORR=1 2\n",
+        "EXPOSURE=h\xe9ll\n",
+        "EXPOSURE=1e-200\nEXPOSURE=1e-200\n",  # pixels were infinite
+        "EXPOSURE=1e200\nEXPOSURE=1e200\n",  # and black
+    ],
+)
 def test_exposures_that_are_none(tmp_path, said):
     path = write_hdr(tmp_path / "exposed.hdr", np.full((4, 7, 3), 0.5), said)
     with pytest.raises(sf.FileError, match=r"exposed\.hdr: its (EXPOSURE|COLORCORR) is '.*'; wanted above 0"):
@@ -78,5 +98,6 @@ def test_lines_of_hdr_run_as_it_says(tmp_path):
     for axes, stored in (("+Y {h} +X {w}", pixels[::-1]), ("-Y {h} -X {w}", pixels[:, ::-1])):
         found = sf.read_image(write_hdr(tmp_path / "turned.hdr", stored, axes=axes))
         np.testing.assert_array_equal(found, wanted)
-    with pytest.raises(sf.FileError, match=r"turned\.hdr: its lines run up or down .*wanted Y first"):
-        sf.read_image(write_hdr(tmp_path / "turned.hdr", pixels, axes="+X {w} -Y {h}"))
+    for axes in ("+X {w} -Y {h}", "\xe9X {w} -Y {h}"):
+        with pytest.raises(sf.FileError, match=r"turned\.hdr: its lines run up or down .*wanted Y first"):
+            sf.read_image(write_hdr(tmp_path / "turned.hdr", pixels, axes=axes))

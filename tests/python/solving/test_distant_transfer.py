@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -260,3 +261,35 @@ def test_what_is_glossy_is_not_lost_without_a_word(tmp_path):
     for kept in (sf.load_solution(tmp_path / "floor.ply"), pickle.loads(data)):
         np.testing.assert_allclose(kept.radiance_towards([0, 0, 1]), solution.radiosity / np.pi, rtol=1e-6)
     assert (copy.deepcopy(solution).radiance_towards([0, 0, 1]) > 2.0 * solution.radiosity / np.pi).all()
+
+
+def test_what_was_left_out_is_told_once(tmp_path):
+    """A glossy solution from a file or a pickle was shown matt, without a word."""
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [2, 0, 0], [2, 2, 0]], [[0, 1, 2]]), 0.1, 0.1)
+    transfer = sf.precompute_transfer(sf.Scene([floor]), "distant")
+    solution = transfer.relight(sf.Environment(1.0), specular=0.8)  # the surfels themselves are not
+    camera = sf.Camera([1, -2, 2], [1, 0.5, 0])
+    with pytest.warns(UserWarning, match="left out"):
+        solution.save(tmp_path / "floor.ply")
+    with pytest.warns(UserWarning, match="left out"):
+        data = pickle.dumps(solution)
+    looks = (lambda s: s.radiance_towards([0, 0, 1]), lambda s: s.render(camera, (8, 6)), sf.Gaussians.of)
+    for look in looks:
+        for kept in (sf.load_solution(tmp_path / "floor.ply"), pickle.loads(data)):
+            with pytest.warns(UserWarning, match="specular is left out: files and pickles of solutions have no lobes"):
+                look(kept)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                look(kept)
+                again = sf.load_solution(kept.save(tmp_path / "again.ply"))
+            with pytest.warns(UserWarning, match="specular is left out"):
+                look(again)
+
+
+def test_nothing_is_said_of_lobes_that_reflect_nothing(tmp_path):
+    floor = sf.Surfels.from_mesh(([[0, 0, 0], [2, 0, 0], [2, 2, 0]], [[0, 1, 2]]), 0.1, 0.1)
+    solution = sf.precompute_transfer(sf.Scene([floor]), "distant").relight(sf.Environment(1.0), exponent=5.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for kept in (sf.load_solution(solution.save(tmp_path / "floor.ply")), pickle.loads(pickle.dumps(solution))):
+            kept.radiance_towards([0, 0, 1])
