@@ -27,7 +27,8 @@ _FIELDS = {
 }
 _FINE = 1e-4  # of the spacing of points: steps of coordinates of what was no LAS file
 _COARSE = 0.05  # of the spacing: steps coarser than that are said
-_NAME = 32  # bytes of an extra dimension's
+_NAME = 32  # bytes of an extra dimension's, and of its description
+IN_PLACE_OF = "in place of "  # and the name of a field: description of what that field does not hold
 
 
 def write_las(path, columns, frame=None):
@@ -36,7 +37,8 @@ def write_las(path, columns, frame=None):
     Coordinates have the steps of the LAS file that they come from, so that they come back bit by bit; others are
     rounded to 1e-4 of their spacing or finer. The file's coordinate reference system is kept, which formats of points
     up to 5 say by keys of GeoTIFF and later ones by WKT: so points keep the generation of their format, too. What a
-    field cannot hold, as fractions of an intensity, is an extra dimension of another name, and a warning says so.
+    field cannot hold, as fractions of an intensity, is an extra dimension of another name, and a warning says so; its
+    description says which field it stands for, and open_las reads it under that name.
     """
     with outside(path, "laspy", "write"):
         import laspy
@@ -52,8 +54,12 @@ def write_las(path, columns, frame=None):
         fields, others, moved = _sorted_out(path, columns, kind > 5)
         taken = {*header.point_format.dimension_names, "x", "y", "z"}
         extra = scalars(path, others, most=_NAME, taken=taken, told=moved)
+        fields_of = {id(others[field]): IN_PLACE_OF + field for field in moved if others[field].ndim == 1}
+        told = {name: fields_of.get(id(values), "") for name, values in extra.items()}
         extra = {name: np.ascontiguousarray(values, _kind(values)) for name, values in extra.items()}
-        header.add_extra_dims([laspy.ExtraBytesParams(name, values.dtype) for name, values in extra.items()])
+        header.add_extra_dims(
+            [laspy.ExtraBytesParams(name, values.dtype, told[name]) for name, values in extra.items()]
+        )
         record = laspy.LasData(header)
         whole = [_whole(points[:, k], header.offsets[k], header.scales[k]) for k in range(3)]
         record.points = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)

@@ -193,16 +193,22 @@ def test_rows_that_reading_left_out_are_told(here):
 
 
 def test_what_las_has_no_room_for_stands_in_extra_dimensions(here, scan):
-    """Fractions of an intensity, classes above 255, and return numbers of an old format above 7."""
+    """Fractions of an intensity, classes above 255, and of an old format return numbers above 7 and 120 degrees."""
     fractions = np.linspace(0, 1, N)
     with pytest.warns(UserWarning, match="LAS has no room for values of classification, intensity"):
         again = sf.read_scan(scan.save("out.las", {"intensity": fractions, "classification": np.full(N, 256)}))
-    assert again.attributes["intensity_2"] == pytest.approx(fractions, abs=0)
-    assert (again.attributes["classification_2"] == 256).all()
-    assert not again.attributes["intensity"].any()
-    old = sf.Scan(scan.points, attributes={"return_number": np.full(N, 9)}, frame={**FRAME, "point_format": 1})
-    with pytest.warns(UserWarning, match="LAS has no room for values of return_number"):
-        assert (sf.read_scan(old.save("old.las")).attributes["return_number_2"] == 9).all()
+    assert again.attributes["intensity"] == pytest.approx(fractions, abs=0)
+    assert (again.attributes["classification"] == 256).all()
+    assert not {"intensity_2", "classification_2"} & again.attributes.keys()
+    with pytest.warns(UserWarning, match="LAS has no room for values of intensity, classification"):
+        twice = sf.read_scan(again.save("twice.laz"))
+    assert twice.attributes["intensity"] == pytest.approx(fractions, abs=0)
+    values = {"return_number": np.full(N, 9), "scan_angle": np.full(N, 120.0)}
+    old = sf.Scan(scan.points, attributes=values, frame={**FRAME, "point_format": 1})
+    with pytest.warns(UserWarning, match="LAS has no room for values of return_number, scan_angle"):
+        again = sf.read_scan(old.save("old.las"))
+    for name, expected in values.items():
+        assert (again.attributes[name] == expected).all()
 
 
 FRAME = {"offsets": np.array([635000.0, 848000, 400]), "scales": np.full(3, 1e-3), "version": "1.1"}
