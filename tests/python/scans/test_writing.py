@@ -317,6 +317,13 @@ def test_a_stray_does_not_round_all_others(tmp_path, suffix):
     assert np.abs(found - points)[1:].max() < 1.01e-3
 
 
+def test_sparse_points_of_las_are_not_rounded_to_a_part_of_their_spacing(tmp_path):
+    """200 points over 200 km had steps of 1 m, 1e-4 of their spacing; half a step of 1e-4 is the most now."""
+    points = np.random.default_rng(0).uniform(0, [2e5, 2e5, 10], (200, 3))
+    found = sf.read_scan(sf.Scan(points).save(tmp_path / "sparse.las")).points
+    assert np.abs(found - points).max() < 0.501e-4
+
+
 def test_coordinates_that_32_bits_do_not_hold_are_told_of(tmp_path):
     points = np.random.default_rng(0).uniform(0, 0.1, (20000, 3))
     points[0] = 1e6
