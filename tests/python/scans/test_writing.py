@@ -307,7 +307,8 @@ def test_a_stray_does_not_round_all_others(tmp_path, suffix):
         sf.Scan(points).save(path)
         found = sf.read_scan(path).points
     else:
-        sf.Scan(points).save(path, up=[0, 0, 1])
+        with pytest.warns(UserWarning, match="1 of 20000 points are moved"):  # the stray, alone
+            sf.Scan(points).save(path, up=[0, 0, 1])
         trimesh = pytest.importorskip("trimesh")
         scene = trimesh.load(path)
         (name,) = scene.graph.nodes_geometry
@@ -322,6 +323,19 @@ def test_sparse_points_of_las_are_not_rounded_to_a_part_of_their_spacing(tmp_pat
     points = np.random.default_rng(0).uniform(0, [2e5, 2e5, 10], (200, 3))
     found = sf.read_scan(sf.Scan(points).save(tmp_path / "sparse.las")).points
     assert np.abs(found - points).max() < 0.501e-4
+
+
+def test_points_that_floats_of_gltf_move_are_told_of(tmp_path):
+    """Points .02 apart, one of them at 3 000 001.1: floats there are .25 apart, and the next one is .1 off."""
+    points = np.random.default_rng(0).uniform(0, 1, (2500, 3))
+    points[0] = [3000001.1, 0, 0]
+    with pytest.warns(
+        UserWarning, match=r"far\.glb: 1 of 2500 points are moved by up to 0\.\d+, .* \.ply and \.npz keep"
+    ):
+        sf.Scan(points).save(tmp_path / "far.glb")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sf.Scan(points[1:]).save(tmp_path / "near.glb")
 
 
 def test_coordinates_that_32_bits_do_not_hold_are_told_of(tmp_path):
