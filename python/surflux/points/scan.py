@@ -141,9 +141,9 @@ class Scan:
         channel, as name_r, name_g and name_b; a name that another column has, such as x, gets a number, with a
         warning. Where points are missing or in another order, `row` is the row of each in the file that was read, row_2
         where that file has a `row` of its own. LAS and LAZ take `pip install 'surflux[scans]'`; what they have no field
-        for stands in extra dimensions; coordinates of a LAS file come back bit by bit, with its coordinate reference
-        system. NPZ has arrays by name, VTP is for ParaView, glTF
-        (.glb, .gltf) for viewers, which have y up.
+        for stands in extra dimensions, and is read back by its name; coordinates of a LAS file come back bit by bit,
+        with its coordinate reference system. NPZ has arrays by name, VTP is for ParaView, glTF (.glb, .gltf) for
+        viewers, which have y up.
 
         Args:
             path: ending in .ply, .las, .laz, .csv, .npz, .vtp, .glb or .gltf. A file that is there is replaced, whole

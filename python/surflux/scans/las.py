@@ -6,7 +6,7 @@ import numpy as np
 
 from surflux._base.files import file_error
 from surflux.scans.columns import CHUNK, PointFile, sorted_out
-from surflux.scans.las_writing import frame_of
+from surflux.scans.las_writing import IN_PLACE_OF, frame_of
 from surflux.scans.outside import outside
 
 _ATTRIBUTES = ("intensity", "classification", "return_number", "number_of_returns", "point_source_id", "gps_time")
@@ -19,7 +19,8 @@ def open_las(path):
     """A PointFile.
 
     Scale and offset are applied in float64. Attributes: intensity, classification, return_number, number_of_returns,
-    point_source_id, gps_time, nir, scan_angle in degrees, FLAGS, and the extra dimensions of the file by their names.
+    point_source_id, gps_time, nir, scan_angle in degrees, FLAGS, and the extra dimensions of the file by their names;
+    those that write_las wrote in place of a field, by the name of the field, which is left out.
     """
     _check_records(path)
     with outside(path, "laspy"):
@@ -60,6 +61,7 @@ def _chunks(path, reader):
     header = reader.header
     there = set(header.point_format.dimension_names)
     extra = tuple(header.point_format.extra_dimension_names)
+    instead = _in_place_of_fields(header)
     count = 0
     with reader:
         while count < header.point_count:
@@ -67,12 +69,14 @@ def _chunks(path, reader):
                 record = reader.read_points(min(CHUNK, header.point_count - count))
                 columns = {axis: np.asarray(record[axis], dtype=np.float64) for axis in "xyz"}
                 for name in (*_ATTRIBUTES, "nir", *FLAGS, *extra):
-                    if name in there:
+                    if name in there and name not in instead:
                         columns[name] = np.array(record[name])
                 if "scan_angle" in there:
                     columns["scan_angle"] = np.float32(_ANGLE_STEP) * np.asarray(record["scan_angle"], np.float32)
                 elif "scan_angle_rank" in there:
                     columns["scan_angle"] = np.array(record["scan_angle_rank"], dtype=np.float32)
+                for name, field in instead.items():
+                    columns[field] = np.array(record[name])
                 if {"red", "green", "blue"} <= there:
                     columns |= {name: np.array(record[name]) for name in ("red", "green", "blue")}
             if len(record) == 0:
@@ -81,3 +85,11 @@ def _chunks(path, reader):
             yield sorted_out(columns)
     if count < header.point_count:
         raise file_error(path, f"truncated: the header promises {header.point_count} points, and {count} are there")
+
+
+def _in_place_of_fields(header):
+    """{name of an extra dimension: name of the field that it stands for}, as write_las describes them."""
+    fields = {*_ATTRIBUTES, "nir", *FLAGS, "scan_angle"}
+    told = {one.name: one.description for one in header.point_format.extra_dimensions}
+    found = {name: text.removeprefix(IN_PLACE_OF) for name, text in told.items() if text.startswith(IN_PLACE_OF)}
+    return {name: field for name, field in found.items() if field in fields}

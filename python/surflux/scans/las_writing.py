@@ -25,18 +25,22 @@ _FIELDS = {
     "edge_of_flight_line": (1, 1),
     "nir": (None, 65535),
 }
-_FINE = 1e-4  # of the spacing of points: steps of coordinates of what was no LAS file
+_FINE = 1e-4  # of the spacing of points: steps of coordinates of what was no LAS file,
+_SURVEYED = 1e-4  # or of this length, as surveys expect, where points are far apart
 _COARSE = 0.05  # of the spacing: steps coarser than that are said
-_NAME = 32  # bytes of an extra dimension's
+_NAME = 32  # bytes of an extra dimension's, and of its description
+IN_PLACE_OF = "in place of "  # and the name of a field: description of what that field does not hold
 
 
 def write_las(path, columns, frame=None):
     """Attributes of LAS under their names, all others as extra dimensions. Colours have 16 bits.
 
     Coordinates have the steps of the LAS file that they come from, so that they come back bit by bit; others are
-    rounded to 1e-4 of their spacing or finer. The file's coordinate reference system is kept, which formats of points
-    up to 5 say by keys of GeoTIFF and later ones by WKT: so points keep the generation of their format, too. What a
-    field cannot hold, as fractions of an intensity, is an extra dimension of another name, and a warning says so.
+    rounded to 1e-4, and to 1e-4 of their spacing, or finer, as far as 32 bits reach. The file's coordinate reference
+    system is kept, which formats of points up to 5 say by keys of GeoTIFF and later ones by WKT: so points keep the
+    generation of their format, too. What a field cannot hold, as fractions of an intensity, is an extra dimension of
+    another name, and a warning says so; its description says which field it stands for, and open_las reads it under
+    that name.
     """
     with outside(path, "laspy", "write"):
         import laspy
@@ -52,8 +56,12 @@ def write_las(path, columns, frame=None):
         fields, others, moved = _sorted_out(path, columns, kind > 5)
         taken = {*header.point_format.dimension_names, "x", "y", "z"}
         extra = scalars(path, others, most=_NAME, taken=taken, told=moved)
+        fields_of = {id(others[field]): IN_PLACE_OF + field for field in moved if others[field].ndim == 1}
+        told = {name: fields_of.get(id(values), "") for name, values in extra.items()}
         extra = {name: np.ascontiguousarray(values, _kind(values)) for name, values in extra.items()}
-        header.add_extra_dims([laspy.ExtraBytesParams(name, values.dtype) for name, values in extra.items()])
+        header.add_extra_dims(
+            [laspy.ExtraBytesParams(name, values.dtype, told[name]) for name, values in extra.items()]
+        )
         record = laspy.LasData(header)
         whole = [_whole(points[:, k], header.offsets[k], header.scales[k]) for k in range(3)]
         record.points = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
@@ -121,14 +129,15 @@ def frame_of(header):
 def _frame_of(points, path):
     """The same of points that come from elsewhere: coordinates in a power of ten that says all of their spacing.
 
-    Of 98 % of them: strays far off do not make it coarser, as long as 32 bits hold all, else 1, 2 or 5 times as coarse
-    as a power of ten.
+    It is 1e-4 at most: sparse points, such as the corners of a survey, are known no worse. Spacing is that of 98 % of
+    them: strays far off do not make it coarser, as long as 32 bits hold all, else 1, 2 or 5 times as coarse as a power
+    of ten.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.max(high - low)) or 1.0
     most = float(np.max(np.ptp(np.percentile(points, [1, 99], axis=0), axis=0))) or size
     spacing = most / np.sqrt(len(points))
-    scale, least = 10.0 ** np.floor(np.log10(_FINE * spacing)), size / (2.0**32 - 4)
+    scale, least = 10.0 ** np.floor(np.log10(min(_FINE * spacing, _SURVEYED))), size / (2.0**32 - 4)
     if scale < least:
         power = 10.0 ** np.floor(np.log10(least))
         scale = next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)

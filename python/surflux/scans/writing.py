@@ -8,11 +8,13 @@ import numpy as np
 
 from surflux._base.color import srgb_to_linear
 from surflux._base.files import unfinished, whole_file
+from surflux._base.warn import warn
 from surflux.scans.gltf import up_to_y, write_gltf_points
 from surflux.scans.las_writing import write_las
 from surflux.scans.names import OWN, Names, scalars
 
 _BLOCK = 100_000  # rows formatted or interleaved at once
+_COARSE = 0.1  # of the spacing of points: rounding of more than that is said
 _PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
 _PLY_TYPES |= {"f4": "float", "f8": "double"}
 
@@ -147,6 +149,7 @@ def _write_gltf(path, columns, up):
     points = columns["points"]
     middle = np.median(points, axis=0)  # where floats are finest
     arrays = {"POSITION": points - middle}
+    _warn_of_rounding(path, arrays["POSITION"])
     if "normals" in columns:  # which glTF wants of length 1: up, where none is known
         known = np.isfinite(columns["normals"]).all(axis=1, keepdims=True)
         arrays["NORMAL"] = np.where(known, columns["normals"], [0.0, 0.0, 1.0])
@@ -160,6 +163,23 @@ def _write_gltf(path, columns, up):
     turn, matrix = up_to_y(up), np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, turn @ middle
     write_gltf_points(path, arrays, matrix)
+
+
+def _warn_of_rounding(path, positions):
+    """Warns where floats of 32 bits move points by more than a tenth of the spacing of 98 % of them."""
+    if len(positions) < 2:
+        return
+    extent = np.max(np.ptp(np.percentile(positions, [1, 99], axis=0), axis=0))
+    extent = extent or np.max(np.ptp(positions, axis=0))
+    spacing = extent / np.sqrt(len(positions))
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(positions.astype(np.float32) - positions).max(axis=1)
+    moved = off > _COARSE * spacing
+    if np.any(moved):
+        warn(
+            f"{path}: {np.count_nonzero(moved)} of {len(moved)} points are moved by up to {off[moved].max():.2g}, for "
+            "they are far from the others and glTF has floats of 32 bits; .ply and .npz keep them"
+        )
 
 
 WRITTEN = {".ply": _write_ply, ".las": write_las, ".laz": write_las, ".csv": _write_csv, ".npz": _write_npz}

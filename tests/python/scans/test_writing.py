@@ -193,16 +193,22 @@ def test_rows_that_reading_left_out_are_told(here):
 
 
 def test_what_las_has_no_room_for_stands_in_extra_dimensions(here, scan):
-    """Fractions of an intensity, classes above 255, and return numbers of an old format above 7."""
+    """Fractions of an intensity, classes above 255, and of an old format return numbers above 7 and 120 degrees."""
     fractions = np.linspace(0, 1, N)
     with pytest.warns(UserWarning, match="LAS has no room for values of classification, intensity"):
         again = sf.read_scan(scan.save("out.las", {"intensity": fractions, "classification": np.full(N, 256)}))
-    assert again.attributes["intensity_2"] == pytest.approx(fractions, abs=0)
-    assert (again.attributes["classification_2"] == 256).all()
-    assert not again.attributes["intensity"].any()
-    old = sf.Scan(scan.points, attributes={"return_number": np.full(N, 9)}, frame={**FRAME, "point_format": 1})
-    with pytest.warns(UserWarning, match="LAS has no room for values of return_number"):
-        assert (sf.read_scan(old.save("old.las")).attributes["return_number_2"] == 9).all()
+    assert again.attributes["intensity"] == pytest.approx(fractions, abs=0)
+    assert (again.attributes["classification"] == 256).all()
+    assert not {"intensity_2", "classification_2"} & again.attributes.keys()
+    with pytest.warns(UserWarning, match="LAS has no room for values of intensity, classification"):
+        twice = sf.read_scan(again.save("twice.laz"))
+    assert twice.attributes["intensity"] == pytest.approx(fractions, abs=0)
+    values = {"return_number": np.full(N, 9), "scan_angle": np.full(N, 120.0)}
+    old = sf.Scan(scan.points, attributes=values, frame={**FRAME, "point_format": 1})
+    with pytest.warns(UserWarning, match="LAS has no room for values of return_number, scan_angle"):
+        again = sf.read_scan(old.save("old.las"))
+    for name, expected in values.items():
+        assert (again.attributes[name] == expected).all()
 
 
 FRAME = {"offsets": np.array([635000.0, 848000, 400]), "scales": np.full(3, 1e-3), "version": "1.1"}
@@ -301,7 +307,8 @@ def test_a_stray_does_not_round_all_others(tmp_path, suffix):
         sf.Scan(points).save(path)
         found = sf.read_scan(path).points
     else:
-        sf.Scan(points).save(path, up=[0, 0, 1])
+        with pytest.warns(UserWarning, match="1 of 20000 points are moved"):  # the stray, alone
+            sf.Scan(points).save(path, up=[0, 0, 1])
         trimesh = pytest.importorskip("trimesh")
         scene = trimesh.load(path)
         (name,) = scene.graph.nodes_geometry
@@ -309,6 +316,26 @@ def test_a_stray_does_not_round_all_others(tmp_path, suffix):
         turned = scene.geometry[geometry].vertices @ matrix[:3, :3].T + matrix[:3, 3]
         found = turned @ [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     assert np.abs(found - points)[1:].max() < 1.01e-3
+
+
+def test_sparse_points_of_las_are_not_rounded_to_a_part_of_their_spacing(tmp_path):
+    """200 points over 200 km had steps of 1 m, 1e-4 of their spacing; half a step of 1e-4 is the most now."""
+    points = np.random.default_rng(0).uniform(0, [2e5, 2e5, 10], (200, 3))
+    found = sf.read_scan(sf.Scan(points).save(tmp_path / "sparse.las")).points
+    assert np.abs(found - points).max() < 0.501e-4
+
+
+def test_points_that_floats_of_gltf_move_are_told_of(tmp_path):
+    """Points .02 apart, one of them at 3 000 001.1: floats there are .25 apart, and the next one is .1 off."""
+    points = np.random.default_rng(0).uniform(0, 1, (2500, 3))
+    points[0] = [3000001.1, 0, 0]
+    with pytest.warns(
+        UserWarning, match=r"far\.glb: 1 of 2500 points are moved by up to 0\.\d+, .* \.ply and \.npz keep"
+    ):
+        sf.Scan(points).save(tmp_path / "far.glb")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sf.Scan(points[1:]).save(tmp_path / "near.glb")
 
 
 def test_coordinates_that_32_bits_do_not_hold_are_told_of(tmp_path):
