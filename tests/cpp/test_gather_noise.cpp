@@ -116,6 +116,7 @@ TEST(GatherNoise, RowsAroundAreAsked) {
     EXPECT_GT(missed, 100u);
     EXPECT_GT(know, missed / 3);
     EXPECT_TRUE(noise.wanted(std::vector<double>(places.size(), 1.0), 1024).empty());
+    EXPECT_TRUE(noise.wanted(std::vector<double>(places.size(), 1e-9), 256).empty());  // fewer than aimed ones have
     const std::vector<HemisphereGather::Shot> rows = noise.wanted(std::vector<double>(places.size(), 1e-9), 1024);
     EXPECT_EQ(rows.size(), all);
     for (const HemisphereGather::Shot& row : rows) EXPECT_EQ(row.count, 1024);

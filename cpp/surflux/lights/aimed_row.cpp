@@ -15,6 +15,7 @@ constexpr int rings = 8, sectors = 32, cells = rings * sectors;
 constexpr int fewest = 2, most = 128;  // rays of a cell; powers of 2
 constexpr int spread = 4;              // that part of the rays is for all cells alike: what was not aimed at
 
+static_assert(AimedRow::least_rays == fewest * cells);
 using OfCell = std::array<double, cells>;
 
 struct Cell {

@@ -18,6 +18,7 @@ struct Aim {
 // divided into cells of equal measure, and each gets rays in proportion to the deviation of what they bring (Neyman
 // 1934), at least two. Stratified, so that it is unbiased whatever it was aimed at, and shares still make 1.
 struct AimedRow {
+    static constexpr int least_rays = 512;
     HemisphereRow found;
     std::vector<std::uint16_t> units;  // that each ray counts for, of `unit` in all
     std::vector<char> first;           // of the first half of a cell's rays
@@ -28,7 +29,7 @@ struct AimedRow {
     double density_towards(const Frame& frame, const Vec3& direction) const;
 };
 
-// `count` rays, about; no fewer than two for each cell.
+// `count` rays, about; no fewer than two for each cell, AimedRow::least_rays in all.
 void gather_aimed_row(const SurfelPoints& points, const Tracer& tracer, const Place& place, int count,
                       const std::vector<Aim>& aims, std::uint64_t seed, AimedRow& out);
 

@@ -54,6 +54,7 @@ void RowNoise::find(const std::vector<Rgb>& sent, const std::vector<double>& all
 
 std::vector<HemisphereGather::Shot> RowNoise::wanted(const std::vector<double>& allowed, int most) {
     std::vector<HemisphereGather::Shot> out;
+    if (most < AimedRow::least_rays) return out;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         Row& row = rows_[k];
         if (row.is_aimed) continue;

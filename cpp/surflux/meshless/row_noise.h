@@ -25,7 +25,8 @@ public:
     // The standard error of each row, of a colour's norm.
     const std::vector<double>& standard_error() const { return standard_error_; }
 
-    // Rows that are to be shot anew, with `most` rays at most: each once, whose error is more than is allowed.
+    // Rows that are to be shot anew, with `most` rays at most: each once, whose error is more than is allowed. None
+    // where `most` is less than a row that is aimed has.
     std::vector<HemisphereGather::Shot> wanted(const std::vector<double>& allowed, int most);
     // What these are to be aimed at: all that their rays and those of rows around met before.
     HemisphereGather::Aims aims(const std::vector<HemisphereGather::Shot>& rows, const std::vector<Rgb>& sent,

@@ -49,10 +49,10 @@ def white_of_colors(colors, type_name, name=None):
     if np.max(brightest, initial=0.0) > _WHITES[-1]:
         return None
     lit = brightest[brightest > 0]
-    most = np.percentile(lit, 99) if len(lit) else 0.0
-    fractions = type_name in ("float", "double") and (
-        most <= _SLIGHTLY or (most <= 2.0 and not np.array_equal(colors, np.rint(colors)))
-    )
+    most = np.percentile(lit, 99, method="lower") if len(lit) else 0.0
+    fractions = type_name in ("float", "double") and most <= 2.0
+    if fractions and np.max(lit, initial=0.0) > _SLIGHTLY:
+        fractions = not np.array_equal(colors, np.rint(colors))  # dark ones of 255
     white = 1.0 if fractions else next(white for white in _WHITES if most <= white)
     above = np.count_nonzero(lit > _SLIGHTLY * white)
     if above and name is not None:

@@ -4,9 +4,11 @@ import json
 
 import numpy as np
 
+from surflux import _core
 from surflux._base.color import WHITE
 from surflux._base.warn import warn
 
+_UNSIGNED_SHORT = 5123  # a componentType
 _TRANSFORM = "KHR_texture_transform"
 
 
@@ -30,9 +32,21 @@ def factor_of(material):
     return np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255.0
 
 
-def warn_of_left_out(path):
-    """What trimesh leaves out of a file's base colours: other texture coordinates than the first, and transforms."""
+def check_colors(path):
+    """What trimesh does not read of a file's base colours.
+
+    A warning tells of other texture coordinates than the first, and of transforms; a FileError of colours of 16 bits
+    without a material, of which trimesh takes the lower 8.
+    """
     header = _header(path)
+    for primitive in (one for mesh in header.get("meshes", ()) for one in mesh.get("primitives", ())):
+        colors = primitive.get("attributes", {}).get("COLOR_0")
+        if colors is None or "material" in primitive:
+            continue
+        if header["accessors"][colors]["componentType"] == _UNSIGNED_SHORT:
+            raise _core.FileError(
+                f"{path}: COLOR_0 has 16 bits and no material; wanted floats or 8 bits, or a material"
+            )
     left_out = set()
     for material in header.get("materials", ()):
         texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})

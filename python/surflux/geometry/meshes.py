@@ -12,7 +12,7 @@ from surflux._base.color import COLOR_CHOICES, reflectance_of_colors, white_of_c
 from surflux._base.files import require_file
 from surflux._base.warn import warn
 from surflux.geometry.foreign_meshes import WANTED, Mesh, convert
-from surflux.geometry.gltf_materials import warn_of_left_out
+from surflux.geometry.gltf_materials import check_colors
 from surflux.geometry.obj_materials import looks_of_faces
 from surflux.geometry.stl import require_whole_stl
 from surflux.geometry.textures import TexturedFaces
@@ -91,7 +91,7 @@ def _read_file(path):
             require_whole_stl(path)
         mesh = _read_outside(path, "trimesh", _read_with_trimesh)
         if suffix in (".gltf", ".glb"):
-            warn_of_left_out(path)
+            check_colors(path)
     else:
         supported = ", ".join((".ply", ".obj", *PYVISTA_SUFFIXES, *TRIMESH_SUFFIXES))
         raise _core.FileError(f"{path}: meshes are not read from {suffix or 'a file without suffix'}; from {supported}")
@@ -138,8 +138,11 @@ def _ply_reflectance(path, ply, element):
 def _ply_linear(path, ply, element, name):
     """RGB (n, 3) of name_r, name_g and name_b, as surflux writes them; None where there are none."""
     columns = ply["columns"].get(element, {})
-    if not all(f"{name}_{channel}" in columns for channel in "rgb"):
+    missing = [f"{name}_{channel}" for channel in "rgb" if f"{name}_{channel}" not in columns]
+    if len(missing) == 3:
         return None
+    if missing:
+        raise _core.FileError(f"{path}: its {element} elements have colours of {name}, but no {missing[0]}")
     values = np.stack([columns[f"{name}_{channel}"] for channel in "rgb"], axis=-1).astype(np.float64)
     below = 1.0 if name == "reflectance" else np.inf
     bad = ~((values >= 0.0) & (values < below)).all(axis=1)
@@ -158,6 +161,9 @@ def _reflectance(path, colors, type_name, element="vertex"):
         row = int(np.argmax(~np.all(np.isfinite(colors), axis=1)))
         warn(f"{path}: {element} {row} has a colour that is not finite; the colours are ignored")
         return None
+    if np.any(colors < 0):
+        row = int(np.argmax(np.any(colors < 0, axis=1)))
+        raise _core.FileError(f"{path}: {element} {row}: colour is {colors[row].min():g}; wanted not below 0")
     white = white_of_colors(colors, type_name, path)
     if white is None:
         row = int(np.argmax(colors.max(axis=1)))

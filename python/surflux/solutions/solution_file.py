@@ -95,7 +95,7 @@ def load_solution(path: FilePath) -> Solution:
         environments=environments,
         camera=camera,
     )
-    solution._lobes_lost = about.get("lobes_lost") is True or core.has_specular
+    solution._lobes_lost = about.get("lobes_lost", core.has_specular) is True
     return solution
 
 

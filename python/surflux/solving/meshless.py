@@ -70,7 +70,8 @@ def solve_meshless(
         rays: of a receiver, 16 to 65535; half as many on every other finer level, down to 128. Where lights shine on
             patches, a quarter of them sample these (many lights: Conty Estevez and Kulla 2018). Where their standard
             error is more than half of what light may be off by in dim parts, as in a room lit through a gap, a receiver
-            is shot once more, with up to four times as many, aimed at what it and those around it found bright.
+            is shot once more, with 512 to four times as many, aimed at what it and those around it found bright; with
+            rays below 128 none is.
         bounces: how often light is reflected; None for until the residual is below `tolerance`. With a number of them
             what the basis loses of the light at edges is not given back, some tenths of a per cent. `Solution.error` is
             of all bounces, and `power_lost` has what those left out would bring.

@@ -101,6 +101,13 @@ def test_what_trimesh_leaves_out_is_told(tmp_path, texture, said):
         sf.Surfels.from_mesh(path)
 
 
+def test_colours_that_trimesh_halves_are_refused(tmp_path):
+    """Of 16 bits without a material it took the lower 8: .5 became 0."""
+    path = written(tmp_path / "square.glb", None, np.array([32768, 13107, 6553], "<u2"))
+    with pytest.raises(sf.FileError, match=r"square\.glb: COLOR_0 has 16 bits and no material"):
+        sf.Surfels.from_mesh(path)
+
+
 def test_points_of_our_own_come_back_by_trimesh(tmp_path):
     points = np.random.default_rng(0).normal(size=(300, 3))
     normals = points / np.linalg.norm(points, axis=1)[:, None]

@@ -375,3 +375,22 @@ def test_linear_values_of_meshes_are_checked(tmp_path):
     )
     with pytest.raises(sf.FileError, match=r"white\.ply: vertex 1: emission is -2; wanted from 0, finite"):
         sf.Surfels.from_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "said"),
+    [
+        ("reflectance_r", "0.5", r"its vertex elements have colours of reflectance, but no reflectance_g"),
+        ("r g b", "0.5 -0.5 0.5", r"vertex 0: colour is -0\.5; wanted not below 0"),
+    ],
+)
+def test_colours_of_meshes_that_are_none(tmp_path, names, values, said):
+    path = tmp_path / "bad.ply"
+    head = "".join(f"property float {name}\n" for name in ("x y z " + names).split())
+    corners = "".join(f"{place} {values}\n" for place in ("0 0 0", "1 0 0", "0 1 0"))
+    path.write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 3\n{head}element face 1\nproperty list uchar int vertex_indices\n"
+        f"end_header\n{corners}3 0 1 2\n"
+    )
+    with pytest.raises(sf.FileError, match=rf"bad\.ply: {said}"):
+        sf.Surfels.from_mesh(path)

@@ -54,6 +54,22 @@ def test_what_is_white_goes_by_most(tmp_path, ball, scale, white):
     )
 
 
+def test_one_of_few_does_not_say_what_white_is(tmp_path, ball):
+    colors = np.full((50, 3), 0.8)
+    colors[7] = 5.0
+    with pytest.warns(UserWarning, match="1 of 50 colours are brighter than white, which is 1:"):
+        found = sf.read(written(tmp_path / "few.npz", ball[:50], colors)).reflectance
+    assert np.median(found) == pytest.approx(0.59, abs=0.01)
+
+
+def test_whole_numbers_are_no_fractions(tmp_path, ball):
+    """Floats of a dark file of 255, most of them 1."""
+    colors = np.tile([1.0, 0.0, 1.0], (N, 1))
+    colors[:5] = 255.0
+    found = sf.read(written(tmp_path / "dark.npz", ball, colors)).reflectance
+    assert found[-1, 0] == pytest.approx(0.98 / 255 / 12.92, rel=1e-5)
+
+
 def test_eight_bits_in_sixteen(tmp_path):
     laspy = pytest.importorskip("laspy")
     header = laspy.LasHeader(point_format=2, version="1.2")
