@@ -165,26 +165,11 @@ double MeshlessExchange::reflected(std::uint32_t surfel, const std::vector<Rgb>&
     return std::max(0.0, luminance(scene_.surfels.reflectance[surfel] * means_.mean(surfel, coefficients)) / outside);
 }
 
-// Of what rows gathered, shared out among those that their rays met, which send `sends`: how much came from each group.
-std::vector<double> MeshlessExchange::received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
-                                               const std::vector<double>& gathered) const {
-    std::vector<double> out(scaling.groups, 0.0);
-    for (std::size_t k = 0; k < gather_.size(); ++k) {
-        double all = 0.0;
-        const auto of = [&](std::uint32_t i, double units) { return units * scaling.senders[i] * sends[i]; };
-        gather_.for_senders(k, [&](std::uint32_t i, double units) { all += of(i, units); });
-        if (!(all > 0.0)) continue;
-        const double each = areas_[k] * gathered[k] / all;
-        gather_.for_senders(k, [&](std::uint32_t i, double units) { out[scaling.group[i]] += each * of(i, units); });
-    }
-    return out;
-}
-
 HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalScaling& scaling,
                                                              const std::vector<Rgb>& coefficients) const {
     const std::size_t n = scene_.surfels.size(), rows = gather_.size();
     HemisphereGather::SenderPower out;
-    std::vector<double> emission(n), emitted(rows), arrived(rows);
+    std::vector<double> emission(n);
     std::vector<double> exitance_met(scaling.groups, 0.0), exitance_variance(scaling.groups, 0.0),
         emission_met(scaling.groups, 0.0), reflected_met(scaling.groups, 0.0);
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -203,11 +188,6 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
     }
     std::vector<Rgb> sent;
     gather_.sent(coefficients, sent);
-    parallel_for(rows, 64, [&](std::size_t k) {
-        const HemisphereGather::Row& row = gather_[k];
-        emitted[k] = row.emitted_scale * luminance(row.emitted);
-        arrived[k] = luminance(gather_.gather(k, coefficients, sent));
-    });
     const std::vector<double> exact(scaling.groups, 0.0);
     const auto factors = [&](const std::vector<double>& wanted, const std::vector<double>& variance,
                              const std::vector<double>& found) {
@@ -228,9 +208,49 @@ HemisphereGather::SenderPower MeshlessExchange::sender_power(const ReciprocalSca
             first[scaling.group[i]] += areas_[k] * gather_[k].scale * scaling.senders[i] * found;
         });
     out.exitance = factors(exitance_met, exitance_variance, first);
-    out.emitted = factors(emission_met, exact, received(scaling, emission, emitted));
-    out.reflected = factors(reflected_met, exact, received(scaling, out.radiosity, arrived));
+    // Of each sender's mean what rows have of it is known.
+    std::vector<double> emitted(scaling.groups, 0.0), by_means(scaling.groups, 0.0);
+    for (std::size_t k = 0; k < rows; ++k) {
+        const double each = areas_[k] * gather_[k].share * gather_[k].scale;
+        gather_.for_senders(k, [&](std::uint32_t i, double units) {
+            emitted[scaling.group[i]] += each * units * scaling.senders[i] * emission[i];
+            by_means[scaling.group[i]] += each * units * luminance(sent[i]);
+        });
+    }
+    share_among_wide(scaling, coefficients, sent, reflected_met, by_means);
+    out.emitted = factors(emission_met, exact, emitted);
+    out.reflected = factors(reflected_met, exact, by_means);
     return out;
+}
+
+// Replaces what rows have of groups with wide patches by the same share of what each sends: near rows have the light of
+// the places where their rays end, and do not keep whose it is, so that of all such groups of a connected part together
+// alone is known what arrives. Shared out by the patches' means, what the lit part of a room sends seemed to come from
+// the shaded one as well, which was made a quarter too bright for it.
+void MeshlessExchange::share_among_wide(const ReciprocalScaling& scaling, const std::vector<Rgb>& coefficients,
+                                        const std::vector<Rgb>& sent, const std::vector<double>& sends,
+                                        std::vector<double>& arrived) const {
+    std::vector<char> is_wide(scaling.groups, 0);
+    std::vector<std::uint32_t> part(scaling.groups, 0);
+    std::uint32_t parts = 0;
+    for (std::uint32_t i = 0; i < part_of_surfel_.size(); ++i) {
+        if (means_.is_wide(i)) is_wide[scaling.group[i]] = 1;
+        part[scaling.group[i]] = part_of_surfel_[i];
+        parts = std::max(parts, part_of_surfel_[i] + 1);
+    }
+    for (const std::uint32_t of_row : parts_) parts = std::max(parts, of_row + 1);
+    std::vector<double> sent_by_wide(parts, 0.0), arrived_of_wide(parts, 0.0);
+    for (std::size_t k = 0; k < gather_.size(); ++k)
+        arrived_of_wide[parts_[k]] += areas_[k] * luminance(gather_.gather(k, coefficients, sent));
+    for (std::size_t group = 0; group < scaling.groups; ++group)
+        if (is_wide[group])
+            sent_by_wide[part[group]] += sends[group];
+        else
+            arrived_of_wide[part[group]] -= arrived[group];
+    for (std::size_t group = 0; group < scaling.groups; ++group)
+        if (is_wide[group])
+            arrived[group] =
+                sends[group] > 0.0 ? sends[group] * arrived_of_wide[part[group]] / sent_by_wide[part[group]] : 0.0;
 }
 
 Figures MeshlessExchange::power(const Solution& solution) const {

@@ -32,8 +32,8 @@ public:
     // Factors on top of those, by group of senders: the power that should arrive from the group over the power that
     // does, to the exponent of senders' weight (ReciprocalScaling::Variances). They mend senders' means: receivers
     // close by gather where rays end and far ones by means, of which they may see the brighter part. What should
-    // arrive: of the light beside the basis what leaves the group and is not lost, of the light with `coefficients`
-    // what all would receive from means alone. Rows are scaled by then.
+    // arrive: what leaves the group and is not lost. Groups with wide patches in one connected part share the factor of
+    // the light with `coefficients`. Rows are scaled by then.
     HemisphereGather::SenderPower sender_power(const ReciprocalScaling& scaling,
                                                const std::vector<Rgb>& coefficients) const;
 
@@ -44,8 +44,9 @@ private:
     double reflected(std::uint32_t surfel, const std::vector<Rgb>& coefficients) const;
     double exitance(std::uint32_t surfel) const { return per_outside(surfel, gather_.exitance(surfel)); }
     double per_outside(std::uint32_t surfel, double exitance) const;
-    std::vector<double> received(const ReciprocalScaling& scaling, const std::vector<double>& sends,
-                                 const std::vector<double>& gathered) const;
+    void share_among_wide(const ReciprocalScaling& scaling, const std::vector<Rgb>& coefficients,
+                          const std::vector<Rgb>& sent, const std::vector<double>& sends,
+                          std::vector<double>& arrived) const;
     void find_parts(const Progress& progress);
     void find_areas();
     HemisphereLoss loss(std::uint32_t surfel) const;  // by the finest level on which light was gathered around it
