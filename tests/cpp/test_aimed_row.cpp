@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-#include "shapes.h"
+#include "small_strip.h"
 #include "surflux/radiosity/gathering.h"
 
 namespace surflux {
 namespace {
 
-// A floor, and above it a black ceiling beside it a bright strip of 1 by 20 cm.
+// The small strip sends light, of 1.
 struct Gap {
     Scene scene;
     Tracer tracer{scene};
@@ -17,17 +17,9 @@ struct Gap {
     SurfelPoints points{scene.surfels};
     std::vector<double> sent = std::vector<double>(tree.size(), 0.0);
 
-    Gap() : scene(of_strip()) {
+    Gap() : scene(small_strip()) {
         for (std::size_t i = 0; i < scene.surfels.size(); ++i) sent[i] = scene.object[i] == 1 ? 1.0 : 0.0;
         tree.pull_up(sent, 1);
-    }
-    static Scene of_strip() {
-        Surfels floor, strip, ceiling;
-        shapes::add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 20, 20);
-        shapes::add_rectangle(strip, {0.6, 0.4, 0.5}, {0, 0.2, 0}, {0.01, 0, 0}, 4, 1);
-        shapes::add_rectangle(ceiling, {0, 0, 0.5}, {0, 1, 0}, {0.6, 0, 0}, 4, 4);
-        for (Surfels* s : {&floor, &strip, &ceiling}) shapes::finish(*s, 0.5, 0.0);
-        return shapes::scene_of({floor, strip, ceiling});
     }
     double gathered(const Gathering& rows, std::size_t row) const {
         double out = 0.0;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "shapes.h"
+#include "small_strip.h"
 #include "surflux/meshless/hemisphere_gather.h"
 #include "surflux/meshless/placed_basis.h"
 #include "surflux/meshless/row_noise.h"
@@ -12,21 +12,13 @@
 namespace surflux {
 namespace {
 
-// A floor, above it a black ceiling, and beside that a strip of 1 by 20 cm that sends light.
+// The small strip sends light, of 1.
 struct Gap {
     explicit Gap(std::uint64_t seed)
         : light(scene, tracer, {}, true, 16, {}, 0, {}),
           placed(scene, tracer, light.points(), basis, {0.0, 1, 1.0, 0, {}}, {}),
           gather((placed.add_first({}), scene), tracer, light, basis, placed.means(), {0.314, seed, {}}) {}
 
-    static Scene of_strip() {
-        Surfels floor, strip, ceiling;
-        shapes::add_rectangle(floor, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 20, 20);
-        shapes::add_rectangle(strip, {0.6, 0.4, 0.5}, {0, 0.2, 0}, {0.01, 0, 0}, 4, 1);
-        shapes::add_rectangle(ceiling, {0, 0, 0.5}, {0, 1, 0}, {0.6, 0, 0}, 4, 4);
-        for (Surfels* s : {&floor, &strip, &ceiling}) shapes::finish(*s, 0.5, 0.0);
-        return shapes::scene_of({floor, strip, ceiling});
-    }
     std::vector<Rgb> of_the_strip() const {
         std::vector<Rgb> out;
         for (const std::uint32_t object : scene.object) out.push_back(object == 1 ? Rgb{1.0, 1.0, 1.0} : Rgb{});
@@ -43,7 +35,7 @@ struct Gap {
         return gather.gather(row, std::vector<Rgb>(basis.size()), of_the_strip()).x;
     }
 
-    Scene scene = of_strip();
+    Scene scene = small_strip();
     Tracer tracer{scene};
     MultilevelBasis basis;
     SurfaceLight light;
