@@ -238,10 +238,13 @@ void MeshlessExchange::share_among_wide(const ReciprocalScaling& scaling, const 
         part[scaling.group[i]] = part_of_surfel_[i];
         parts = std::max(parts, part_of_surfel_[i] + 1);
     }
+    if (std::find(is_wide.begin(), is_wide.end(), 1) == is_wide.end()) return;
     for (const std::uint32_t of_row : parts_) parts = std::max(parts, of_row + 1);
     std::vector<double> sent_by_wide(parts, 0.0), arrived_of_wide(parts, 0.0);
-    for (std::size_t k = 0; k < gather_.size(); ++k)
-        arrived_of_wide[parts_[k]] += areas_[k] * luminance(gather_.gather(k, coefficients, sent));
+    std::vector<double> gathered(gather_.size());
+    parallel_for(gathered.size(), 64,
+                 [&](std::size_t k) { gathered[k] = luminance(gather_.gather(k, coefficients, sent)); });
+    for (std::size_t k = 0; k < gathered.size(); ++k) arrived_of_wide[parts_[k]] += areas_[k] * gathered[k];
     for (std::size_t group = 0; group < scaling.groups; ++group)
         if (is_wide[group])
             sent_by_wide[part[group]] += sends[group];
