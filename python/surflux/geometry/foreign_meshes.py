@@ -9,7 +9,7 @@ from surflux._base.color import WHITE, reflectance_of_colors, white_of_colors
 from surflux._base.warn import warn
 from surflux.geometry.gltf_materials import factor_of, is_gltf, linear_reflectance
 from surflux.geometry.texel_means import mean_texels
-from surflux.geometry.textures import texture_of
+from surflux.geometry.textures import TextureUse, texture_of
 
 
 class Mesh(NamedTuple):
@@ -17,7 +17,7 @@ class Mesh(NamedTuple):
 
     The corners of face i are indices[offsets[i]:offsets[i + 1]]. Reflectance is linear, of the colours of vertices or
     faces, sRGB with white at .98, or of materials; None where there are none. Exitance is what faces send by
-    themselves.
+    themselves. A face has the mean of its texture in both; of parts of faces `face_colors` says it.
     """
 
     vertices: np.ndarray  # (v, 3) float64
@@ -26,6 +26,8 @@ class Mesh(NamedTuple):
     reflectance: np.ndarray | None  # (v, 3) float64
     of_faces: np.ndarray | None = None  # (f, 3) float64, which counts where both are there
     exitance: np.ndarray | None = None  # (f, 3) float64; None for 0
+    places: np.ndarray | None = None  # (k, 2) float64: texture coordinates of the corners, v going up; NaN for none
+    textures: tuple[TextureUse, ...] = ()
 
     def face_reflectance(self):
         """(f, 3): what each face has, else the mean of its corners; 0.5 where the mesh has no colours."""
@@ -34,6 +36,17 @@ class Mesh(NamedTuple):
         if self.reflectance is None:
             return np.full((len(self.offsets) - 1, 3), 0.5)
         return self.mean_of_corners(self.reflectance)
+
+    def with_materials(self, reflectance=None, emission=None):
+        """With these (f, 3) in place of its own, where given."""
+        mesh = self
+        if reflectance is not None:
+            shining = tuple(use for use in mesh.textures if use.shines)
+            mesh = mesh._replace(of_faces=reflectance, textures=shining)
+        if emission is not None:
+            kept = tuple(use for use in mesh.textures if not use.shines)
+            mesh = mesh._replace(exitance=emission, textures=kept)
+        return mesh
 
     def mean_of_corners(self, values):
         """(f, k): mean over the corners of each face of values (v, k) at vertices."""
@@ -69,10 +82,11 @@ def convert(mesh):
     return None
 
 
-def _triangles(vertices, faces, reflectance=None, of_faces=None):
+def _triangles(vertices, faces, reflectance=None, of_faces=None, places=None, textures=()):
     faces = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
     vertices = np.array(vertices, dtype=np.float64).reshape(-1, 3)
-    return Mesh(vertices, 3 * np.arange(len(faces) + 1), faces.ravel(), reflectance, of_faces)
+    offsets = 3 * np.arange(len(faces) + 1)
+    return Mesh(vertices, offsets, faces.ravel(), reflectance, of_faces, places=places, textures=textures)
 
 
 def reflectance_of(colors):
@@ -103,7 +117,7 @@ def _from_trimesh(mesh, colors=None):
     if kind == "face":
         return _triangles(mesh.vertices, mesh.faces, of_faces=reflectance_of(visual.face_colors))
     if kind == "texture":
-        return _triangles(mesh.vertices, mesh.faces, of_faces=_textured(visual, np.asarray(mesh.faces), colors))
+        return _triangles(mesh.vertices, mesh.faces, **_textured(visual, np.asarray(mesh.faces), colors))
     return _triangles(mesh.vertices, mesh.faces)
 
 
@@ -116,12 +130,20 @@ def _from_parts(parts):
     before = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
     faces = [part.indices + first for part, first in zip(parts, before, strict=True)]
     colored = any(part.reflectance is not None or part.of_faces is not None for part in parts)
-    of_faces = np.concatenate([part.face_reflectance() for part in parts]) if colored else None
-    return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), of_faces=of_faces)
+    painted = {"of_faces": np.concatenate([part.face_reflectance() for part in parts])} if colored else {}
+    if any(part.textures for part in parts):
+        first = np.cumsum([0] + [len(part.offsets) - 1 for part in parts[:-1]])
+        uses = ((use, face) for part, face in zip(parts, first, strict=True) for use in part.textures)
+        painted["textures"] = tuple(use._replace(faces=use.faces + face) for use, face in uses)
+        nowhere = (np.full((len(part.indices), 2), np.nan) for part in parts)
+        painted["places"] = np.concatenate(
+            [no if part.places is None else part.places for part, no in zip(parts, nowhere, strict=True)]
+        )
+    return _triangles(np.concatenate([part.vertices for part in parts]), np.concatenate(faces), **painted)
 
 
 def _textured(visual, faces, colors):
-    """(f, 3): the mean of the texture over each face, times the colour of the material; None where it has neither."""
+    """What _triangles takes of the texture of faces, and of the colour of their material, which it is times."""
     if colors is None:
         colors = visual.vertex_attributes.get("color")
     material = visual.material
@@ -136,11 +158,16 @@ def _textured(visual, faces, colors):
             tint = factor
         elif diffuse is not None and diffuse.any():  # as paint has it for files
             tint = diffuse
-        means = mean_texels(texture_of(image), np.asarray(visual.uv, np.float64)[faces])
-        return np.clip(WHITE * tint * means, 0.0, WHITE)
+        texture, places = texture_of(image), np.asarray(visual.uv, np.float64)[faces]
+        tint = np.broadcast_to(WHITE * tint, (len(faces), 3))
+        return {
+            "of_faces": np.clip(tint * mean_texels(texture, places), 0.0, WHITE),
+            "places": places.reshape(-1, 2),
+            "textures": (TextureUse(np.arange(len(faces)), tint, lambda: texture),),
+        }
     if factor is not None:
-        return np.clip(WHITE * np.broadcast_to(factor, (len(faces), 3)), 0.0, WHITE)
-    return None if diffuse is None else np.tile(np.clip(diffuse, 0.0, WHITE), (len(faces), 1))
+        return {"of_faces": np.clip(WHITE * np.broadcast_to(factor, (len(faces), 3)), 0.0, WHITE)}
+    return {} if diffuse is None else {"of_faces": np.tile(np.clip(diffuse, 0.0, WHITE), (len(faces), 1))}
 
 
 def _diffuse(material):

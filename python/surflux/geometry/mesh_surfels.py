@@ -1,5 +1,6 @@
 """Surfels, compiled, of a mesh that has been read and checked: one per patch, or points spread over it."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from surflux import _core
 from surflux._base.passes import stage
 from surflux.geometry.cores import make_core
 from surflux.geometry.estimates import estimated_radii
+from surflux.geometry.face_colors import colors_of_parts, go_on, varies_within_faces
 from surflux.geometry.gloss import require_energy
 from surflux.geometry.patches import make_patches
 from surflux.geometry.sheets import sheet_faces, with_backs
@@ -22,25 +24,46 @@ class Faces(NamedTuple):
     merged: np.ndarray
 
 
-def surfels_of_patches(mesh, patch_area, reflectance, emission, gloss, back_of_sheets=False):
-    """(_core.Surfels, Faces) of a Mesh with reflectance and emission (f, 3) and gloss (see gloss_arrays) per face."""
-    materials = np.column_stack([reflectance, emission, *gloss.values()])
-    patches = make_patches(*mesh[:3], patch_area, materials, divided=True)
+def surfels_of_patches(mesh, patch_area, gloss, back_of_sheets=False):
+    """(_core.Surfels, Faces) of a Mesh with gloss (see gloss_arrays) per face."""
+    materials = np.column_stack([mesh.face_reflectance(), mesh.face_emission(), *gloss.values()])
+    alike = partial(go_on, mesh) if varies_within_faces(mesh) else None
+    patches = make_patches(*mesh[:3], patch_area, materials, divided=True, go_on=alike)
+    reflectance, emission = _colors_of_patches(mesh, patches)
+    gloss = require_energy(reflectance, {name: values[patches.faces] for name, values in gloss.items()})
     core = _core.Surfels(
         patches.centroids,
         patches.normals,
         patches.radii,
         patches.areas,
-        reflectance[patches.faces],
-        emission[patches.faces],
+        reflectance,
+        emission,
         patches.triangles,
         patches.triangle_patch,
-        **{name: values[patches.faces] for name, values in gloss.items()},
+        **gloss,
     )
     if not back_of_sheets:
         return core, Faces(patches.faces, patches.merged)
     sheet = sheet_faces(mesh)[patches.faces]
     return with_backs(core, sheet), Faces(np.concatenate([patches.faces, patches.faces[sheet]]), patches.merged)
+
+
+def _colors_of_patches(mesh, patches):
+    """Reflectance and emission (n, 3) of Patches of a Mesh: of its faces or, of those that were cut, of their parts."""
+    values = mesh.face_reflectance()[patches.faces], mesh.face_emission()[patches.faces]
+    of_cut = (np.bincount(patches.faces) > 1)[patches.faces]
+    if varies_within_faces(mesh) and of_cut.any():
+        some = of_cut[patches.triangle_patch]
+        patch, triangles = patches.triangle_patch[some], patches.triangles[some]
+        a, b, c = triangles.transpose(1, 0, 2)
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        total = np.bincount(patch, areas, len(of_cut))[of_cut]
+        for all_of_them, of_triangles in zip(
+            values, colors_of_parts(mesh, patches.faces[patch], triangles), strict=True
+        ):
+            sums = [np.bincount(patch, areas * channel, len(of_cut))[of_cut] for channel in of_triangles.T]
+            all_of_them[of_cut] = np.stack(sums, axis=1) / total[:, None]
+    return values
 
 
 def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
@@ -49,9 +72,20 @@ def sampled_surfels(mesh, n, seed, reflectance, emission, gloss):
     points, triangle = _core.sample_evenly(patches.triangles, n, CANDIDATES, seed, progress=stage("samples"))
     patch = patches.triangle_patch[triangle]
     normals = patches.normals[patch]
-    if reflectance is None:
-        reflectance = mesh.face_reflectance()[patches.faces[patch]]
-    if emission is None:
-        emission = mesh.face_emission()[patches.faces[patch]]
+    own = _colors_around(mesh, points, patches.faces[patch], patches.triangles[triangle], patches.areas.sum() / n)
+    reflectance, emission = (
+        mine if its is None else its for mine, its in zip(own, (reflectance, emission), strict=True)
+    )
     require_energy(reflectance, gloss)
     return make_core(points, normals, estimated_radii(points, normals), None, reflectance, emission, **gloss)
+
+
+def _colors_around(mesh, points, face, triangles, area):
+    """Reflectance and emission (n, 3) that a Mesh has around points on faces (n,), each in one of triangles (n, 3, 3):
+    the mean over so much of that, shrunk towards the point, as `area`."""
+    if not varies_within_faces(mesh):
+        return mesh.face_reflectance()[face], mesh.face_emission()[face]
+    a, b, c = triangles.transpose(1, 0, 2)
+    share = np.sqrt(np.minimum(1.0, area / (0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))))
+    middle = points[:, None]
+    return colors_of_parts(mesh, face, middle + share[:, None, None] * (triangles - middle))

@@ -82,8 +82,10 @@ def _read_file(path):
         vertices, offsets, indices, colors, materials, (places, of_corners) = _core.read_obj(path)
         rho = _reflectance(path, colors, "float")
         textured = TexturedFaces(vertices, offsets, indices, places.reshape(-1, 2), of_corners) if len(places) else None
-        of_faces, exitance = looks_of_faces(path, *materials, textured, has_colors=rho is not None)
+        of_faces, exitance, uses = looks_of_faces(path, *materials, textured, has_colors=rho is not None)
         mesh = Mesh(vertices, offsets, indices.astype(np.int64), rho, None if rho is not None else of_faces, exitance)
+        if uses:
+            mesh = mesh._replace(places=textured.of_each_corner(), textures=uses)
     elif suffix in PYVISTA_SUFFIXES:
         mesh = _read_outside(path, "pyvista", _read_with_pyvista)
     elif suffix in TRIMESH_SUFFIXES:

@@ -16,7 +16,8 @@ _WORD = re.compile(rb'"([^"]+)"|(\S+)')
 
 
 def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=False):
-    """(reflectance, exitance), (f, 3) each, of the faces of an OBJ file, by its materials; (None, None) without any.
+    """(reflectance, exitance), (f, 3) each, of the faces of an OBJ file, by its materials, None without any; and the
+    TextureUse of each of their textures.
 
     Kd is linear reflectance, at most .98; Ke radiance, so that a face sends pi times as much. Their textures, map_Kd
     and map_Ke, are times these, or by themselves where they are 0; a face has the mean of its own. What is not there,
@@ -33,7 +34,7 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
     has_face = np.bincount(np.minimum(of_face, len(names)), minlength=len(names) + 1)[:-1] > 0
     names = [_spaced(name) if used else b"" for name, used in zip(names, has_face, strict=True)]
     if not any(names):
-        return None, None
+        return None, None, ()
     known, missing = {}, []
     for line in filter(None, dict.fromkeys(libraries)):
         found, lost = _files(Path(path).parent, line)
@@ -49,15 +50,16 @@ def looks_of_faces(path, libraries, names, of_face, textured=None, has_colors=Fa
         faces = "faces that have it reflect" if len(unknown) == 1 else "faces that have them reflect"
         warn(f"{path}: {counted(len(unknown), 'material')} ({_listed(unknown)}) {lost}; {faces} {_USUAL:g}")
     if not any(used):
-        return None, None
+        return None, None, ()
     which = np.minimum(of_face, len(names))
     rho, glow = (_colors([*used, None], *how)[which] for how in ((b"kd", _USUAL), (b"ke", 0.0)))
     looks = {b"ke": (glow, 1.0)} if has_colors else {b"kd": (rho, WHITE), b"ke": (glow, 1.0)}
-    paint(path, used, which, looks, textured)
+    uses = paint(path, used, which, looks, textured)
     off = np.count_nonzero(((rho < 0.0) | (rho > WHITE)).any(axis=1))
     if off:
         warn(f"{path}: Kd of {counted(off, 'face')} is not in 0 to {WHITE:g}, the most that counts, and is cut off")
-    return np.clip(rho, 0.0, WHITE), np.pi * np.maximum(0.0, glow)
+    uses = [use._replace(tint=np.pi * use.tint, most=np.inf) if use.shines else use for use in uses]
+    return np.clip(rho, 0.0, WHITE), np.pi * np.maximum(0.0, glow), tuple(uses)
 
 
 def _spaced(text):

@@ -2,13 +2,14 @@
 
 import os
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from surflux._base.check import counted
 from surflux._base.warn import warn
-from surflux.geometry.textures import read_texture
+from surflux.geometry.textures import TextureUse, read_texture
 
 COMMENT = re.compile(rb"\s#.*")
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -30,7 +31,7 @@ def file_beside(folder, name):
 
 
 def paint(path, materials, which, looks, textured):
-    """Puts the textures of materials on the faces that have them, in place, times what these have there.
+    """Puts the textures of materials on the faces that have them, in place, times what these have there; [TextureUse].
 
     Where that is 0, or nothing, the texture counts by itself. What cannot be had is warned of.
 
@@ -42,6 +43,7 @@ def paint(path, materials, which, looks, textured):
         textured: TexturedFaces, or None where no corner has a place on a texture.
     """
     painted, lost, unplaced = {}, [], 0  # by file, for one texture at a time is in memory
+    uses = []
     for k, material in enumerate(materials):
         for keyword in looks:
             if material and b"map_" + keyword in material:
@@ -55,7 +57,7 @@ def paint(path, materials, which, looks, textured):
     if painted:
         order = np.argsort(which, kind="stable")
         begin = np.searchsorted(which[order], np.arange(len(materials) + 1))
-    for file, uses in painted.items():
+    for file, of_file in painted.items():
         try:
             texture = read_texture(file)
         except ImportError:
@@ -64,7 +66,7 @@ def paint(path, materials, which, looks, textured):
         except Exception as error:  # of Pillow, which raises many kinds
             lost.append(f"{str(file)!r} is not read ({type(error).__name__}: {error})")
             continue
-        for k, keyword, scale, shift in uses:
+        for k, keyword, scale, shift in of_file:
             faces, (values, most) = order[begin[k] : begin[k + 1]], looks[keyword]
             if textured is None:
                 unplaced += len(faces)
@@ -74,13 +76,16 @@ def paint(path, materials, which, looks, textured):
             unplaced += np.count_nonzero(~known)
             tints = values[faces]
             tints[~tints.any(axis=1) | (keyword not in materials[k])] = 1.0
-            values[faces[known]] = most * tints[known] * means[known]
+            faces, tints = faces[known], most * tints[known]
+            values[faces] = tints * means[known]
+            uses.append(TextureUse(faces, tints, partial(read_texture, file), scale, shift, keyword == b"ke"))
     if lost:
         more = f" (and {len(set(lost)) - 1} more)" if len(set(lost)) > 1 else ""
         warn(f"{path}: texture {lost[0]}{more}; {_alone(looks)} there")
     if unplaced:
         what = "has a texture and no place on it" if unplaced == 1 else "have a texture and no place on it"
         warn(f"{path}: {counted(unplaced, 'face')} {what} (vt); {_alone(looks)} there")
+    return uses
 
 
 def _alone(looks):

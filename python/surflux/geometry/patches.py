@@ -38,13 +38,13 @@ class Patches:
     merged: np.ndarray | None
 
 
-def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True, divided=False):
+def make_patches(vertices, offsets, indices, patch_area=None, material=None, paired=True, divided=False, go_on=None):
     """Patches of the polygons whose corners are vertices[indices[offsets[f]:offsets[f + 1]]].
 
     Pairs of coplanar triangles that make a convex quadrilateral become one, unless their rows of material (f, k)
-    differ, or `paired` is False. With patch_area, faces are cut into pieces of at most that area: quadrilaterals into a
-    grid of near-square cells, triangles into k^2 congruent ones, larger polygons by way of a fan of triangles. Where
-    `divided`, what another face stands on is cut along it.
+    differ, go_on(faces (p,), faces beside (p,)) is False, or `paired` is. With patch_area, faces are cut into pieces of
+    at most that area: quadrilaterals into a grid of near-square cells, triangles into k^2 congruent ones, larger
+    polygons by way of a fan of triangles. Where `divided`, what another face stands on is cut along it.
     """
     told = stage("faces")
     report(told, 0, _STEPS)
@@ -68,7 +68,7 @@ def make_patches(vertices, offsets, indices, patch_area=None, material=None, pai
     others = [ring for ring in rings if ring[1].shape[1] > 3]
     merged = np.arange(len(offsets) - 1)
     if triangles and paired:
-        others, triangles, first, second = _pair_triangles(triangles, others, material, told)
+        others, triangles, first, second = _pair_triangles(triangles, others, material, go_on, told)
         merged[second] = first
     report(told, _STEPS, _STEPS)
     rings = triangles + others
@@ -159,7 +159,7 @@ def _triangulate(face, corners):
     return np.asarray(mesh.cell_data["face"])[keep], triangles[keep]
 
 
-def _pair_triangles(triangles, others, material, told):
+def _pair_triangles(triangles, others, material, go_on, told):
     """Pairs of coplanar triangles as quadrilaterals: (others and quads, the other triangles, first, second faces)."""
     face = np.concatenate([f for f, _ in triangles])
     corners = np.concatenate([c for _, c in triangles])
@@ -187,6 +187,9 @@ def _pair_triangles(triangles, others, material, told):
     sines = _corner_sines(quads) if len(quads) else np.zeros((0, 4))
     ok = (sines > _FLAT).all(axis=1)
     h, twin, quads, sines = h[ok], twin[ok], quads[ok], sines[ok]
+    if go_on is not None:
+        ok = go_on(face[h // 3], face[twin // 3])
+        h, twin, quads, sines = h[ok], twin[ok], quads[ok], sines[ok]
     pairs = _best_pairs(h // 3, twin // 3, 1.0 - sines.min(axis=1, initial=1.0), len(face))
     paired = np.zeros(len(face), bool)
     paired[h[pairs] // 3] = paired[twin[pairs] // 3] = True

@@ -1,10 +1,11 @@
 """Images on faces of meshes: what each face has of them in the mean."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from surflux._base.color import rgb_of_grey, srgb_to_linear
+from surflux._base.color import WHITE, rgb_of_grey, srgb_to_linear
 from surflux.geometry.texel_means import mean_texels
 
 NO_PLACE = 0xFFFFFFFF  # of a corner
@@ -42,6 +43,22 @@ def read_texture(path):
         Image.MAX_IMAGE_PIXELS = before
 
 
+class TextureUse(NamedTuple):
+    """What some faces (m,), ascending, have of a texture anywhere: tint (m, 3) times the texel, from 0 to `most`.
+
+    `read` gives the Texture. Texture coordinates are times `scale`, plus `shift`, (2,) each. It is reflectance or,
+    where it `shines`, exitance.
+    """
+
+    faces: np.ndarray
+    tint: np.ndarray
+    read: Callable[[], Texture]
+    scale: np.ndarray | float = 1.0
+    shift: np.ndarray | float = 0.0
+    shines: bool = False
+    most: float = WHITE
+
+
 class TexturedFaces(NamedTuple):
     """Polygons whose corners have places on a texture: the corners of face i are [offsets[i], offsets[i + 1])."""
 
@@ -50,6 +67,10 @@ class TexturedFaces(NamedTuple):
     indices: np.ndarray  # (k,) of corners, into vertices
     places: np.ndarray  # (p, 2), v going up
     of_corners: np.ndarray  # (k,) index into places, or NO_PLACE
+
+    def of_each_corner(self):
+        """(k, 2) places; NaN of corners that have none."""
+        return np.append(self.places, [[np.nan, np.nan]], axis=0)[np.minimum(self.of_corners, len(self.places))]
 
     def means(self, faces, texture, scale, shift):
         """(len(faces), 3): linear means of a Texture over some faces, by area; NaN of those that have no place on it.

@@ -67,7 +67,9 @@ def wound_alike(mesh):
     first, end = (np.repeat(ends, np.diff(mesh.offsets)) for ends in (mesh.offsets[:-1], mesh.offsets[1:]))
     corner = np.arange(len(mesh.indices))
     turned = np.repeat(against, np.diff(mesh.offsets))
-    return mesh._replace(indices=mesh.indices[np.where(turned, first + end - 1 - corner, corner)]), int(against.sum())
+    order = np.where(turned, first + end - 1 - corner, corner)
+    places = None if mesh.places is None else mesh.places[order]
+    return mesh._replace(indices=mesh.indices[order], places=places), int(against.sum())
 
 
 def warn_of_winding(mesh, name, have_backs=False):

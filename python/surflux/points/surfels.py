@@ -156,8 +156,9 @@ class Surfels:
                 cells, triangles into k^2 congruent ones. What another face stands on, or goes through, is cut along it:
                 with both sides of a wall in one patch, each would have light of the other.
             reflectance: in [0, 1): one number, RGB, or one of either per face of the mesh, (f,) or (f, 3). None for the
-                mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), the
-                mean over each face, or for Kd of an OBJ file's materials, linear, and its map; else 0.5.
+                mesh's own colours, of its vertices, faces or texture (trimesh's), sRGB made linear (white at .98), or
+                for Kd of an OBJ file's materials, linear, and its map: the mean over each face, or over each patch
+                that a face is cut into; else 0.5.
             emission: exitance in W/m2, the same shapes. None for what the materials of an OBJ file send, pi Ke; else 0.
             specular: the same shapes. exponent: one number, or one per face.
             two_sided: True appends a copy of every patch that faces the other way; "sheets" of those patches alone that
@@ -193,13 +194,14 @@ class Surfels:
         if two_sided is not True and polygons is not mesh:  # which commands have read, and turn over by themselves
             warn_of_winding(polygons, name_of(mesh), two_sided == "sheets" and sheet_faces(polygons))
         faces = len(polygons.offsets) - 1
-        reflectance = polygons.face_reflectance() if reflectance is None else reflectance
-        reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
-        emission = polygons.face_emission() if emission is None else emission
-        emission = check.per_surfel_rgb("emission", emission, faces, what="face")
-        gloss = require_energy(reflectance, gloss_arrays(specular, exponent, faces, "face"))
+        if reflectance is not None:
+            reflectance = check.per_surfel_rgb("reflectance", reflectance, faces, high=1.0, high_open=True, what="face")
+        if emission is not None:
+            emission = check.per_surfel_rgb("emission", emission, faces, what="face")
+        polygons = polygons.with_materials(reflectance, emission)
+        gloss = require_energy(polygons.face_reflectance(), gloss_arrays(specular, exponent, faces, "face"))
         with file_named(mesh), watched(threads, progress):
-            core, of = surfels_of_patches(polygons, patch_area, reflectance, emission, gloss, two_sided == "sheets")
+            core, of = surfels_of_patches(polygons, patch_area, gloss, two_sided == "sheets")
         if two_sided is True:
             core, of = core.two_sided(), of._replace(of=np.tile(of.of, 2))
         return cls._from_core(core, of)
@@ -227,7 +229,7 @@ class Surfels:
             n: number of surfels, at least 2.
             seed: the same seed gives the same points.
             reflectance, emission, specular, exponent: as Surfels takes them, for n surfels; None for the mesh's own, as
-                in from_mesh.
+                in from_mesh: the mean around each point over as much of its triangle as it stands for.
             threads: at most this many; None for all.
             progress: True for bars on stderr, or a callback (done, total) -> bool, called for one stage after another;
                 False cancels.

@@ -186,8 +186,7 @@ def _patches(table, polygons, side, sheets):
     patch_area = table.get("patch_area")
     if patch_area is not None:
         patch_area = table.call(check.number, "patch_area", patch_area, 0.0, low_open=True)
-    rho = polygons.face_reflectance()
-    core, faces = table.call(surfels_of_patches, polygons, patch_area, rho, polygons.face_emission(), {}, sheets)
+    core, faces = table.call(surfels_of_patches, polygons, patch_area, {}, sheets)
     return Surfels._from_core(core, faces), None if side is None else side[faces.of]
 
 

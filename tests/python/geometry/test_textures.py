@@ -209,3 +209,96 @@ def test_repeats_and_factors_of_parts_of_gltf(tmp_path):
         lower = found.reflectance[np.argsort(found.points[:, 2])]
         wanted = [[0.05 * WHITE, 0.25 * WHITE, 0.25 * WHITE], [WHITE, 0.2 * WHITE, 0.0]]
         np.testing.assert_allclose(lower, wanted, rtol=1e-6)
+
+
+PICTURE = np.random.default_rng(7).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+LINEAR = WHITE * srgb_to_linear(PICTURE / 255.0)
+PLACES = 4000
+AS_ARE, CROSSED = "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "f 1/1 2/2 3/3\nf 1/3 3/2 4/1\n"
+
+
+def with_picture(folder, library, faces):
+    path = on_disk(folder, library, faces)
+    pytest.importorskip("PIL.Image").fromarray(PICTURE).save(folder / "a.png")
+    return path
+
+
+def through_trimesh(path):
+    return pytest.importorskip("trimesh").load(path, process=False)
+
+
+def at_places(s, on_picture=lambda x, y: (x, y)):
+    """(n, 3): the mean of the picture over the patches of Surfels on the unit square, from many places on each."""
+    rng, total = np.random.default_rng(0), np.zeros((len(s), 3))
+    corners, of = s.triangles, s.triangle_surfel
+    share = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    share /= s.areas[of]
+    for _ in range(PLACES):
+        a, b = rng.random((2, len(corners), 1))
+        a, b = np.where(a + b > 1, 1 - a, a), np.where(a + b > 1, 1 - b, b)
+        x, y, _ = ((1 - a - b) * corners[:, 0] + a * corners[:, 1] + b * corners[:, 2]).T
+        u, v = on_picture(x, y)
+        texels = LINEAR[((1 - v) * 64).astype(int) % 64, (u * 64).astype(int) % 64]
+        total += np.stack([np.bincount(of, share * channel, len(s)) for channel in texels.T], axis=1)
+    return total / PLACES
+
+
+@pytest.mark.parametrize("faces", ["f 1/1 2/2 3/3 4/4\n", AS_ARE])
+@pytest.mark.parametrize("through", [lambda path: path, through_trimesh])
+def test_parts_of_a_face_have_what_of_its_texture_is_there(tmp_path, faces, through):
+    """All patches of a face had its mean: a floor of two triangles had two colours, however finely it was cut."""
+    mesh = through(with_picture(tmp_path, "newmtl one\nmap_Kd a.png\n", faces))
+    s = sf.Surfels.from_mesh(mesh, patch_area=1 / 50)
+    assert len(s) >= 50
+    assert s.reflectance.std(axis=0).min() > 0.02
+    np.testing.assert_allclose(s.reflectance, at_places(s), atol=0.025)
+    np.testing.assert_allclose(np.average(s.reflectance, axis=0, weights=s.areas), LINEAR.mean(axis=(0, 1)), rtol=1e-6)
+    # Given reflectance counts, also that of faces.
+    assert np.all(sf.Surfels.from_mesh(mesh, patch_area=1 / 50, reflectance=0.3).reflectance == 0.3)
+
+
+def test_parts_shine_as_their_texture_does(tmp_path):
+    path = with_picture(tmp_path, "newmtl one\nKd .2 .2 .2\nKe 2 4 8\nmap_Ke a.png\n", "f 1/1 2/2 3/3 4/4\n")
+    s = sf.Surfels.from_mesh(path, patch_area=1 / 64)
+    wanted = np.pi * np.array([2, 4, 8]) / WHITE * LINEAR.reshape(8, 8, 8, 8, 3).mean(axis=(1, 3))
+    column, row = (s.points[:, :2].T * 8).astype(int)
+    np.testing.assert_allclose(s.emission, wanted[7 - row, column], rtol=1e-6)
+    assert np.all(s.reflectance == 0.2)
+    assert np.all(sf.Surfels.from_mesh(path, patch_area=1 / 64, emission=1.0).emission == 1.0)
+
+
+def test_points_on_a_face_have_what_of_its_texture_is_there(tmp_path):
+    """Each had the mean of its face. Of a picture finer than their spacing each has some texels."""
+    path = with_picture(tmp_path, "newmtl one\nmap_Kd a.png\n", AS_ARE)
+    coarse = np.repeat(np.repeat(PICTURE[:8, :8], 8, axis=0), 8, axis=1)
+    pytest.importorskip("PIL.Image").fromarray(coarse).save(tmp_path / "a.png")
+    s = sf.Surfels.sample_mesh(path, 4000)
+    column, row = (s.points[:, :2].T * 8).astype(int)
+    wanted = WHITE * srgb_to_linear(PICTURE[7 - row, column] / 255.0)
+    assert np.mean(np.abs(s.reflectance - wanted).max(axis=1) < 1e-6) > 0.7  # the others are beside a border
+    few = sf.Surfels.sample_mesh(with_picture(tmp_path, "newmtl one\nmap_Kd a.png\n", AS_ARE), 40)
+    assert few.reflectance.std() < 0.6 * LINEAR.std()
+    np.testing.assert_allclose(few.reflectance.mean(axis=0), LINEAR.mean(axis=(0, 1)), atol=0.06)
+
+
+def test_triangles_with_another_part_of_the_picture_stay_apart(tmp_path):
+    """Both have the same half of the picture and so the same mean: as one quadrilateral the first would go on."""
+    library = "newmtl one\nmap_Kd a.png\n"
+    assert len(sf.Surfels.from_mesh(with_picture(tmp_path, library, CROSSED))) == 2
+    s = sf.Surfels.from_mesh(tmp_path / "a.obj", patch_area=1 / 50)
+    lower = s.points[:, 1] < s.points[:, 0]
+    np.testing.assert_allclose(s.reflectance[lower], at_places(s)[lower], atol=0.025)
+    upper = at_places(s, lambda x, y: (1.0 + x - y, 1.0 - y))
+    np.testing.assert_allclose(s.reflectance[~lower], upper[~lower], atol=0.025)
+
+
+def test_faces_that_are_turned_over_keep_their_texture(tmp_path):
+    """As `orient` in a scene file, and the command, turn over what is wound against the others."""
+    faces = "f 1/1 2/2 3/3\nf 1/1 4/4 3/3\n"
+    path = with_picture(tmp_path, "newmtl one\nmap_Kd a.png\n", faces)
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[[object]]\nfile = "a.obj"\nkind = "mesh"\norient = true\npatch_area = 0.02\n')
+    s = sf.load_scene(scene).surfels
+    assert np.ptp(s.normals[:, 2]) == 0.0
+    np.testing.assert_allclose(s.reflectance, at_places(s), atol=0.025)
+    assert path.exists()

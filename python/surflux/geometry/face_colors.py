@@ -1,0 +1,87 @@
+"""What parts of faces have of textures, and of colours that vertices have: a face that is cut, or sampled, has many."""
+
+import numpy as np
+
+from surflux.geometry.texel_means import mean_texels
+
+_ALIKE = 1e-5  # texture coordinates and colours
+_MANY = 1 << 19  # parts of faces that are looked at together
+
+
+def varies_within_faces(mesh):
+    """Whether parts of a face of a Mesh may have other colours than the face."""
+    return bool(mesh.textures) or (mesh.of_faces is None and mesh.reflectance is not None)
+
+
+def colors_of_parts(mesh, face, triangles):
+    """(reflectance, exitance), (t, 3) each, of triangles (t, 3, 3), each a part of a face (t,) of a Mesh.
+
+    The mean of the texture over it where there is one, of the colours of vertices that of their linear interpolation;
+    else what the face has.
+    """
+    reflectance, exitance = mesh.face_reflectance()[face], mesh.face_emission()[face]
+    if mesh.of_faces is None and mesh.reflectance is not None:
+        of_corners = mesh.reflectance[mesh.indices]
+        reflectance = np.clip(interpolated(mesh, of_corners, face, triangles.mean(axis=1)), 0.0, of_corners.max())
+    for use in mesh.textures:
+        values = exitance if use.shines else reflectance
+        row = np.minimum(np.searchsorted(use.faces, face), len(use.faces) - 1)
+        on_it = np.flatnonzero(use.faces[row] == face)
+        texture = use.read() if len(on_it) else None
+        for first in range(0, len(on_it), _MANY):
+            some = on_it[first : first + _MANY]
+            places = interpolated(mesh, mesh.places, face[some].repeat(3), triangles[some].reshape(-1, 3))
+            means = mean_texels(texture, places.reshape(-1, 3, 2) * use.scale + use.shift)
+            values[some] = np.clip(use.tint[row[some]] * means, 0.0, use.most)
+    return reflectance, exitance
+
+
+def go_on(mesh, face, other):
+    """(t,) whether, of triangles `face` (t,) of a Mesh, colours go on as they are on triangles `other` (t,) beside."""
+    corner = mesh.offsets[other][:, None] + np.arange(3)
+    points = mesh.vertices[mesh.indices[corner]]
+    result = np.ones(len(face), bool)
+    if mesh.of_faces is None and mesh.reflectance is not None:
+        result &= _near(mesh, mesh.reflectance[mesh.indices], face, points, corner, repeats=False)
+    if mesh.textures:
+        one = np.full((len(mesh.offsets) - 1, 2), -1)  # the texture of each face, and the one of what it sends
+        for number, use in enumerate(mesh.textures):
+            one[use.faces, int(use.shines)] = number
+        result &= (one[face] == one[other]).all(axis=1)
+        on_it = result & (one[face] >= 0).any(axis=1)
+        result[on_it] = _near(mesh, mesh.places, face[on_it], points[on_it], corner[on_it], repeats=True)
+    return result
+
+
+def _near(mesh, values, face, points, corner, repeats):
+    """(t,) whether values (k, d) at corners (t, 3) are those of the face (t,) there."""
+    there = interpolated(mesh, values, face.repeat(3), points.reshape(-1, 3))
+    off = there.reshape(*corner.shape, values.shape[1]) - values[corner]
+    if repeats:  # a texture repeats itself
+        off -= np.round(off[:, :1])
+    return (np.abs(off) < _ALIKE).all(axis=(1, 2))
+
+
+def interpolated(mesh, values, face, points):
+    """(t, d): of values (k, d) at the corners of faces, at points (t, 3) in the planes of faces (t,) of a Mesh.
+
+    Linear over a triangle of the fan around a face's first corner: the one in which the point is, or nearest to it.
+    """
+    first, corners = mesh.offsets[face], np.diff(mesh.offsets)[face]
+    found, inside = np.zeros((len(face), values.shape[1])), np.full(len(face), -np.inf)
+    for k in range(1, int(corners.max(initial=3)) - 1):
+        some = np.flatnonzero(corners > k + 1)
+        fan = first[some, None] + [0, k, k + 1]
+        a, b, c = mesh.vertices[mesh.indices[fan]].transpose(1, 0, 2)
+        b, c, p = b - a, c - a, points[some] - a
+        normal = np.cross(b, c)
+        squared = np.einsum("tk,tk->t", normal, normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = np.einsum("tk,tk->t", np.cross(p, c), normal) / squared
+            t = np.einsum("tk,tk->t", np.cross(b, p), normal) / squared
+            depth = np.minimum(np.minimum(s, t), 1.0 - s - t)
+        better = depth > inside[some]
+        some, fan, s, t = some[better], fan[better], s[better, None], t[better, None]
+        inside[some] = depth[better]
+        found[some] = (1.0 - s - t) * values[fan[:, 0]] + s * values[fan[:, 1]] + t * values[fan[:, 2]]
+    return found
