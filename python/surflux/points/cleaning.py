@@ -1,5 +1,7 @@
 """Points of a scan that are not of its surface: repeated ones, and strays."""
 
+from itertools import product
+
 import numpy as np
 
 from surflux import _core
@@ -46,6 +48,23 @@ def first_among(taken, points, normals=None):
     first = np.arange(len(points))
     if len(taken):
         first[taken] = taken[first_of_each(points[taken], None if normals is None else normals[taken])]
+    return first
+
+
+def first_across(group, points, tolerance):
+    """(n,) int64: for each point the first at its place in another group (n,), itself where none was before it.
+
+    At its place is what is no farther in x, y and z than `tolerance`; up to four times as far, a few are, too.
+    """
+    first = np.arange(len(points))
+    # Along each axis one at least of two lattices of cells, half a cell apart, has both of two such points in one cell.
+    cells = (points - points.min(axis=0, initial=np.inf)) / (2.0 * tolerance)
+    for moved in product((0.0, 0.5), repeat=3):
+        lead = _lead(np.floor(cells + moved))
+        found = (group[lead] != group) & (first == np.arange(len(first)))
+        first[found] = lead[found]
+    while np.any(first != first[first]):
+        first = first[first]
     return first
 
 

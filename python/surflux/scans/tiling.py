@@ -20,6 +20,7 @@ class TileHeader(NamedTuple):
         path: as handed in, text.
         count: of points.
         low, high: (3,) corners of the box around them.
+        step, offset: (3,) coordinates are whole multiples of `step` from `offset`.
         kind: of points: the number of their format, and the extra dimensions by name and type.
         reference: {number of a record: its bytes} of the coordinate reference system.
     """
@@ -28,6 +29,8 @@ class TileHeader(NamedTuple):
     count: int
     low: np.ndarray
     high: np.ndarray
+    step: np.ndarray
+    offset: np.ndarray
     kind: tuple
     reference: dict
 
@@ -50,7 +53,8 @@ def tile_header(path):
     low, high = np.array(header.mins, np.float64), np.array(header.maxs, np.float64)
     if not np.all(np.isfinite([low, high])) or np.any(high < low):
         raise file_error(path, f"its header has no box around its points: {low} to {high}")
-    return TileHeader(os.fsdecode(path), int(header.point_count), low, high, kind, reference)
+    lattice = frame["scales"], frame["offsets"]
+    return TileHeader(os.fsdecode(path), int(header.point_count), low, high, *lattice, kind, reference)
 
 
 def check_alike(headers):

@@ -7,7 +7,7 @@ import numpy as np
 from surflux import _core
 from surflux._base.files import file_error
 from surflux.geometry.estimates import estimated_normals, estimated_radii
-from surflux.points.cleaning import first_among, numbers_of_rows, standing_alone
+from surflux.points.cleaning import first_across, first_among, numbers_of_rows, standing_alone
 from surflux.points.scan import Scan, scan_of_columns
 from surflux.points.surfels import Surfels
 from surflux.points.terrain import facades_outwards
@@ -31,7 +31,7 @@ class TileScene:
         tile = survey.headers[k]
         read = read_columns(tile.path, None, None, 0, strict)
         near = [{name: values for name, values in read.columns.items() if name in NEEDED or name == "points"}]
-        own = len(read.rows)
+        own, tiles = len(read.rows), [k]
         low, high = (survey.low[k, :2] - survey.options.halo, survey.high[k, :2] + survey.options.halo)
         for j, other in enumerate(survey.headers):
             apart = np.any(survey.low[j, :2] > high) or np.any(survey.high[j, :2] < low)
@@ -39,12 +39,14 @@ class TileScene:
                 found = points_around(other.path, low, high, NEEDED, "reading")
                 if found is not None:
                     near.append(found)
+                    tiles.append(j)
         colors = read.columns.pop("colors", None)
         self.scan = scan_of_columns(tile.path, read)
         if survey.shades.has_colors and colors is not None:
             self.scan = replace(self.scan, reflectance=survey.shades.of_colors(colors))
+        tile_of = np.repeat(tiles, [len(columns["points"]) for columns in near])
         near = joined(near)
-        first, alone = _cleaned(survey, near)
+        first, alone = _cleaned(survey, near, tile_of)
         used = np.flatnonzero((first == np.arange(len(first))) & ~alone)
         self.alone = alone[:own]
         if len(used) < 3:
@@ -63,9 +65,10 @@ class TileScene:
         self.around = len(self.surfels) - int(np.count_nonzero(used[kept] < own))
 
 
-def _cleaned(survey, columns):
+def _cleaned(survey, columns, tile_of):
     """((n,) the first point at each one's place, (n,) booleans: left out).
 
+    Tiles may overlap. Of a point that two of them have, the coordinates are as their files round them.
     Withheld points take no part: tiles with buffers hold copies of their neighbours' points, which must not count in
     place of these.
     """
@@ -75,7 +78,15 @@ def _cleaned(survey, columns):
     taken = np.flatnonzero(~alone)
     if survey.strays:
         alone[taken] = standing_alone(points[taken])
-    return first_among(taken, points, columns.get("normals")), alone
+    first = first_among(taken, points, columns.get("normals"))
+    tiles = np.unique(tile_of)
+    rounding, boxes = survey.rounding(tiles), np.zeros(len(points), np.int64)
+    for j in tiles:
+        boxes += np.all((points >= survey.low[j] - rounding) & (points <= survey.high[j] + rounding), axis=1)
+    shared = np.flatnonzero((boxes > 1) & (first == np.arange(len(first))) & ~alone)
+    if len(shared):
+        first[shared] = shared[first_across(tile_of[shared], points[shared], rounding)]
+    return first[first], alone
 
 
 def _surfels_of(survey, path, columns):

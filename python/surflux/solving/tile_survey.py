@@ -25,6 +25,7 @@ NEEDED = {"normals", "colors", "intensity", "withheld", *MATERIALS}
 _OVERVIEW = 40_000  # points
 _FEW = 100  # points of a thinned tile, whose normals are estimated before it is thinned
 _CELLS = 1.5  # of a turned lattice, that a surface goes through, for each that its area holds: a mean of directions
+_OFF_LATTICE = 1e-2  # steps: coordinates are rounded to 64 bits
 _BACKWARDS = 0.8  # of the points that face away from above: the files have their normals the other way round
 
 
@@ -113,6 +114,17 @@ class Survey:
         alone = columns["alone"]
         columns = {name: values for name, values in columns.items() if name != "alone"}
         return {name: values[~alone] for name, values in columns.items()} if self.strays else columns
+
+    def rounding(self, tiles):
+        """(3,) how far apart the files of tiles (t,) may have one point: a step, of one lattice next to nothing."""
+        steps, offsets = (np.array([getattr(self.headers[k], name) for k in tiles]) for name in ("step", "offset"))
+        step = steps.max(axis=0)
+        apart = (offsets - offsets[0]) / step
+        is_one = np.all((steps == step) & (np.abs(apart - np.round(apart)) < _OFF_LATTICE), axis=0)
+        largest = np.abs([self.low[tiles], self.high[tiles]]).max(axis=(0, 1))
+        return np.maximum(
+            np.where(is_one, _OFF_LATTICE, 1.0 + _OFF_LATTICE) * step, 8.0 * np.finfo(float).eps * largest
+        )
 
     def around(self, k):
         """Columns of what is farther from a tile than the halo; None if nothing is."""
