@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <new>
@@ -23,6 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 enum class Format { exr, hdr, png };
+
+constexpr float hdr_limit = 0x1p127f;  // of values: exponents are a byte
 
 // By suffix from this list alone: OpenImageIO has readers for dozens of formats, some with known overflows, and must
 // never guess among them.
@@ -65,6 +68,18 @@ void each_color(Image& image, double (*curve)(double)) {
     }
 }
 
+// A pixel of .hdr is three bytes and the exponent of the largest, which is 128 to 255: what was cut off when they were
+// written is half of one in the mean, as Radiance has it (Ward 1991, Real Pixels). What is 0 stays so.
+void add_halves(std::vector<float>& pixels) {
+    for (std::size_t i = 0; i + 2 < pixels.size(); i += 3) {
+        int exponent;
+        std::frexp(std::max({pixels[i], pixels[i + 1], pixels[i + 2]}), &exponent);
+        const float half = std::ldexp(1.0f, exponent - 9);
+        for (std::size_t c = i; c < i + 3; ++c)
+            if (pixels[c] > 0.0f) pixels[c] += half;
+    }
+}
+
 // Radiance, and lines from the top, from left to right.
 void undo(const HdrHeader& header, Image& image) {
     const std::size_t channels = image.channels.size(), line = image.width * channels;
@@ -78,6 +93,7 @@ void undo(const HdrHeader& header, Image& image) {
             for (std::size_t c = 0; c < channels; ++c)
                 std::swap(image.pixels[y * line + x * channels + c],
                           image.pixels[y * line + (image.width - 1 - x) * channels + c]);
+    if (channels == 3) add_halves(image.pixels);
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
         image.pixels[i] = static_cast<float>(static_cast<double>(image.pixels[i]) / header.exposure[i % channels]);
 }
@@ -164,6 +180,10 @@ void write_image(const std::string& path, const Image& image) try {
     const Format format = format_of(path);
     check_channels(image, format);
     check_target(path);
+    if (format == Format::hdr)
+        for (const float value : image.pixels)
+            require(value >= 0.0f && value < hdr_limit, "image: .hdr takes values from 0 to 1.7e38, got ", value,
+                    "; .exr takes any");
     const auto output = OIIO::ImageOutput::create(library_name(format));
     if (!output) throw FileError(path, "", reason_or(OIIO::geterror(), "OpenImageIO lacks this format"));
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),

@@ -89,13 +89,16 @@ SurfaceNormal::Quadric SurfaceNormal::quadric(const std::vector<Neighbor>& group
 
 // The Delaunay neighbours of the origin are the convex hull of the points inverted at the unit circle.
 Vec3 SurfaceNormal::star(const std::vector<Neighbor>& group, const Vec3& n) {
+    // Of reach_. Copies of the place that are rounded otherwise, and points beside it by chance, lie in any direction,
+    // and triangles with them would span half of all around.
+    constexpr double nearest = 0.08;
     const Frame frame = frame_around(n);
     spokes_.clear();
     for (std::size_t k = 1; k < group.size(); ++k) {
         const Vec3 d = (places_[group[k].index] - places_[group[0].index]) / reach_;
         const double u = dot(d, frame.u), v = dot(d, frame.v), flat = std::hypot(u, v);
         // As far away as it is in space: what rises steeply from the plane is no near neighbour.
-        if (flat > 1e-6 * length(d)) spokes_.push_back({u / (flat * length(d)), v / (flat * length(d)), d});
+        if (length(d) > nearest && flat > 1e-6 * length(d)) spokes_.push_back({u / (flat * length(d)), v / (flat * length(d)), d});
     }
     if (spokes_.size() < 3) return n;
     std::sort(spokes_.begin(), spokes_.end(),

@@ -53,6 +53,8 @@ def numeric(name, value):
     """value as an array of real numbers, of whatever shape; text, complex numbers, objects and booleans are refused."""
     if value is None:
         raise ValueError(f"{name}: wanted numbers, got None")
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{name}: wanted numbers throughout, got a masked array; leave masked ones out, or fill them")
     try:
         array = np.asarray(value)
     except (ValueError, TypeError) as error:

@@ -15,6 +15,8 @@ from surflux.drawing.colors import screen_bytes, surface_property
 from surflux.drawing.glyphs import disk_corners, disks_among, polygon_cells, polygons, rings
 from surflux.pictures.camera import Camera
 
+_LETTERS = 0.03  # height, over that of the picture
+
 _DOT, _LIFT = 0.0015, 0.0005  # radius and height of marks, over the diagonal of all
 
 
@@ -136,7 +138,7 @@ def plot(s, *, color="reflectance", values=None, marks=None, screenshot=None, ca
     mesh.cell_data[color] = value[mesh.cell_data["surfel"]]
     settings = {"scalars": color, "rgb": shown.kind != "number", "lighting": False, "culling": "back"}
     if shown.kind == "number":
-        settings |= {"cmap": "viridis", "scalar_bar_args": {"title": color}}
+        settings |= {"cmap": "viridis", "scalar_bar_args": _bar(color, value, height)}
     settings |= options
     if not settings["culling"]:
         settings["culling"] = None
@@ -254,3 +256,14 @@ def picture_path(name, path):
         raise ValueError(f"{name}: wanted a name ending in .png or .jpg, got {str(path)!r}")
     require_place(path)
     return path
+
+
+def _bar(title, values, height):
+    """Arguments of pyvista's scale below the picture, with digits enough to tell values at its marks apart."""
+    letters = max(6, round(_LETTERS * height))
+    low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 0.0)
+    step, largest = (high - low) / 4.0, max(abs(low), abs(high))
+    digits = int(np.clip(np.ceil(np.log10(largest / step)) + 2, 4, 7)) if step > 0.0 else 4
+    fonts = {"title_font_size": letters, "label_font_size": letters, "unconstrained_font_size": True}
+    # And an empty line, so that the title stands clear of the marks.
+    return {"title": f"{title}\n", "fmt": f"%.{digits}g", "n_labels": 5, "color": "black"} | fonts

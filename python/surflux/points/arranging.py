@@ -200,7 +200,9 @@ def divide_patches(
     array([3., 9.])
     """
     if not isinstance(objects, (list, tuple)) or not objects:
-        raise ValueError("objects: wanted a list of at least one Surfels")
+        got = "an empty one" if isinstance(objects, (list, tuple)) else type(objects).__name__
+        hint = "; a Scene has one, its objects" if got == "Scene" else ""
+        raise ValueError(f"objects: wanted a list of at least one Surfels, got {got}{hint}")
     cores = [check.surfels("objects", s)._core for s in objects]
     with watched(threads, progress):
         found = cut_at_walls(cores)

@@ -14,6 +14,7 @@ from surflux._base.types import FilePath, Progress
 from surflux._base.warn import warn
 from surflux.cluster.engines import shared_out
 from surflux.geometry.gloss import warn_of_gloss
+from surflux.scenes.coincidence import warn_of_layers
 from surflux.scenes.scene import Scene
 from surflux.scenes.sky_patches import SkyPatches, patch_count
 from surflux.solving.distant_transfer import DistantTransfer
@@ -199,6 +200,7 @@ def precompute_transfer(
         seconds = perf_counter() - start
         with stage_callback(progress) as callback:
             core = cluster.call(_program, scene, options, callback)
+    warn_of_layers(scene)
     if lighting != "distant":
         warn_of_gloss(compiled.surfels)
     kind = KINDS[lighting]

@@ -25,6 +25,7 @@ from surflux.solving.solar_weather import solar_weather
 from surflux.solving.sun_paths import sun_paths
 
 _AT_ONCE = 512  # hours, whose skies are made together
+_PATCHES = 577  # of the sky
 
 
 def solar_irradiation(
@@ -44,14 +45,14 @@ def solar_irradiation(
     direct_normal: ArrayLike | None = None,
     diffuse: ArrayLike | None = None,
     turbidity: float | None = None,
-    altitude: float = 0.0,
-    albedo: float = 0.2,
-    hours: float = 1.0,
+    altitude: float | None = None,
+    albedo: float | None = None,
+    hours: float | None = None,
     steps: int | None = None,
     sun_step: float = 3.0,
     transfer: SkyTransfer | None = None,
     bounces: int | None = 3,
-    patches: int = 577,
+    patches: int | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress = False,
@@ -86,13 +87,13 @@ def solar_irradiation(
         epw: a file of weather in place of both, all of its hours.
         skies: Sky or several, in place of all that; needs no pvlib.
         direct_normal, diffuse: W/m2 of each of times, or one number; None for a clear sky.
-        turbidity, altitude, albedo: see Sky.
-        hours: that each of times or skies stands for.
+        turbidity, altitude, albedo: see Sky; altitude of times alone, and albedo not of skies, which have their own.
+        hours: that each of times or skies stands for, None for 1; a year's and a file's last one each.
         steps: positions of the sun in each hour, around its middle; None for 4 in years and files, and 1 for times.
         sun_step: degrees, 0.25 to 30.
         transfer: what precompute_transfer(scene, "sky") found, for what is reflected, to be used again; None finds it.
-        bounces: of light; None for all.
-        patches: of the sky: 145, 577, 1297, 2305, ... .
+        bounces: of light; None for all, whatever `transfer` has.
+        patches: of the sky: 145, 577, 1297, 2305, ...; None for those of `transfer`, or 577.
         seed, threads, progress: see `solve`.
 
     Returns:
@@ -118,11 +119,15 @@ def solar_irradiation(
     found = solar_weather(place, times, epw, skies, hours, steps, albedo=albedo, altitude=altitude, **figures)
     if transfer is not None and (not isinstance(transfer, SkyTransfer) or transfer.scene is not scene):
         raise ValueError("transfer: wanted a SkyTransfer of this very scene, as precompute_transfer makes it")
+    if transfer is not None and patches not in (None, len(transfer.patches) - 1):
+        raise ValueError(f"patches: transfer has {len(transfer.patches) - 1}, which count; got {patches}")
     seconds = {}
     with watched(threads, progress):
         start = perf_counter()
         if transfer is None:
-            transfer = precompute_transfer(scene, "sky", bounces=bounces, patches=patches, seed=seed)
+            many = _PATCHES if patches is None else patches
+            transfer = precompute_transfer(scene, "sky", bounces=bounces, patches=many, seed=seed)
+        transfer = transfer._reflecting(bounces)
         seconds["transfer"] = perf_counter() - start
         start = perf_counter()
         lines = SightLines(scene)
@@ -133,12 +138,12 @@ def solar_irradiation(
         seconds["sun"] = perf_counter() - start
         start = perf_counter()
         rays = SkyRays(lines, transfer.patches, seed)
-        diffuse_part, reflected = _sky_sums(transfer, rays, found, bounces)
+        diffuse_part, reflected = _sky_sums(transfer, rays, found)
         seconds["sky"] = perf_counter() - start
-    return SolarIrradiation(transfer, found, (paths, lit, rays), bounces, (beam, diffuse_part, reflected), seconds)
+    return SolarIrradiation(transfer, found, (paths, lit, rays), (beam, diffuse_part, reflected), seconds)
 
 
-def _sky_sums(transfer, rays, found, bounces):
+def _sky_sums(transfer, rays, found):
     """(diffuse, reflected), (n,) each, in kWh/m2: of sums of the hours' patches."""
     sky, sun = np.zeros(len(transfer.patches)), np.zeros(len(transfer.patches))
     for first in range(0, len(found.skies), _AT_ONCE):
@@ -150,6 +155,6 @@ def _sky_sums(transfer, rays, found, bounces):
     apart = np.stack([sky, np.zeros_like(sky)], axis=1)
     apart[0] = 0.0, sky[0]  # the ground
     diffuse, ground = rays.irradiance(apart).T
-    dark = transfer.relight(np.zeros_like(sky), bounces=bounces).irradiance
-    lit = transfer.relight(sky + sun, bounces=bounces)
+    dark = transfer.relight(np.zeros_like(sky)).irradiance
+    lit = transfer.relight(sky + sun)
     return diffuse, ground + (lit.irradiance - lit.direct - dark).mean(axis=1).clip(0.0)

@@ -51,14 +51,13 @@ class SolarIrradiation:
         transfer: SkyTransfer,
         found: Any,
         rays: Any,
-        bounces: int | None,
         parts: tuple[Floats, Floats, Floats],
         timings: dict[str, float],
     ) -> None:
         """Not called by users: see `solar_irradiation`."""
         self.transfer, self.timings = transfer, timings
         self.surfels: Surfels = transfer.scene.surfels
-        self._found, self._rays, self._bounces = found, rays, bounces
+        self._found, self._rays = found, rays
         for part in parts:
             part.setflags(write=False)
         self.beam, self.diffuse, self.reflected = parts
@@ -109,7 +108,7 @@ class SolarIrradiation:
         paths, lit, rays = self._rays
         with watched(threads, progress):
             first = rays.coefficients(chosen)
-            rest = self.transfer.coefficients(chosen, bounces=self._bounces).mean(axis=2, dtype=float)
+            rest = self.transfer.coefficients(chosen).mean(axis=2, dtype=float)
             rest -= self.transfer.coefficients(chosen, bounces=0).mean(axis=2, dtype=float)
         diffuse, reflected = np.empty((len(chosen), len(skies))), np.empty((len(chosen), len(skies)))
         for begin in range(0, len(skies), _AT_ONCE):

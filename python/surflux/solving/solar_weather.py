@@ -11,6 +11,7 @@ from surflux.scenes import weather
 from surflux.scenes.sky import Sky, hours_at, hours_of_weather, place_of
 from surflux.scenes.sky_hours import SkyHours, sun_directions
 
+_ALBEDO = 0.2  # as of Sky
 _STEPS = 4  # positions of the sun in each hour of a year
 
 
@@ -26,38 +27,41 @@ class SolarWeather:
 
 def solar_weather(place, times, epw, skies, hours, steps, *, albedo, altitude, **figures):
     """SolarWeather, of one of a place and times, a file, and Skies; figures: direct_normal, diffuse, turbidity."""
-    hours = check.number("hours", hours, 0.0, 8784.0, low_open=True)
+    each = 1.0 if hours is None else check.number("hours", hours, 0.0, 8784.0, low_open=True)
     if steps is not None:
         check.count("steps", steps, 1, 60)
     said = [name for name, value in (("times", times), ("epw", epw), ("skies", skies)) if value is not None]
     if len(said) != 1:
         raise ValueError(f"times: wanted one of times, epw and skies, got {' and '.join(said) or 'none'}")
     if said != ["times"]:
-        for name, value in {"place": place, **figures}.items():
+        for name, value in {"place": place, "altitude": altitude, **figures}.items():
             if value is not None:
                 raise ValueError(f"{name}: goes with times; {said[0]} cannot take it")
     if skies is not None:
-        return _of_skies(skies, hours)
-    albedo = check.number("albedo", albedo, 0.0, 1.0)
+        if albedo is not None:
+            raise ValueError("albedo: goes with times and epw; skies have their own")
+        return _of_skies(skies, each)
+    albedo = _ALBEDO if albedo is None else check.number("albedo", albedo, 0.0, 1.0)
     if epw is not None:
         found = weather.read_weather(epw)
         place, altitude, at = (found.latitude, found.longitude), found.altitude, found.times
-        hours, several = 1.0, True
+        several = True
         of = hours_of_weather(found, albedo)
     else:
         place = _place(place)
         several = isinstance(times, (int, np.integer)) and not isinstance(times, bool)
-        if several:
-            hours = 1.0
+        altitude = 0.0 if altitude is None else altitude
         at = weather.hours_of_year(times, place[1]) if several else weather.utc("times", times)
         of = hours_at(place, at, altitude=altitude, albedo=albedo, **figures)
+    if several and hours is not None:
+        raise ValueError("hours: goes with times one by one, and skies; those of a year and of epw last one hour each")
     steps = (_STEPS if several else 1) if steps is None else steps
     suns = of.suns[:, None]
     if steps > 1:
-        shifts = (((np.arange(steps) + 0.5) / steps - 0.5) * hours * 3.6e6).astype("timedelta64[ms]")
+        shifts = (((np.arange(steps) + 0.5) / steps - 0.5) * each * 3.6e6).astype("timedelta64[ms]")
         angles = weather.sun_angles((at[:, None] + shifts).ravel(), *place, altitude)
         suns = sun_directions(*angles).reshape(len(at), steps, 3)
-    return SolarWeather(of, suns, at, hours)
+    return SolarWeather(of, suns, at, each)
 
 
 def _place(place):

@@ -142,6 +142,15 @@ class Transfer:
                 "lamps go with precompute_transfer(scene, 'local')"
             )
 
+    def _reflecting(self, bounces: int | None) -> Self:
+        """It, or its twin that reflects light so often; None for all."""
+        if bounces == self.bounces:
+            return self
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin.bounces = bounces
+        return twin
+
     def _bounces(self, bounces: int | None) -> int:
         bounces = self.bounces if bounces is None else check.count("bounces", bounces, 0)
         return -1 if bounces is None else bounces

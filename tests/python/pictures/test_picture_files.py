@@ -74,6 +74,28 @@ def test_pixels_of_hdr_are_radiance_times_exposure(tmp_path, said, times):
     np.testing.assert_allclose(found, pixels, rtol=0.01)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_hdr_is_as_bright_as_what_was_written(tmp_path, seed):
+    """Bytes are cut off when they are written: all was half of one too dark, .5 % in the mean, dim channels more."""
+    radiance = np.exp(np.random.default_rng(seed).normal(size=(64, 128, 3)))
+    sf.write_image(tmp_path / "a.hdr", radiance)
+    for path in (tmp_path / "a.hdr", write_hdr(tmp_path / "other.hdr", radiance)):
+        found = sf.read_image(path)
+        assert abs(found.mean() / radiance.mean() - 1.0) < 2e-4
+        step = np.exp2(np.frexp(radiance.max(axis=2, keepdims=True))[1] - 8.0)
+        assert np.all(np.abs(found - radiance) < np.where(found > 0.0, 0.501, 1.0) * step)  # less than one step is none
+    sf.write_image(tmp_path / "black.hdr", [[[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]])
+    np.testing.assert_array_equal(sf.read_image(tmp_path / "black.hdr")[0, :, 1:], 0.0)
+    assert np.all(sf.read_image(tmp_path / "black.hdr")[0, 1] == 0.0)
+
+
+@pytest.mark.parametrize("value", [np.inf, -1.0, 2e38])
+def test_hdr_refuses_what_it_cannot_hold(tmp_path, value):
+    """Infinite pixels came back black."""
+    with pytest.raises(ValueError, match=r"image: \.hdr takes values from 0 to 1\.7e38, got .*; \.exr takes any"):
+        sf.write_image(tmp_path / "a.hdr", [[[1.0, value, 0.0]]])
+
+
 @pytest.mark.parametrize(
     "said",
     [
